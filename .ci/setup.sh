@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# setup.sh [dev]: Debian's FEniCSx and gmsh, and .venv on top of them; with dev also ruff, mypy and pre-commit.
+# Idempotent: with everything in place it only compares a fingerprint.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. .ci/common.sh
+
+what=${1:-test}
+python=/usr/bin/python3
+# OpenBLAS is 5 to 6 times faster here than Debian's default BLAS; its serial build does not fight with MPI over the cores.
+packages=(python3 python3-venv python3-dolfinx python3-dolfinx-real python3-gmsh libopenblas0-serial gcc libc6-dev)
+elsewhere="elsewhere 'pip install .' in an environment of Python 3.11-3.13 gives everything but mesh assembly, then: kanefe demo --body beam"
+
+check_system() {
+  on_debian || die "this set-up needs apt-get, that is Debian 12 or newer; $elsewhere"
+  local ID='' VERSION_ID='' PRETTY_NAME='this system'
+  . /etc/os-release
+  if [ "$ID" = debian ] && [ "${VERSION_ID:-99}" -lt 12 ]; then
+    die "$PRETTY_NAME is too old for FEniCSx: Debian 12 (bookworm) is the oldest that has it; $elsewhere"
+  fi
+  [ "$ID" = debian ] || say "warning: tried on Debian 12 and 13 only, this is $PRETTY_NAME"
+}
+
+check_python() {
+  [ -x "$python" ] || die "$python is missing although Debian's python3 is installed; repair it with: apt-get install --reinstall python3-minimal"
+  "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+    die "$python is $("$python" --version 2>&1), but kanefe needs Python 3.11 or newer; use Debian 12 or newer"
+}
+
+# Debian's dolfinx is compiled against Debian's numpy, so pip must never bring another one.
+write_constraints() {
+  "$python" - <<'PYTHON'
+from importlib.metadata import distributions
+
+frozen = {"numpy", "scipy", "mpi4py", "petsc4py", "slepc4py", "cffi", "sympy", "fenics-basix", "fenics-dolfinx",
+          "fenics-ffcx", "fenics-ufl"}
+for name, version in sorted({(d.metadata["Name"].lower(), d.version) for d in distributions()}):
+    if name in frozen:
+        print(f"{name}=={version}")
+PYTHON
+}
+
+check_environment() {
+  quietly check .venv/bin/python -c '
+import numpy, scipy, dolfinx, gmsh, petsc4py
+for module in (numpy, scipy, dolfinx, gmsh):
+    if not module.__file__.startswith("/usr/lib/"):
+        raise SystemExit(f"{module.__name__} comes from {module.__file__}, not from Debian")
+' || die "the environment .venv is not sound; run 'make clean' and this again, and if it stays so: apt-get install --reinstall python3-numpy python3-dolfinx"
+  say "using $(.venv/bin/python -c '
+import dolfinx, gmsh, numpy, scipy
+print(f"dolfinx {dolfinx.__version__}, gmsh {gmsh.__version__}, numpy {numpy.__version__}, scipy {scipy.__version__}")' 2>/dev/null | tail -n 1), BLAS $(readlink -f "/usr/lib/$(uname -m)-linux-gnu/libblas.so.3")"
+}
+
+lock
+wanted=$(fingerprint .ci/setup.sh pyproject.toml)
+if [ "$what" = dev ]; then
+  up_to_date .venv .kanefe-dev "$wanted" && exit 0
+  say "adding ruff, mypy and pre-commit to .venv"
+  pip_install .venv/bin/python -c .venv/constraints.txt -e '.[dev]'
+  echo "$wanted" >.venv/.kanefe-dev
+  exit 0
+fi
+if on_debian && [ -z "$(missing_packages "${packages[@]}")" ] && up_to_date .venv .kanefe-test "$wanted"; then
+  say "set-up is in place"
+  exit 0
+fi
+check_system
+install_packages "${packages[@]}"
+check_python
+make_environment "$python" .venv --system-site-packages
+write_constraints >.venv/constraints.txt
+grep -q '^numpy==' .venv/constraints.txt || die "$python has no numpy of Debian's; repair it with: apt-get install --reinstall python3-numpy"
+say "Debian's versions are kept: $(tr '\n' ' ' <.venv/constraints.txt)"
+pip_install .venv/bin/python -c .venv/constraints.txt -e '.[test]'
+check_environment
+echo "$wanted" >.venv/.kanefe-test
+say "set-up done in $SECONDS s"

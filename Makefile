@@ -1,0 +1,28 @@
+# make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test test-latest lint clean
+
+help:            ## this list
+	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
+
+setup:           ## Debian's FEniCSx and gmsh, and the environment .venv
+	@bash .ci/setup.sh
+
+demo: setup      ## set up, then run the demo (files under out/)
+	@bash .ci/in-env .venv kanefe demo
+
+test: setup      ## set up, then run all the tests
+	@KANEFE_TEST_REQUIRE="fenicsx gmsh" bash .ci/in-env .venv python -m pytest -q
+
+test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
+	@bash .ci/test-latest
+
+lint: setup      ## ruff and mypy
+	@bash .ci/setup.sh dev
+	@bash .ci/in-env .venv ruff check .
+	@bash .ci/in-env .venv mypy
+
+clean:           ## remove the environments, caches and results
+	rm -rf .venv .venv-latest .venv.lock out build *.egg-info fem/*.egg-info
+	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	find kanefe fem tests examples meshes -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,322 @@
+"""Door to gmsh: .msh files and .geo / .py sources become a `Mesh`. The only file that imports gmsh."""
+
+from __future__ import annotations
+
+import contextlib
+import mmap
+import os
+import re
+import threading
+import uuid
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import FileError, MeshError, MissingDependency
+from kanefe.finite_element_model import Cells
+from kanefe_fem.mesh import Mesh
+from kanefe_fem.mesh_checks import MeshWarning, refuse_shape
+from kanefe_fem.shapes import is_supported, shape
+
+_KINDS = {
+    1: "line",
+    2: "triangle",
+    3: "quad",
+    4: "tetra",
+    5: "hexahedron",
+    6: "wedge",
+    7: "pyramid",
+    8: "line3",
+    9: "triangle6",
+    10: "quad9",
+    11: "tetra10",
+    12: "hexahedron27",
+    13: "wedge18",
+    14: "pyramid14",
+    15: "vertex",
+    16: "quad8",
+    17: "hexahedron20",
+    18: "wedge15",
+    19: "pyramid13",
+}
+_LOCK = threading.Lock()
+"""gmsh is one per process: one reader at a time."""
+
+Block = tuple[int, np.ndarray]
+"""gmsh's element type and the node tags (m, nodes per element) of elements."""
+
+
+def read(path: Path, order: int | None) -> Mesh:
+    """Return the mesh of a .msh file, or of a .geo or .py source meshed with elements of the given order.
+
+    Raises
+    ------
+    FileError
+        The file is truncated, not a mesh, or the source has an error.
+    MeshError
+        There is no usable physical group.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".msh":
+        check_complete(path)
+    build = _build_function(path) if suffix == ".py" else None
+    with _LOCK, _session() as gmsh:
+        try:
+            if build is not None:
+                build(gmsh)
+            else:
+                gmsh.merge(str(path))
+            if suffix != ".msh":
+                _generate(gmsh, order)
+            messages = [m for m in gmsh.logger.get() if m.startswith("Error")]
+        except Exception as problem:  # gmsh raises bare Exception
+            if type(problem) is not Exception:  # a fault of the Python source, not of gmsh
+                raise
+            messages = [m for m in gmsh.logger.get() if m.startswith("Error")] or [str(problem)]
+        if messages:
+            text = "; ".join(m.removeprefix("Error").lstrip(" :") for m in messages[:3])
+            raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and mend it")
+        return _extract(gmsh, path)
+
+
+def check_complete(path: Path) -> None:
+    """Raise FileError if a .msh file is truncated: gmsh itself may crash on one, or read half of it in silence."""
+    remedy = "Remedy: write the file again (gmsh: File > Save Mesh, format 2.2 or 4.1)"
+    if path.stat().st_size == 0:
+        raise FileError(f"{path.name} is empty. {remedy}")
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        head = re.match(rb"\s*\$MeshFormat\s+([0-9.]+)\s+([01])\s", data[:200])
+        if head is None:
+            raise FileError(f"{path.name} is not a gmsh mesh: it does not begin with $MeshFormat. {remedy}")
+        version = head.group(1).decode()
+        if version not in ("2", "2.0", "2.1", "2.2", "4.1"):
+            raise FileError(f"{path.name} has the mesh format {version}; 2.2 and 4.1 are supported. {remedy}")
+        position = 0
+        for section in (b"MeshFormat", b"Nodes", b"Elements"):
+            position = data.find(b"$" + section, position)
+            end = data.find(b"$End" + section, max(position, 0))
+            if position < 0 or end < 0:
+                raise FileError(f"{path.name} is truncated: its section ${section.decode()} has no end. {remedy}")
+            position = end
+        tail = data[max(0, len(data) - 200) :]
+        if re.search(rb"\$End\w+\s*\Z", tail) is None:
+            raise FileError(f"{path.name} is truncated: it ends inside a section. {remedy}")
+
+
+@contextlib.contextmanager
+def _session() -> Iterator[Any]:
+    """Yield gmsh with an empty model of our own, quiet; leave a session of the user as it was."""
+    gmsh = _import_gmsh()
+    mine = not _is_initialised(gmsh)
+    if mine:
+        try:
+            # interruptible=True installs a signal handler, which only the main thread may do
+            gmsh.initialize(["kanefe"], readConfigFiles=False, interruptible=False)
+        except TypeError:  # gmsh before 4.11 has no such argument, and installs none
+            gmsh.initialize(["kanefe"], readConfigFiles=False)
+    previous = gmsh.model.getCurrent()
+    terminal = gmsh.option.getNumber("General.Terminal")
+    gmsh.option.setNumber("General.Terminal", 0)
+    name = f"kanefe-{uuid.uuid4().hex[:8]}"
+    gmsh.model.add(name)
+    gmsh.logger.start()
+    try:
+        yield gmsh
+    finally:
+        gmsh.logger.stop()
+        if mine:
+            gmsh.finalize()
+        else:
+            if name in gmsh.model.list():
+                gmsh.model.setCurrent(name)
+                gmsh.model.remove()
+            if previous in gmsh.model.list():
+                gmsh.model.setCurrent(previous)
+            gmsh.option.setNumber("General.Terminal", terminal)
+
+
+def _import_gmsh() -> ModuleType:
+    try:
+        import gmsh
+    except (ImportError, OSError) as problem:  # OSError: a shared library of the wheel is missing
+        raise MissingDependency(
+            "gmsh",
+            "read_mesh (.msh, .geo, .py)",
+            "sudo apt-get install python3-gmsh, or pip install gmsh with sudo apt-get install libglu1-mesa libxcursor1 "
+            f"libxft2 libxinerama1 libgomp1 ({problem})",
+        ) from problem
+    return gmsh
+
+
+def _is_initialised(gmsh: Any) -> bool:
+    """Tell whether gmsh is initialised."""
+    if hasattr(gmsh, "isInitialized"):
+        return bool(gmsh.isInitialized())
+    # gmsh before 4.9 can only be tried: without a session it has no models, and complains on the standard error
+    saved, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(null, 2)
+        return len(gmsh.model.list()) > 0
+    except Exception:  # noqa: BLE001 - gmsh raises bare Exception
+        return False
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(null)
+
+
+def _build_function(path: Path) -> Any:
+    """Return the function `build` of a Python mesh source."""
+    namespace: dict[str, Any] = {"__name__": "kanefe_mesh_source", "__file__": str(path)}
+    try:
+        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), namespace)  # noqa: S102 - the user's source
+    except (SyntaxError, UnicodeDecodeError) as problem:
+        raise FileError(f"{path.name} is not a Python source: {problem}") from problem
+    build = namespace.get("build")
+    if not callable(build):
+        raise FileError(
+            f"{path.name} defines no function build(gmsh). Remedy: put the gmsh calls that make the geometry and the "
+            "physical groups into one (without gmsh.initialize and gmsh.finalize)"
+        )
+    return build
+
+
+def _generate(gmsh: Any, order: int | None) -> None:
+    """Mesh the current model in its highest dimension, unless the source did; set the order."""
+    gmsh.model.occ.synchronize()
+    dimension = 3 if gmsh.model.getEntities(3) else 2 if gmsh.model.getEntities(2) else 1
+    if not len(gmsh.model.mesh.getElements(dimension)[0]):
+        gmsh.model.mesh.generate(dimension)
+    if order is not None:
+        gmsh.model.mesh.setOrder(order)
+
+
+def _extract(gmsh: Any, path: Path) -> Mesh:
+    """Return the current model's mesh, with dense node numbers and VTK's node order."""
+    source = path.name
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    nodes = np.asarray(coordinates, dtype=float).reshape(-1, 3)
+    if not len(nodes):
+        raise MeshError(f"{source} has no nodes. Remedy: mesh the geometry before saving it")
+    numbers = _Renumbering(np.asarray(tags, dtype=np.int64), source)
+    groups: dict[int, dict[str, list[Block]]] = {}
+    for dimension in range(4):
+        groups[dimension] = _physical_groups(gmsh, dimension, source)
+    dimension = next((d for d in (3, 2, 1) if len(gmsh.model.mesh.getElements(d)[0])), 0)
+    if dimension == 0:
+        raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
+
+    def blocks(d: int) -> dict[str, tuple[Cells, ...]]:
+        return {
+            name: tuple(_cells(gmsh, kind, numbers(ids), f"{source}: group {name!r}") for kind, ids in pieces)
+            for name, pieces in groups[d].items()
+        }
+
+    points = {
+        name: np.concatenate([numbers(ids).reshape(-1) for _, ids in pieces] or [np.zeros(0, dtype=np.int64)])
+        for name, pieces in groups[0].items()
+    }
+    if dimension > 1 and groups[dimension]:
+        _warn_left_out(gmsh, dimension, groups[dimension], source)
+    return Mesh(
+        nodes=nodes,
+        dimension=dimension,
+        cells=blocks(dimension) if dimension > 1 else {},
+        facets=blocks(dimension - 1) if dimension > 1 else {},
+        lines=blocks(1) or (_lines_without_group(gmsh, numbers, source) if dimension == 1 else {}),
+        points=points,
+        source=source,
+        provenance={"reader": f"gmsh {_version(gmsh)}"},
+    )
+
+
+class _Renumbering:
+    """Node tags, which may be any numbers, to row numbers of the node array."""
+
+    def __init__(self, tags: np.ndarray, source: str) -> None:
+        self._order = np.argsort(tags, kind="stable")
+        self._sorted = tags[self._order]
+        self._source = source
+
+    def __call__(self, tags: np.ndarray) -> np.ndarray:
+        place = np.minimum(np.searchsorted(self._sorted, tags), len(self._sorted) - 1)
+        missing = self._sorted[place] != tags
+        if missing.any():
+            raise MeshError(
+                f"{self._source}: an element names node {tags[missing].flat[0]}, which is not in the file. "
+                "Remedy: the file is damaged; write it again"
+            )
+        return self._order[place]
+
+
+def _physical_groups(gmsh: Any, dimension: int, source: str) -> dict[str, list[Block]]:
+    """Return, by group name, the elements of the group's entities; groups of one name are one."""
+    found: dict[str, list[Block]] = {}
+    owner: dict[int, str] = {}
+    highest = dimension == max((d for d, _ in gmsh.model.getEntities()), default=0) and dimension > 1
+    for _, tag in gmsh.model.getPhysicalGroups(dimension):
+        name = gmsh.model.getPhysicalName(dimension, tag) or str(tag)
+        pieces = found.setdefault(name, [])
+        for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag):
+            if highest and owner.setdefault(int(entity), name) != name:
+                what = {2: "surface", 3: "volume"}[dimension]
+                raise MeshError(
+                    f"{source}: {what} {entity} is in two groups, {owner[int(entity)]!r} and {name!r}. "
+                    f"Remedy: a cell has one material, so put each {what} in one physical {what}"
+                )
+            kinds, _, node_tags = gmsh.model.mesh.getElements(dimension, entity)
+            for kind, ids in zip(kinds, node_tags, strict=True):
+                per_element = gmsh.model.mesh.getElementProperties(kind)[3]
+                pieces.append((int(kind), np.asarray(ids, dtype=np.int64).reshape(-1, per_element)))
+    merged = {}
+    for name, pieces in found.items():
+        kinds = sorted({kind for kind, _ in pieces})
+        merged[name] = [(kind, np.concatenate([ids for k, ids in pieces if k == kind])) for kind in kinds]
+    return merged
+
+
+def _lines_without_group(gmsh: Any, numbers: _Renumbering, source: str) -> dict[str, tuple[Cells, ...]]:
+    """Return all line elements of a mesh without line groups, under the empty name."""
+    kinds, _, node_tags = gmsh.model.mesh.getElements(1)
+    blocks = []
+    for kind, ids in zip(kinds, node_tags, strict=True):
+        per_element = gmsh.model.mesh.getElementProperties(kind)[3]
+        ids = numbers(np.asarray(ids, dtype=np.int64)).reshape(-1, per_element)
+        blocks.append(_cells(gmsh, int(kind), ids, f"{source}: lines"))
+    return {"": tuple(blocks)}
+
+
+def _cells(gmsh: Any, kind: int, nodes: np.ndarray, label: str) -> Cells:
+    """Return a block with its nodes in VTK's order."""
+    gmsh_name, dimension, _, count, reference = gmsh.model.mesh.getElementProperties(kind)[:5]
+    name = _KINDS.get(kind, gmsh_name)
+    if not is_supported(name):
+        refuse_shape(name, label)
+    element = shape(name)
+    own = np.asarray(reference, dtype=float).reshape(count, -1)[:, :dimension]
+    if not element.is_simplex or dimension == 1:
+        own = (own + 1.0) / 2.0  # gmsh's cubes and lines are [-1, 1]
+    permuted = np.empty_like(nodes)
+    permuted[:, element.match(own)] = nodes
+    return Cells(name, permuted)
+
+
+def _warn_left_out(gmsh: Any, dimension: int, groups: dict[str, list[Block]], source: str) -> None:
+    """Warn of cells of the body that belong to no physical group: as in gmsh, they are left out."""
+    total = sum(len(tags) for tags in gmsh.model.mesh.getElements(dimension)[1])
+    kept = sum(len(ids) for pieces in groups.values() for _, ids in pieces)
+    if kept < total:
+        warnings.warn(
+            f"{source}: {total - kept} of {total} cells belong to no physical group and are left out. "
+            "Add them to a group if they are part of the body",
+            MeshWarning,
+            stacklevel=2,
+        )
+
+
+def _version(gmsh: Any) -> str:
+    return str(getattr(gmsh, "GMSH_API_VERSION", None) or gmsh.__version__)

@@ -1,0 +1,123 @@
+"""Door to meshio: every mesh format but gmsh's. The only file that imports meshio."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import FileError, MeshError, MissingDependency
+from kanefe.finite_element_model import Cells
+from kanefe_fem.mesh import Mesh
+
+GROUP_DATA = ("gmsh:physical", "medit:ref", "group", "cell_tags", "MaterialID", "CellEntityIds", "Label")
+"""Names of integer cell data that number the groups, first come first served."""
+
+_DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
+
+
+def read(path: Path, names: Mapping[int, str]) -> Mesh:
+    """Return the mesh of a file that meshio can read.
+
+    Groups come from meshio's cell sets; else from the first cell data among `GROUP_DATA`, named by the file's field
+    data, by `names`, or by the number itself. Point sets are groups of points.
+
+    Raises
+    ------
+    FileError
+        meshio does not know the format, or the file is damaged.
+    """
+    raw = _read(path)
+    blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in raw.cells]
+    if not blocks:
+        raise MeshError(f"{path.name} has no cells. Remedy: mesh the geometry before saving it")
+    dimension = max(_dimension(kind) for kind, _ in blocks)
+    groups = _groups_from_sets(raw) or _groups_from_data(raw, names)
+    by_dimension: dict[int, dict[str, list[Cells]]] = {d: {} for d in range(4)}
+    for name, members in groups:
+        for (kind, nodes), rows in zip(blocks, members, strict=True):
+            if rows is not None and len(rows):
+                by_dimension[_dimension(kind)].setdefault(name, []).append(Cells(kind, nodes[rows]))
+    points = {name: np.asarray(ids, dtype=np.int64) for name, ids in raw.point_sets.items()}
+    points.update(
+        {name: np.concatenate([b.nodes.reshape(-1) for b in bs]) for name, bs in by_dimension[0].items()},
+    )
+    frozen = {d: {name: tuple(bs) for name, bs in by_name.items()} for d, by_name in by_dimension.items()}
+    lines = frozen[1] or ({"": tuple(Cells(k, n) for k, n in blocks if _dimension(k) == 1)} if dimension == 1 else {})
+    return Mesh(
+        nodes=np.asarray(raw.points, dtype=float),
+        dimension=dimension,
+        cells=frozen[dimension] if dimension > 1 else {},
+        facets=frozen[dimension - 1] if dimension > 1 else {},
+        lines=lines,
+        points=points,
+        source=path.name,
+        provenance={"reader": f"meshio {_import_meshio().__version__}"},
+    )
+
+
+def _read(path: Path) -> Any:
+    """Return meshio's mesh; meshio ends the process on some errors and prints, both of which are kept in."""
+    meshio = _import_meshio()
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            return meshio.read(path)
+    except (Exception, SystemExit) as problem:  # whatever a damaged file makes meshio's many readers raise
+        reason = str(problem) if str(problem) not in ("", "1") else " ".join(printed.getvalue().split())
+        raise FileError(
+            f"meshio cannot read {path.name}: {reason or type(problem).__name__}. Remedy: check that the file is whole "
+            "and its suffix right; formats are .msh, .vtu, .vtk, .xdmf, .inp, .bdf, .med, ..."
+        ) from problem
+
+
+def _import_meshio() -> Any:
+    try:
+        import meshio
+    except ImportError as problem:
+        raise MissingDependency("meshio", "read_mesh of other formats than gmsh's", "pip install meshio") from problem
+    return meshio
+
+
+def _dimension(kind: str) -> int:
+    """Return the dimension of a cell by meshio's name."""
+    bare = kind.replace("VTK_LAGRANGE_", "").lower()
+    for stem, dimension in _DIMENSIONS.items():
+        if bare.startswith(stem):
+            return dimension
+    return 3  # polyhedra and the like: refused by name later
+
+
+def _groups_from_sets(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
+    """Return (name, rows of each block) from meshio's cell sets, without those that gmsh's reader adds."""
+    return [(name, list(rows)) for name, rows in raw.cell_sets.items() if not name.startswith("gmsh:")]
+
+
+def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[tuple[str, list[np.ndarray | None]]]:
+    """Return (name, rows of each block) from integer cell data."""
+    key = next((name for name in GROUP_DATA if name in raw.cell_data), None)
+    if key is None:
+        return []
+    data = [np.asarray(values).reshape(-1).astype(np.int64) for values in raw.cell_data[key]]
+    known = {(int(tag), int(d)): name for name, (tag, d) in _field_data(raw)}
+    groups = []
+    for number in np.unique(np.concatenate(data)):
+        if key == "gmsh:physical" and number == 0:
+            continue  # gmsh's mark for "in no group"
+        for dimension in sorted({_dimension(block.type) for block in raw.cells}):
+            name = known.get((int(number), dimension)) or names.get(int(number)) or str(number)
+            rows = [
+                np.flatnonzero(values == number) if _dimension(block.type) == dimension else None
+                for block, values in zip(raw.cells, data, strict=True)
+            ]
+            groups.append((name, rows))
+    return groups
+
+
+def _field_data(raw: Any) -> list[tuple[str, tuple[int, int]]]:
+    """Return gmsh's physical names, (name, (tag, dimension)), if the file keeps them."""
+    return [(name, tuple(value)) for name, value in raw.field_data.items() if len(np.atleast_1d(value)) == 2]

@@ -1,0 +1,570 @@
+"""Frames of beams: nodes and line elements become a `FiniteElementModel`, with numpy and scipy alone.
+
+The inertia comes from the displacement field, not from nodal accelerations (which for elements with rotations are
+wrong in space: the angular acceleration of a slope is not the body's alpha). The field is given as a cloud of points
+that only translate: four Gauss stations along each element (exact to degree 7, the integrand N^T N has degree 6),
+and at each station points in the section that carry its second moments exactly,
+
+    (+-a, 0), (0, +-b) in local (y, z), a quarter of the mass each, a = sqrt(2 I_z / A), b = sqrt(2 I_y / A)
+
+so that mass, first moments, inertia and rotary inertia of the sections are exact.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import scipy
+import scipy.sparse as sp
+
+from kanefe.errors import MeshError, ModelError
+from kanefe.finite_element_model import COMPONENTS, Cells, FiniteElementModel, MassField, NodeGroup
+from kanefe_fem import beam_elements as be
+from kanefe_fem.sections import CrossSection
+
+if TYPE_CHECKING:
+    from kanefe.flexible import FlexibleBody
+    from kanefe_fem.material import Material
+    from kanefe_fem.mesh import Mesh
+
+Theory = Literal["timoshenko", "euler-bernoulli"]
+Groups = Mapping[str, int | Sequence[int]]
+
+AXIAL_STATIONS = 4
+ENDS: Groups = {"root": 0, "tip": -1}
+
+
+def beam_model(
+    nodes: np.ndarray | Sequence[Sequence[float]],
+    elements: np.ndarray | Sequence[Sequence[int]],
+    section: CrossSection | Sequence[CrossSection],
+    material: Material | Sequence[Material],
+    *,
+    theory: Theory = "timoshenko",
+    planar: bool = False,
+    orientation: np.ndarray | Sequence[float] | Sequence[Sequence[float]] | None = None,
+    rotary_inertia: bool = True,
+    groups: Groups = ENDS,
+) -> FiniteElementModel:
+    """Return the model of a frame of straight beams, rigidly joined at their nodes (Eq. 40-42).
+
+    Parameters
+    ----------
+    nodes : array_like, shape (n, 3), or (n, 2) if planar
+        Positions in G in m.
+    elements : array_like of int, shape (m, 2)
+        Node numbers of each element, from 0.
+    section : CrossSection or sequence of m of them
+        See `kanefe_fem.sections`.
+    material : Material or sequence of m of them
+        See `kanefe_fem.material`.
+    theory : {"timoshenko", "euler-bernoulli"}
+        With or without shear strain.
+    planar : bool
+        Motion in the x-y plane only, three degrees of freedom (x, y, rz) a node. Local z is then the normal of the
+        plane: the bending stiffness is the section's `I_z`.
+    orientation : array_like, shape (3,) or (m, 3), optional
+        Direction in G towards which local z of the section points (its part across the axis). Default: (0, 0, 1), and
+        for elements along it any direction if the section is the same in both.
+    rotary_inertia : bool
+        False: sections have no inertia about y and z when the beam bends (the textbook Euler-Bernoulli beam; Eq. 41).
+        In space the polar inertia of twisting stays, or torsion would carry no mass. Keep True for bodies that move
+        in space: only then the mass matrix reproduces the inertia of every rigid rotation.
+    groups : mapping of str to int or sequence of int
+        Named nodes, the candidates for interfaces; negative numbers count from the end. Default: the first node is
+        "root", the last is "tip".
+
+    Returns
+    -------
+    FiniteElementModel
+        In G, with components (x, y, z, rx, ry, rz), or (x, y, rz) if planar.
+
+    Raises
+    ------
+    ModelError
+        If an array has the wrong shape or is not finite, an element has no length, is given twice or has unknown
+        nodes, a node is unused, the frame falls into parts, or an orientation is parallel to its element.
+
+    Examples
+    --------
+    >>> from kanefe_fem.material import Material
+    >>> from kanefe_fem.sections import Tube
+    >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
+    >>> frame = beam_model([[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 1], [1, 2]], Tube(0.05, 0.003), steel)
+    >>> frame.size
+    18
+    """
+    started = time.perf_counter()
+    points = _check_nodes(nodes, planar)
+    connectivity = _check_elements(elements, points)
+    sections, materials = _per_element(section, material, len(connectivity))
+    if theory not in ("timoshenko", "euler-bernoulli"):
+        raise ModelError(f"unknown beam theory {theory!r}. Remedy: 'timoshenko' or 'euler-bernoulli'")
+    node_groups = _check_groups(groups, points)
+
+    axes = _element_axes(points, connectivity, sections, orientation, planar)
+    properties = _element_properties(points, connectivity, sections, materials, theory)
+    components = tuple(COMPONENTS[row] for row in be.PLANAR_ROWS) if planar else COMPONENTS
+    dofs = (connectivity[:, :, None] * len(components) + np.arange(len(components))).reshape(len(connectivity), -1)
+    size = len(points) * len(components)
+
+    stiffness = _assemble_stiffness(properties, axes, dofs, size, planar)
+    mass_field = _mass_field(points, connectivity, sections, materials, properties, axes, dofs, planar, rotary_inertia)
+    return FiniteElementModel(
+        nodes=points,
+        components=components,
+        stiffness=stiffness,
+        mass=_symmetric(mass_field.mass_matrix()),
+        mass_field=mass_field,
+        cells=(Cells("line", connectivity),),
+        groups=node_groups,
+        provenance={
+            "source": "kanefe_fem.beams.beam_model",
+            "theory": theory,
+            "planar": planar,
+            "rotary_inertia": rotary_inertia,
+            "nodes": len(points),
+            "elements": len(connectivity),
+            "dofs": size,
+            "versions": {"numpy": np.__version__, "scipy": scipy.__version__},
+            "seconds": {"assembly": time.perf_counter() - started},
+        },
+    )
+
+
+def straight_beam(
+    length: float,
+    section: CrossSection,
+    material: Material,
+    *,
+    elements: int = 20,
+    direction: Sequence[float] = (1.0, 0.0, 0.0),
+    start: Sequence[float] = (0.0, 0.0, 0.0),
+    theory: Theory = "timoshenko",
+    planar: bool = False,
+    orientation: Sequence[float] | None = None,
+    rotary_inertia: bool = True,
+) -> FiniteElementModel:
+    """Return the model of one straight uniform beam, with the groups "root" (at `start`) and "tip".
+
+    Parameters
+    ----------
+    length : float
+        In m.
+    section, material, theory, planar, orientation, rotary_inertia
+        As in `beam_model`.
+    elements : int
+        Number of equal elements.
+    direction, start : array_like, shape (3,)
+        Direction of the axis (of any length) and position of the root in m, in G.
+
+    Returns
+    -------
+    FiniteElementModel
+        As from `beam_model`.
+
+    Raises
+    ------
+    ModelError
+        If the length, the direction or the number of elements is no such thing; and as `beam_model`.
+
+    Examples
+    --------
+    >>> from kanefe_fem.material import Material
+    >>> from kanefe_fem.sections import Rectangle
+    >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
+    >>> beam = straight_beam(1.0, Rectangle(0.05, 0.1), steel, elements=10)
+    >>> sorted(beam.groups)
+    ['root', 'tip']
+    """
+    if not np.isscalar(length) or not np.isfinite(length) or length <= 0.0:
+        raise ModelError(f"straight_beam: length = {length!r} must be positive and finite. Remedy: give it in m")
+    if not isinstance(elements, (int, np.integer)) or elements < 1:
+        raise ModelError(f"straight_beam: elements = {elements!r} must be a whole number of at least 1")
+    axis, origin = np.asarray(direction, dtype=float), np.asarray(start, dtype=float)
+    if axis.shape != (3,) or origin.shape != (3,) or not np.linalg.norm(axis) > 0.0:
+        raise ModelError("straight_beam: direction and start must have three components, direction not all zero")
+    stations = np.linspace(0.0, length, elements + 1)
+    nodes = origin + stations[:, None] * axis / np.linalg.norm(axis)
+    first = np.arange(elements)
+    return beam_model(
+        nodes,
+        np.column_stack([first, first + 1]),
+        section,
+        material,
+        theory=theory,
+        planar=planar,
+        orientation=orientation,
+        rotary_inertia=rotary_inertia,
+    )
+
+
+def beam_model_from_mesh(
+    mesh: Mesh | str | Path,
+    sections: Mapping[str, CrossSection],
+    materials: Material | Mapping[str, Material],
+    *,
+    theory: Theory = "timoshenko",
+    planar: bool = False,
+    orientation: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
+    rotary_inertia: bool = True,
+) -> FiniteElementModel:
+    """Return the model of a frame whose beams are the line elements (of order 1) of a mesh.
+
+    The groups of the model are the mesh's groups of points that lie on beams.
+
+    Parameters
+    ----------
+    mesh : Mesh, str or Path
+        From `kanefe_fem.mesh.read_mesh`, or the file.
+    sections : mapping of str to CrossSection
+        Section of each group of lines. In a mesh of lines only every group must have one; in a mesh that also has
+        surfaces or volumes the lines of other groups are left out.
+    materials : Material or mapping of str to Material
+        For all, or by group.
+    orientation : array_like, shape (3,), or mapping of str to such, optional
+        As in `beam_model`, for all or by group; every group of `sections` if by group.
+    theory, planar, rotary_inertia
+        As in `beam_model`.
+
+    Returns
+    -------
+    FiniteElementModel
+        As from `beam_model`; nodes that no beam uses are dropped.
+
+    Raises
+    ------
+    ModelError
+        If a group has no section, material or orientation, or as `beam_model` (with the numbers of the model).
+    MeshError
+        If there is no such group of lines, the lines are of order 2, or a line lies in two of the groups.
+
+    Examples
+    --------
+    >>> frame = beam_model_from_mesh("frame.msh", {"legs": Tube(0.05, 0.003)}, steel)  # doctest: +SKIP
+    """
+    from kanefe_fem.mesh import read_mesh
+
+    if isinstance(mesh, (str, Path)):
+        mesh = read_mesh(mesh)
+    lines = {name: _lines_of(mesh, name) for name in sections}
+    if not lines:
+        raise ModelError(f"no sections for {mesh.source}. Remedy: one for each group of lines ({_known(mesh.lines)})")
+    left_out = sorted(set(mesh.lines) - set(sections))
+    if mesh.dimension == 1 and left_out:
+        raise ModelError(f"the group of lines {left_out[0]!r} of {mesh.source} has no section. Remedy: add one")
+    by_group: dict[str, Mapping[str, Any]] = {"section": sections}
+    for what, given in (("material", materials), ("orientation", orientation)):
+        by_group[what] = given if isinstance(given, Mapping) else dict.fromkeys(sections, given)
+        for name in sections:
+            if name not in by_group[what]:
+                raise ModelError(
+                    f"the group of lines {name!r} has no {what}. Remedy: one for each group, or one for all"
+                )
+
+    def spread(what: str) -> list[Any]:
+        return [by_group[what][name] for name, table in lines.items() for _ in table]
+
+    table = np.concatenate(list(lines.values()))
+    _refuse_shared_lines(table, np.repeat(list(lines), [len(block) for block in lines.values()]), mesh.source)
+    used, numbers = np.unique(table, return_inverse=True)
+    points = {name: np.searchsorted(used, np.intersect1d(nodes, used)) for name, nodes in mesh.points.items()}
+    model = beam_model(
+        mesh.nodes[used],
+        numbers.reshape(table.shape),
+        spread("section"),
+        spread("material"),
+        theory=theory,
+        planar=planar,
+        orientation=None if orientation is None else np.array(spread("orientation"), dtype=float),
+        rotary_inertia=rotary_inertia,
+        groups={name: nodes.tolist() for name, nodes in points.items() if nodes.size},
+    )
+    source = {"source": "kanefe_fem.beams.beam_model_from_mesh", "mesh": mesh.source, **mesh.provenance}
+    return replace(model, provenance={**model.provenance, **source})
+
+
+def _lines_of(mesh: Mesh, name: str) -> np.ndarray:
+    """Return the nodes of a group of straight lines, shape (m, 2)."""
+    if name not in mesh.lines:
+        raise MeshError(
+            f"{mesh.source} has no group of lines called {name!r}. Remedy: one of those it has ({_known(mesh.lines)}), "
+            "or name a physical curve so"
+        )
+    blocks = mesh.lines[name]
+    curved = [block.kind for block in blocks if block.kind != "line"]
+    if curved:
+        raise MeshError(f"the lines of group {name!r} are of kind {curved[0]!r}. Remedy: mesh with order 1 for beams")
+    return np.concatenate([block.nodes for block in blocks])
+
+
+def _refuse_shared_lines(table: np.ndarray, owner: np.ndarray, source: str) -> None:
+    _, first, inverse = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_inverse=True)
+    other = np.flatnonzero(owner[first[inverse.ravel()]] != owner)
+    if other.size:
+        line = other[0]
+        raise MeshError(
+            f"the line between nodes {table[line].tolist()} of {source} is in the groups "
+            f"{str(owner[first[inverse.ravel()[line]]])!r} and {str(owner[line])!r}. "
+            "Remedy: give a section to one of them only"
+        )
+
+
+def _known(names: Mapping[str, Any]) -> str:
+    return ", ".join(sorted(names)) or "none"
+
+
+def beam_body(
+    model: FiniteElementModel, interfaces: Mapping[str, Any], *, reduction: Any = None, damping: Any = None
+) -> FlexibleBody:
+    """Return the flexible body of a beam model, ready for a scene.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+        From `beam_model`, `straight_beam` or `beam_model_from_mesh`.
+    interfaces, reduction, damping
+        As in `kanefe.reduction.flexible_body`.
+
+    Returns
+    -------
+    FlexibleBody
+        The reduced (or, with ``reduction=None``, full) body.
+
+    Raises
+    ------
+    ModelError
+        As `kanefe.reduction.flexible_body`.
+    """
+    from kanefe.reduction import flexible_body
+
+    return flexible_body(model, interfaces, reduction=reduction, damping=damping)
+
+
+def _check_nodes(nodes: Any, planar: bool) -> np.ndarray:
+    """Return the nodes as floats of shape (n, 3)."""
+    points = np.array(nodes, dtype=float)
+    if points.ndim != 2 or points.shape[1] not in ((2, 3) if planar else (3,)) or len(points) < 2:
+        wanted = "(n, 2) or (n, 3)" if planar else "(n, 3)"
+        raise ModelError(f"nodes has shape {points.shape}; a beam model needs {wanted}, n >= 2. Remedy: one row a node")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if bad.size:
+        raise ModelError(f"node {bad[0]} has the position {points[bad[0]]}. Remedy: give finite coordinates in m")
+    if points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    out_of_plane = np.flatnonzero(points[:, 2] != 0.0) if planar else np.empty(0, dtype=int)
+    if out_of_plane.size:
+        raise ModelError(
+            f"node {out_of_plane[0]} has z = {points[out_of_plane[0], 2]:g} m, but a planar model lies in the plane "
+            "z = 0 of G. Remedy: put it there, or planar=False"
+        )
+    return points
+
+
+def _check_elements(elements: Any, points: np.ndarray) -> np.ndarray:
+    """Return the elements as integers of shape (m, 2): known nodes, no zero length, no doubles, one connected part."""
+    table = np.array(elements)
+    if table.ndim != 2 or table.shape[1] != 2 or len(table) == 0:
+        raise ModelError(f"elements has shape {table.shape}, not (m, 2). Remedy: two node numbers for each element")
+    if not np.issubdtype(table.dtype, np.integer):
+        raise ModelError(f"elements has numbers of type {table.dtype}. Remedy: whole node numbers, from 0")
+    table = table.astype(np.int64)
+    unknown = np.flatnonzero(((table < 0) | (table >= len(points))).any(axis=1))
+    if unknown.size:
+        raise ModelError(
+            f"element {unknown[0]} has the nodes {table[unknown[0]].tolist()}, but the nodes are 0 to "
+            f"{len(points) - 1}. Remedy: count them from 0"
+        )
+    span = np.ptp(points, axis=0).max()
+    length = np.linalg.norm(points[table[:, 1]] - points[table[:, 0]], axis=1)
+    empty = np.flatnonzero(length <= 1e-12 * span)
+    if empty.size:
+        raise ModelError(
+            f"element {empty[0]} (nodes {table[empty[0]].tolist()}) has no length. Remedy: merge its nodes, or move one"
+        )
+    _, first, counts = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_counts=True)
+    if (counts > 1).any():
+        double = first[np.argmax(counts > 1)]
+        raise ModelError(f"the element between nodes {table[double].tolist()} is given twice. Remedy: keep one")
+    _check_connected(table, len(points))
+    return table
+
+
+def _check_connected(table: np.ndarray, count: int) -> None:
+    unused = np.setdiff1d(np.arange(count), table)
+    if unused.size:
+        raise ModelError(
+            f"node {unused[0]} ({unused.size} in all) belongs to no element. Remedy: remove it, or connect it"
+        )
+    graph = sp.coo_matrix((np.ones(len(table)), (table[:, 0], table[:, 1])), shape=(count, count))
+    parts, label = sp.csgraph.connected_components(graph, directed=False)
+    if parts > 1:
+        raise ModelError(
+            f"the frame falls into {parts} unconnected parts: node {np.argmax(label != label[0])} is not connected to "
+            "node 0. Remedy: share the nodes where beams meet, or make one body of each part"
+        )
+
+
+def _per_element(section: Any, material: Any, count: int) -> tuple[list[CrossSection], list[Material]]:
+    """Return one section and one material for each element."""
+    table: dict[str, list[Any]] = {}
+    needed = {"section": ("A", "I_y", "I_z", "J", "shear_y", "shear_z"), "material": ("E", "shear_modulus", "rho")}
+    for name, given in (("section", section), ("material", material)):
+        several = isinstance(given, (Sequence, np.ndarray)) and not isinstance(given, str)
+        items = list(given) if several else [given] * count
+        if len(items) != count:
+            raise ModelError(f"{len(items)} {name}s for {count} elements. Remedy: one for all, or one for each element")
+        for number, item in enumerate(items):
+            missing = [attribute for attribute in needed[name] if not hasattr(item, attribute)]
+            if missing:
+                raise ModelError(
+                    f"the {name} of element {number} is {item!r}, which has no {missing[0]}. "
+                    f"Remedy: {'a section of kanefe_fem.sections' if name == 'section' else 'kanefe_fem.Material'}"
+                )
+        table[name] = items
+    return table["section"], table["material"]
+
+
+def _check_groups(groups: Groups, points: np.ndarray) -> dict[str, NodeGroup]:
+    """Return the named groups of nodes; the reference point is the mean position."""
+    result = {}
+    for name, given in groups.items():
+        numbers = np.atleast_1d(np.asarray(given))
+        known = np.issubdtype(numbers.dtype, np.integer) and numbers.ndim == 1 and numbers.size > 0
+        if not known or (numbers < -len(points)).any() or (numbers >= len(points)).any():
+            raise ModelError(f"group {name!r} has the nodes {given!r}. Remedy: numbers from 0 to {len(points) - 1}")
+        numbers = np.unique(numbers % len(points))
+        result[name] = NodeGroup(numbers, points[numbers].mean(axis=0))
+    return result
+
+
+def _element_axes(
+    points: np.ndarray, table: np.ndarray, sections: list[CrossSection], orientation: Any, planar: bool
+) -> np.ndarray:
+    """Return A_GL of each element, local axes as columns, shape (m, 3, 3)."""
+    x = points[table[:, 1]] - points[table[:, 0]]
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    towards = np.asarray((0.0, 0.0, 1.0) if orientation is None else orientation, dtype=float)
+    if towards.shape not in ((3,), x.shape) or not np.isfinite(towards).all():
+        raise ModelError(f"orientation has shape {towards.shape}. Remedy: a direction (3,), or one for each element")
+    towards = np.broadcast_to(towards, x.shape).copy()
+    if planar and (towards[:, :2] != 0.0).any():
+        raise ModelError("orientation: local z of a planar model is the normal of the plane. Remedy: leave it out")
+    scale = np.linalg.norm(towards, axis=1)
+    # Below a thousandth of a radian the direction of the part across is as good as arbitrary.
+    lost = np.linalg.norm(np.cross(x, towards), axis=1) <= 1e-3 * scale
+    for number in np.flatnonzero(lost):
+        s = sections[number]
+        alike = np.isclose(s.I_y, s.I_z, rtol=1e-12) and np.isclose(s.shear_y, s.shear_z, rtol=1e-12)
+        if orientation is not None or not alike:
+            raise ModelError(
+                f"the orientation {towards[number].tolist()} of element {number} (nodes {table[number].tolist()}) is "
+                "zero or parallel to the element, so that its section can turn freely. Remedy: give "
+                "`orientation`, for this element a direction across it"
+            )
+        towards[number] = np.eye(3)[np.argmin(np.abs(x[number]))]
+    y = np.cross(towards, x)
+    y /= np.linalg.norm(y, axis=1)[:, None]
+    return np.stack([x, y, np.cross(x, y)], axis=-1)
+
+
+def _element_properties(
+    points: np.ndarray, table: np.ndarray, sections: list[CrossSection], materials: list[Material], theory: Theory
+) -> be.ElementProperties:
+    A, I_y, I_z, J, shear_y, shear_z = _section_table(sections)
+    E = np.array([m.E for m in materials])
+    G = np.array([m.shear_modulus for m in materials])
+    if theory == "euler-bernoulli":
+        shear_y = shear_z = np.full(len(table), np.inf)
+    return be.ElementProperties(
+        length=np.linalg.norm(points[table[:, 1]] - points[table[:, 0]], axis=1),
+        EA=E * A,
+        GJ=G * J,
+        EI_y=E * I_y,
+        EI_z=E * I_z,
+        shear_y=shear_y * G * A,
+        shear_z=shear_z * G * A,
+    )
+
+
+def _section_table(sections: list[CrossSection]) -> np.ndarray:
+    return np.array([[s.A, s.I_y, s.I_z, s.J, s.shear_y, s.shear_z] for s in sections]).T
+
+
+def _assemble_stiffness(
+    properties: be.ElementProperties, axes: np.ndarray, dofs: np.ndarray, size: int, planar: bool
+) -> sp.csr_matrix:
+    K = be.rotate_element_matrix(be.spatial_stiffness(properties), be.spatial_transformation(axes))
+    if planar:
+        K = K[:, be.PLANAR_DOFS][:, :, be.PLANAR_DOFS]
+    width = dofs.shape[1]
+    rows, columns = np.repeat(dofs, width, axis=1).ravel(), np.tile(dofs, width).ravel()
+    return _symmetric(sp.coo_matrix((K.ravel(), (rows, columns)), shape=(size, size)).tocsr())
+
+
+def _mass_field(
+    points: np.ndarray,
+    table: np.ndarray,
+    sections: list[CrossSection],
+    materials: list[Material],
+    properties: be.ElementProperties,
+    axes: np.ndarray,
+    dofs: np.ndarray,
+    planar: bool,
+    rotary_inertia: bool,
+) -> MassField:
+    """Return the cloud of translating points that carries the mass of the frame exactly (see the module's text)."""
+    A, I_y, I_z = _section_table(sections)[:3]
+    offsets = _section_points(np.sqrt(I_z / A), np.sqrt(I_y / A), planar, rotary_inertia)
+    stations, weights = be.gauss_stations(AXIAL_STATIONS)
+    m, g, s = len(table), len(stations), offsets.shape[1]
+
+    # u_p = u_c + theta x offset = L_p (u_c, theta), all in L
+    lever = np.zeros((m, s, 3, 6))
+    lever[..., [0, 1, 2], [0, 1, 2]] = 1.0
+    lever[..., 1, 3], lever[..., 2, 3] = -offsets[..., 2], offsets[..., 1]
+    if rotary_inertia:
+        lever[..., 0, 4], lever[..., 0, 5] = offsets[..., 2], -offsets[..., 1]
+    N_L = np.einsum("mpij,mgjk->mgpik", lever, be.interpolation(properties, stations))
+    N_G = np.einsum("mab,mgpbk,mkl->mgpal", axes, N_L, be.spatial_transformation(axes), optimize=True)
+    if planar:
+        N_G = N_G[..., be.PLANAR_DOFS]
+        N_G[..., 2, :] = 0.0
+
+    count, width = m * g * s, dofs.shape[1]
+    columns = np.broadcast_to(dofs[:, None, None, None, :], N_G.shape).ravel()
+    rows = np.repeat(np.arange(3 * count), width)
+    size = len(points) * (width // 2)
+    N = sp.coo_matrix((N_G.ravel(), (rows, columns)), shape=(3 * count, size)).tocsr()
+    N.eliminate_zeros()
+
+    start, end = points[table[:, 0]], points[table[:, 1]]
+    on_axis = start[:, None] + stations[None, :, None] * (end - start)[:, None]
+    cloud = on_axis[:, :, None] + np.einsum("mab,mpb->mpa", axes, offsets)[:, None]
+    rho = np.array([material.rho for material in materials])
+    masses = (rho * A * properties.length)[:, None] * weights
+    masses = np.repeat(masses[:, :, None] / s, s, axis=2)
+    return MassField(cloud.reshape(-1, 3), sp.diags(masses.ravel(), format="csr"), N)
+
+
+def _section_points(radius_y: np.ndarray, radius_z: np.ndarray, planar: bool, rotary_inertia: bool) -> np.ndarray:
+    """Return the section's points of equal mass in L, shape (m, points, 3), from its radii of gyration in m."""
+    if planar and not rotary_inertia:
+        return np.zeros((len(radius_y), 1, 3))
+    offsets = np.zeros((len(radius_y), 2 if planar else 4, 3))
+    if planar:
+        offsets[:, 0, 1], offsets[:, 1, 1] = radius_y, -radius_y
+        return offsets
+    offsets[:, 0, 1], offsets[:, 1, 1] = np.sqrt(2.0) * radius_y, -np.sqrt(2.0) * radius_y
+    offsets[:, 2, 2], offsets[:, 3, 2] = np.sqrt(2.0) * radius_z, -np.sqrt(2.0) * radius_z
+    return offsets
+
+
+def _symmetric(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """Return the symmetric part: products in floating point are symmetric to round-off only."""
+    return (0.5 * (matrix + matrix.T)).tocsr()

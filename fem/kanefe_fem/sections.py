@@ -1,0 +1,290 @@
+"""Cross-sections of beams: area, second moments, torsion constant and shear factors.
+
+Local axes: x along the beam, y and z in the section, from its centroid, along the principal directions. Hence
+``I_y = int z^2 dA`` resists bending in the x-z plane and ``I_z = int y^2 dA`` bending in the x-y plane, the plane of
+a planar model. The polar inertia of a unit length is ``rho (I_y + I_z)``; the torsion constant `J` is
+Saint-Venant's and equals ``I_y + I_z`` for round sections only.
+
+Shear factors kappa (shear stiffness ``kappa G A``) are those of Cowper, "The shear coefficient in Timoshenko's beam
+theory", J. Appl. Mech. 33 (1966) 335-340. They depend on Poisson's ratio `nu`; the default 0 gives the classical 5/6
+of a rectangle (and 6/7 of a circle), so pass the material's nu for Cowper's own value.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from scipy.special import zeta
+
+from kanefe.errors import ModelError
+
+
+@dataclass(frozen=True)
+class CrossSection:
+    """What a beam needs to know of its section; the base of the shapes below.
+
+    Attributes
+    ----------
+    A : float
+        Area in m2.
+    I_y, I_z : float
+        Second moments of area ``int z^2 dA`` and ``int y^2 dA`` in m4.
+    J : float
+        Saint-Venant's torsion constant in m4.
+    shear_y, shear_z : float
+        Shear factors of a shear force along y and along z.
+    """
+
+    A: float = field(init=False, repr=False)
+    I_y: float = field(init=False, repr=False)
+    I_z: float = field(init=False, repr=False)
+    J: float = field(init=False, repr=False)
+    shear_y: float = field(init=False, repr=False)
+    shear_z: float = field(init=False, repr=False)
+
+    def _set(self, A: float, I_y: float, I_z: float, J: float, shear_y: float, shear_z: float) -> None:
+        """Store the numbers of a frozen shape."""
+        numbers = {"A": A, "I_y": I_y, "I_z": I_z, "J": J, "shear_y": shear_y, "shear_z": shear_z}
+        for name, value in numbers.items():
+            object.__setattr__(self, name, float(value))
+
+    def _require_positive(self, *names: str) -> None:
+        for name in names:
+            value = getattr(self, name)
+            if isinstance(value, bool) or not hasattr(value, "__float__") or not 0.0 < float(value) < math.inf:
+                raise ModelError(
+                    f"{type(self).__name__}: {name} = {value!r} must be a positive, finite number. "
+                    "Remedy: give it in SI units"
+                )
+
+    def _require_poisson(self, nu: float) -> None:
+        if isinstance(nu, bool) or not hasattr(nu, "__float__") or not -1.0 < float(nu) <= 0.5:
+            raise ModelError(
+                f"{type(self).__name__}: nu = {nu!r} is outside (-1, 0.5]. Remedy: Poisson's ratio, or leave it out"
+            )
+
+
+@dataclass(frozen=True)
+class Section(CrossSection):
+    """Section given by its numbers.
+
+    Attributes
+    ----------
+    A, I_y, I_z, J, shear_y, shear_z : float
+        As in `CrossSection`. The shear factors default to the rectangle's 5/6; Euler-Bernoulli beams ignore them.
+
+    Raises
+    ------
+    ModelError
+        If a number is not positive and finite, or a shear factor is above 1.
+
+    Examples
+    --------
+    >>> Section(A=1e-3, I_y=2e-7, I_z=4e-7, J=3e-7).I_z
+    4e-07
+    """
+
+    A: float
+    I_y: float
+    I_z: float
+    J: float
+    shear_y: float = 5.0 / 6.0
+    shear_z: float = 5.0 / 6.0
+
+    def __post_init__(self) -> None:
+        self._require_positive("A", "I_y", "I_z", "J", "shear_y", "shear_z")
+        for name in ("shear_y", "shear_z"):
+            # An average of squares is at least the square of the average, so the energy of shear is at least V^2/2GA.
+            if getattr(self, name) > 1.0:
+                raise ModelError(
+                    f"Section: {name} = {getattr(self, name):g}, but a shear factor is at most 1. "
+                    "Remedy: give the factor kappa (5/6 for a rectangle), not the shear area"
+                )
+
+
+@dataclass(frozen=True)
+class SolidCircle(CrossSection):
+    """Solid round bar.
+
+    Attributes
+    ----------
+    diameter : float
+        In m.
+    nu : float
+        Poisson's ratio, for the shear factor only.
+
+    Raises
+    ------
+    ModelError
+        If the diameter is not positive or nu is no Poisson's ratio.
+
+    Examples
+    --------
+    >>> round(SolidCircle(0.02).A * 1e6, 3)
+    314.159
+    """
+
+    diameter: float
+    nu: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._require_positive("diameter")
+        self._require_poisson(self.nu)
+        second_moment = math.pi * self.diameter**4 / 64.0
+        shear = 6.0 * (1.0 + self.nu) / (7.0 + 6.0 * self.nu)
+        area = math.pi * self.diameter**2 / 4.0
+        self._set(area, second_moment, second_moment, 2.0 * second_moment, shear, shear)
+
+
+@dataclass(frozen=True)
+class Tube(CrossSection):
+    """Round tube.
+
+    Attributes
+    ----------
+    outer_diameter, thickness : float
+        In m.
+    nu : float
+        Poisson's ratio, for the shear factor only.
+
+    Raises
+    ------
+    ModelError
+        If a length is not positive, the wall leaves no hole, or nu is no Poisson's ratio.
+
+    Examples
+    --------
+    >>> tube = Tube(outer_diameter=0.05, thickness=0.002)
+    >>> tube.J == 2 * tube.I_y
+    True
+    """
+
+    outer_diameter: float
+    thickness: float
+    nu: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._require_positive("outer_diameter", "thickness")
+        self._require_poisson(self.nu)
+        outer, inner = self.outer_diameter, self.outer_diameter - 2.0 * self.thickness
+        if inner <= 0.0:
+            raise ModelError(
+                f"Tube: thickness {self.thickness:g} m leaves no hole in an outer diameter of {outer:g} m. "
+                "Remedy: a thickness below half the diameter, or SolidCircle"
+            )
+        # As products: differences of powers would lose the digits of a thin wall.
+        area = math.pi * self.thickness * (outer - self.thickness)
+        second_moment = area * (outer**2 + inner**2) / 16.0
+        ratio = (inner / outer) ** 2
+        square = (1.0 + ratio) ** 2
+        shear = 6.0 * (1.0 + self.nu) * square
+        shear /= (7.0 + 6.0 * self.nu) * square + (20.0 + 12.0 * self.nu) * ratio
+        self._set(area, second_moment, second_moment, 2.0 * second_moment, shear, shear)
+
+
+@dataclass(frozen=True)
+class Rectangle(CrossSection):
+    """Solid rectangle. A planar model bends in its plane, across the `width`.
+
+    Attributes
+    ----------
+    width, height : float
+        Extent along local y and along local z in m.
+    nu : float
+        Poisson's ratio, for the shear factor only; 0 gives 5/6.
+
+    Raises
+    ------
+    ModelError
+        If a length is not positive or nu is no Poisson's ratio.
+
+    Examples
+    --------
+    >>> round(Rectangle(width=1.0, height=1.0).J, 6)
+    0.140577
+    """
+
+    width: float
+    height: float
+    nu: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._require_positive("width", "height")
+        self._require_poisson(self.nu)
+        b, h = self.width, self.height
+        shear = 10.0 * (1.0 + self.nu) / (12.0 + 11.0 * self.nu)
+        self._set(b * h, b * h**3 / 12.0, h * b**3 / 12.0, _rectangle_torsion(max(b, h), min(b, h)), shear, shear)
+
+
+@dataclass(frozen=True)
+class Box(CrossSection):
+    """Rectangular hollow section of one wall thickness, with sharp corners.
+
+    The area and the second moments are exact. The torsion constant is Bredt's with the walls' own torsion added
+    (EN 10210-2, Annex A, with no corner radius), and the shear factor is Cowper's thin-walled box on the mid-line.
+
+    Attributes
+    ----------
+    width, height : float
+        Outer extent along local y and along local z in m.
+    thickness : float
+        Wall in m.
+    nu : float
+        Poisson's ratio, for the shear factor only.
+
+    Raises
+    ------
+    ModelError
+        If a length is not positive, the walls leave no hole, or nu is no Poisson's ratio.
+
+    Examples
+    --------
+    >>> round(Box(width=0.1, height=0.1, thickness=0.001).shear_y, 4)
+    0.4167
+    """
+
+    width: float
+    height: float
+    thickness: float
+    nu: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._require_positive("width", "height", "thickness")
+        self._require_poisson(self.nu)
+        t, b, h = self.thickness, self.width, self.height
+        hole_b, hole_h = b - 2.0 * t, h - 2.0 * t
+        if min(hole_b, hole_h) <= 0.0:
+            raise ModelError(
+                f"Box: thickness {t:g} m leaves no hole in {b:g} m x {h:g} m. "
+                "Remedy: a thickness below half the smaller side, or Rectangle"
+            )
+        mid_b, mid_h = b - t, h - t
+        perimeter = 2.0 * (mid_b + mid_h)
+        self._set(
+            A=perimeter * t,
+            I_y=(b * h**3 - hole_b * hole_h**3) / 12.0,
+            I_z=(h * b**3 - hole_h * hole_b**3) / 12.0,
+            J=4.0 * (mid_b * mid_h) ** 2 * t / perimeter + perimeter * t**3 / 3.0,
+            shear_y=_box_shear_factor(mid_b, mid_h, self.nu),
+            shear_z=_box_shear_factor(mid_h, mid_b, self.nu),
+        )
+
+
+def _rectangle_torsion(long: float, short: float) -> float:
+    """Return Saint-Venant's series for the torsion constant of a rectangle in m4."""
+    # sum over odd n of tanh(n pi a / 2 b) / n^5: the part with tanh = 1 is 31/32 zeta(5), and what is left falls
+    # like exp(-n pi), so that seven terms are exact in double precision.
+    total = 31.0 / 32.0 * float(zeta(5.0))
+    for n in range(1, 14, 2):
+        total += (math.tanh(n * math.pi * long / (2.0 * short)) - 1.0) / n**5
+    return long * short**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * short / long * total)
+
+
+def _box_shear_factor(web: float, flange: float, nu: float) -> float:
+    """Return Cowper's factor of a thin-walled box of uniform wall; mid-line lengths, the web along the force."""
+    m = flange / web
+    stretch = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3
+    poisson = 11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3
+    flanges = 10.0 * m**2 * ((3.0 + nu) * m + 3.0 * m**2)
+    return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / (stretch + nu * poisson + flanges)

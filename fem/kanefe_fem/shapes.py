@@ -1,0 +1,226 @@
+"""Lagrange shapes of the mesh: node order (VTK's), shape functions, quadrature.
+
+Everything that depends on the order of an element's nodes follows from one table, `MIDS`: each node past the corners is
+the mean of some corners. The orders of other programs (gmsh, basix) are found by matching reference coordinates, never
+written down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+
+_EDGES_TRIANGLE = ((0, 1), (1, 2), (2, 0))
+_EDGES_QUAD = ((0, 1), (1, 2), (2, 3), (3, 0))
+_EDGES_TETRA = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+_EDGES_HEXAHEDRON = (
+    *((0, 1), (1, 2), (2, 3), (3, 0)),
+    *((4, 5), (5, 6), (6, 7), (7, 4)),
+    *((0, 4), (1, 5), (2, 6), (3, 7)),
+)
+_FACES_HEXAHEDRON = ((0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7))
+
+MIDS: dict[str, tuple[tuple[int, ...], ...]] = {
+    "line": (),
+    "triangle": (),
+    "quad": (),
+    "tetra": (),
+    "hexahedron": (),
+    "line3": ((0, 1),),
+    "triangle6": _EDGES_TRIANGLE,
+    "quad9": (*_EDGES_QUAD, (0, 1, 2, 3)),
+    "tetra10": _EDGES_TETRA,
+    "hexahedron27": (*_EDGES_HEXAHEDRON, *_FACES_HEXAHEDRON, tuple(range(8))),
+}
+"""Nodes past the corners, by shape: the corners whose mean each one is on the reference element."""
+
+_CORNERS = {
+    "line": ((0,), (1,)),
+    "triangle": ((0, 0), (1, 0), (0, 1)),
+    "quad": ((0, 0), (1, 0), (1, 1), (0, 1)),
+    "tetra": ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "hexahedron": ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
+}
+_QUADRATIC = {
+    "line": "line3",
+    "triangle": "triangle6",
+    "quad": "quad9",
+    "tetra": "tetra10",
+    "hexahedron": "hexahedron27",
+}
+_LINEAR = {quadratic: linear for linear, quadratic in _QUADRATIC.items()}
+_SIMPLICES = ("line", "triangle", "tetra")
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A Lagrange element of order 1 or 2, ``x(s) = sum_i N_i(s) x_i``.
+
+    Attributes
+    ----------
+    kind : str
+        meshio's name, e.g. "tetra10".
+    corner_kind : str
+        The shape of order 1 with the same corners, e.g. "tetra".
+    order : int
+        1 or 2.
+    nodes : ndarray, shape (nodes per cell, dimension)
+        Reference coordinates in the unit simplex or cube, VTK order.
+    exponents : ndarray of int, shape (nodes per cell, dimension)
+        Exponents of the monomials that span the space.
+    coefficients : ndarray, shape (nodes per cell, nodes per cell)
+        Column i holds the coefficients of N_i.
+    """
+
+    kind: str
+    corner_kind: str
+    order: int
+    nodes: np.ndarray
+    exponents: np.ndarray
+    coefficients: np.ndarray
+
+    @property
+    def dimension(self) -> int:
+        """Number of reference coordinates."""
+        return int(self.nodes.shape[1])
+
+    @property
+    def corners(self) -> int:
+        """Number of corners."""
+        return len(_CORNERS[self.corner_kind])
+
+    @property
+    def is_simplex(self) -> bool:
+        """True for lines, triangles and tetrahedra."""
+        return self.corner_kind in _SIMPLICES
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Return N_i at reference points (p, dimension), shape (p, nodes per cell)."""
+        return _monomials(self.exponents, points) @ self.coefficients
+
+    def gradients(self, points: np.ndarray) -> np.ndarray:
+        """Return dN_i/ds_a at reference points (p, dimension), shape (p, nodes per cell, dimension)."""
+        columns = []
+        for axis in range(self.dimension):
+            lowered = self.exponents.copy()
+            lowered[:, axis] = np.maximum(lowered[:, axis] - 1, 0)
+            columns.append((_monomials(lowered, points) * self.exponents[:, axis]) @ self.coefficients)
+        return np.stack(columns, axis=-1)
+
+    def match(self, reference: np.ndarray) -> np.ndarray:
+        """Return, for each row of `reference`, the number of our node with these reference coordinates.
+
+        Parameters
+        ----------
+        reference : ndarray, shape (nodes per cell, dimension)
+            Another program's reference coordinates, in its own node order, on the same unit element.
+        """
+        distance = np.abs(np.asarray(reference, dtype=float)[:, None, :] - self.nodes[None, :, :]).max(axis=2)
+        nearest = distance.argmin(axis=1)
+        if distance.min(axis=1).max() > 1e-6 or len(np.unique(nearest)) != len(self.nodes):
+            raise ValueError(f"the reference coordinates are not those of a {self.kind}")
+        return nearest
+
+    def reversal(self) -> np.ndarray:
+        """Return the node permutation that mirrors the element: it turns a negative Jacobian positive."""
+        mirrored = self.nodes.copy()
+        if self.dimension == 1:
+            mirrored[:, 0] = 1.0 - mirrored[:, 0]
+        else:
+            mirrored[:, [0, 1]] = mirrored[:, [1, 0]]
+        return self.match(mirrored)
+
+
+@lru_cache(maxsize=None)
+def shape(kind: str) -> Shape:
+    """Return the shape with meshio's name `kind`; KeyError if it is not one of `MIDS`."""
+    mids = MIDS[kind]
+    corner_kind = _LINEAR.get(kind, kind)
+    corners = np.array(_CORNERS[corner_kind], dtype=float)
+    nodes = np.vstack([corners, *(corners[list(mid)].mean(axis=0) for mid in mids)])
+    order = 2 if mids else 1
+    dimension = corners.shape[1]
+    powers = np.array(list(product(range(order + 1), repeat=dimension)))
+    if corner_kind in _SIMPLICES:
+        powers = powers[powers.sum(axis=1) <= order]
+    coefficients = np.linalg.inv(_monomials(powers, nodes))
+    return Shape(kind, corner_kind, order, nodes, powers, coefficients)
+
+
+def kind_of_order(kind: str, order: int) -> str:
+    """Return the shape with the corners of `kind` and the given order (1 or 2)."""
+    linear = _LINEAR.get(kind, kind)
+    return linear if order == 1 else _QUADRATIC[linear]
+
+
+def is_supported(kind: str) -> bool:
+    """Tell whether `kind` is one of the Lagrange shapes of this table."""
+    return kind in MIDS
+
+
+def quadrature(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (p, dimension) and weights (p,) on the reference element, exact to `degree`.
+
+    Gauss-Legendre products; simplices by the collapse of the cube (one point more for each collapsed direction).
+    `degree` is total on simplices and per direction on cubes.
+    """
+    element = shape(kind)
+    dimension = element.dimension
+    count = degree // 2 + 1 + (dimension > 1 and element.is_simplex)
+    x, w = np.polynomial.legendre.leggauss(count)
+    x, w = (x + 1.0) / 2.0, w / 2.0
+    points = np.array(list(product(x, repeat=dimension)))
+    weights = np.prod(np.array(list(product(w, repeat=dimension))), axis=1)
+    if element.is_simplex and dimension == 2:
+        a, b = points.T
+        return np.column_stack([a, (1.0 - a) * b]), weights * (1.0 - a)
+    if element.is_simplex and dimension == 3:
+        a, b, c = points.T
+        rest = (1.0 - a) * (1.0 - b)
+        return np.column_stack([a, (1.0 - a) * b, rest * c]), weights * (1.0 - a) * rest
+    return points, weights
+
+
+def measures(kind: str, coordinates: np.ndarray, degree: int = 4) -> tuple[np.ndarray, np.ndarray]:
+    """Return the length, area or volume (m,) and the first moments (m, 3) of cells in space.
+
+    Parameters
+    ----------
+    kind : str
+        Shape of the cells.
+    coordinates : ndarray, shape (m, nodes per cell, 3)
+        Their nodes in m.
+    degree : int
+        Degree of the quadrature; curved facets have no polynomial area, so their measure is as good as this.
+    """
+    element = shape(kind)
+    points, weights = quadrature(kind, degree)
+    values, gradients = element.values(points), element.gradients(points)
+    size = np.zeros(len(coordinates))
+    moment = np.zeros((len(coordinates), 3))
+    for value, gradient, weight in zip(values, gradients, weights, strict=True):
+        jacobian = np.einsum("mnx,na->mxa", coordinates, gradient)
+        gram = np.einsum("mxa,mxb->mab", jacobian, jacobian)
+        stretch = weight * np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
+        size += stretch
+        moment += stretch[:, None] * np.einsum("mnx,n->mx", coordinates, value)
+    return size, moment
+
+
+def row_numbers(rows: np.ndarray) -> np.ndarray:
+    """Return a number for each row of non-negative integers (m, k): equal rows have equal numbers, in [0, m)."""
+    numbers = np.unique(rows[:, 0], return_inverse=True)[1].reshape(-1)
+    for column in rows.T[1:]:
+        # the product stays below m * max(node), far inside 64 bits
+        key = numbers.astype(np.int64) * (int(column.max(initial=0)) + 1) + column
+        numbers = np.unique(key, return_inverse=True)[1].reshape(-1)
+    return numbers
+
+
+def _monomials(exponents: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the monomials at the points, shape (p, number of monomials)."""
+    points = np.asarray(points, dtype=float)
+    return np.prod(points[:, None, :] ** exponents[None, :, :], axis=2)

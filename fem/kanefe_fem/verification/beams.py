@@ -1,0 +1,5 @@
+"""All verification cases of beams."""
+
+from kanefe_fem.verification import beam_frequencies
+
+CASES = beam_frequencies.CASES

@@ -1,0 +1,74 @@
+"""kanefe: Kane's method for rigid bodies coupled to finite-element flexible bodies.
+
+Importing the package loads nothing heavy: each public name is imported when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from kanefe.damping import ModalDamping as ModalDamping
+    from kanefe.damping import RayleighDamping as RayleighDamping
+    from kanefe.errors import FileError as FileError
+    from kanefe.errors import KanefeError as KanefeError
+    from kanefe.errors import MeshError as MeshError
+    from kanefe.errors import MissingDependency as MissingDependency
+    from kanefe.errors import ModelError as ModelError
+    from kanefe.errors import SimulationError as SimulationError
+    from kanefe.finite_element_model import FiniteElementModel as FiniteElementModel
+    from kanefe.flexible import FlexibleBody as FlexibleBody
+    from kanefe.given_matrices import model_from_matrices as model_from_matrices
+    from kanefe.interface_ties import Interface as Interface
+    from kanefe.joints import Fixed as Fixed
+    from kanefe.joints import Free as Free
+    from kanefe.joints import Motion as Motion
+    from kanefe.joints import Planar as Planar
+    from kanefe.joints import Prismatic as Prismatic
+    from kanefe.joints import Revolute as Revolute
+    from kanefe.reduction import CraigBampton as CraigBampton
+    from kanefe.reduction import flexible_body as flexible_body
+    from kanefe.results import Result as Result
+    from kanefe.results import load_result as load_result
+    from kanefe.system import System as System
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "CraigBampton": "reduction",
+    "FileError": "errors",
+    "FiniteElementModel": "finite_element_model",
+    "Fixed": "joints",
+    "FlexibleBody": "flexible",
+    "Free": "joints",
+    "Interface": "interface_ties",
+    "KanefeError": "errors",
+    "MeshError": "errors",
+    "MissingDependency": "errors",
+    "ModalDamping": "damping",
+    "ModelError": "errors",
+    "Motion": "joints",
+    "Planar": "joints",
+    "Prismatic": "joints",
+    "RayleighDamping": "damping",
+    "Result": "results",
+    "Revolute": "joints",
+    "SimulationError": "errors",
+    "System": "system",
+    "flexible_body": "reduction",
+    "load_result": "results",
+    "model_from_matrices": "given_matrices",
+}
+
+__all__ = [*_HOMES, "__version__"]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'kanefe' has no attribute {name!r}")
+    value = getattr(import_module(f"kanefe.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

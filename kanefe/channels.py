@@ -1,0 +1,320 @@
+"""Channels: what a run can tell, each computed when it is first read.
+
+`Result` reads channels and nothing else, so that a run in memory and a saved one answer alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from kanefe.finite_element_model import COMPONENTS, Cells
+from kanefe.flexible import InterfaceFrame
+from kanefe.frames import euler_parameters_from_matrix
+from kanefe.integrate.run import Trajectory
+from kanefe.kane.assemble import accelerations, all_speeds
+from kanefe.kane.balance import carried_wrench, joint_reactions
+from kanefe.kane.coupling import recovered_forces
+from kanefe.kane.energy import gravity_energy, kinetic_energy, momenta
+from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
+from kanefe.model import BodyTerms, Model
+from kanefe.quantities import ENERGIES, MODES, MOMENTA, XYZ
+
+Key = tuple[str, str, str]
+"""Quantity, body ("" for the whole scene), interface ("" for the body's own frame)."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyShape:
+    """What is known of a body besides its motion: names, mass and, of a flexible one, its mesh and modes.
+
+    Attributes
+    ----------
+    name, parent, parent_interface : str
+        "" for the inertial frame, and for a parent's own frame.
+    joint : str
+        Kind of the joint.
+    is_driven : bool
+    coordinate_names, speed_names : tuple of str
+        Of the joint, with units in brackets.
+    mass : float
+        kg.
+    com : ndarray, shape (3,)
+        Undeformed centre of mass in the body's frame, m.
+    inertia : ndarray, shape (3, 3)
+        Undeformed, about the centre of mass, kg m2.
+    interfaces : tuple of str
+        Of a flexible body.
+    components : tuple of str
+        Degrees of freedom of the mesh's nodes.
+    nodes : ndarray, shape (n, 3)
+        In m; no rows for a rigid body.
+    basis : ndarray, shape (n * components, k)
+        Motion of the nodes from the modal coordinates.
+    cells : tuple of Cells
+    provenance : mapping
+    """
+
+    name: str
+    parent: str
+    parent_interface: str
+    joint: str
+    is_driven: bool
+    coordinate_names: tuple[str, ...]
+    speed_names: tuple[str, ...]
+    mass: float
+    com: np.ndarray
+    inertia: np.ndarray
+    interfaces: tuple[str, ...]
+    components: tuple[str, ...]
+    nodes: np.ndarray
+    basis: np.ndarray
+    cells: tuple[Cells, ...]
+    provenance: Mapping[str, Any]
+
+    @property
+    def is_flexible(self) -> bool:
+        """Whether the body has a mesh."""
+        return len(self.nodes) > 0
+
+    def translations(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the rows of the basis that move some nodes along x, y and z, shape (len(nodes), 3, k)."""
+        motion = self.basis.reshape(len(self.nodes), len(self.components), -1)[nodes]
+        rows = np.zeros((len(nodes), 3, motion.shape[2]))
+        for column, component in enumerate(self.components):
+            if component in XYZ:
+                rows[:, COMPONENTS.index(component)] = motion[:, column]
+        return rows
+
+
+class Channels(Protocol):
+    """Where a result reads from."""
+
+    times: np.ndarray
+    statistics: dict[str, Any]
+    bodies: tuple[BodyShape, ...]
+
+    def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
+        """Return a channel, time first; names are known to exist."""
+        ...
+
+
+def body_shape(model: Model, body: BodyTerms) -> BodyShape:
+    """Return the shape of a body of a model."""
+    mesh: dict[str, Any] = {
+        "interfaces": (), "components": (), "nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0)),
+        "cells": (), "provenance": {},
+    }  # fmt: skip
+    mass, com, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
+    if body.rigid is not None:
+        mass, com, inertia = body.rigid.mass, body.rigid.com, body.rigid.inertia
+    elif body.flexible is not None:
+        flexible = body.flexible.body
+        mass, com = flexible.mass, flexible.center_of_mass
+        inertia = flexible.inertia - mass * (com @ com * np.eye(3) - np.outer(com, com))
+        mesh = {
+            "interfaces": tuple(frame.name for frame in flexible.interfaces),
+            "components": flexible.components,
+            "nodes": flexible.nodes,
+            "basis": flexible.basis[:, : flexible.free_count],
+            "cells": flexible.cells,
+            "provenance": flexible.provenance,
+        }
+    return BodyShape(
+        name=body.name,
+        parent=model.bodies[body.parent].name if body.parent >= 0 else "",
+        parent_interface=body.parent_interface.name if body.parent_interface is not None else "",
+        joint=body.joint.kind,
+        is_driven=body.is_driven,
+        coordinate_names=body.joint.coordinate_names,
+        speed_names=body.joint.speed_names,
+        mass=mass,
+        com=com,
+        inertia=inertia,
+        **mesh,
+    )
+
+
+class RunChannels:
+    """Channels of a run in memory. Quantities that come out of one sweep are computed together, and kept.
+
+    Parameters
+    ----------
+    model : Model
+    trajectory : Trajectory
+    """
+
+    def __init__(self, model: Model, trajectory: Trajectory) -> None:
+        self.model = model
+        self.trajectory = trajectory
+        self.times = trajectory.times
+        self.statistics = trajectory.statistics
+        self.bodies = tuple(body_shape(model, body) for body in model.bodies)
+        self._kept: dict[Key, np.ndarray] = {}
+        self._du: np.ndarray | None = None
+
+    def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
+        """Return a channel, time first."""
+        key = (quantity, body, interface)
+        if key not in self._kept:
+            for new, array in _COMPUTE[quantity](self, body, interface).items():
+                array.flags.writeable = False
+                self._kept[new] = array
+        return self._kept[key]
+
+    def _accelerations(self) -> np.ndarray:
+        if self._du is None:
+            self._du = np.array([accelerations(self.model, t, q, u) for t, q, u in self._states()])
+        return self._du
+
+    def _states(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        run = self.trajectory
+        return list(zip(run.times, run.coordinates, run.speeds, strict=True))
+
+    def _sweeps(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return position, rotation and speeds of every frame of the scene."""
+        names = ("position", "rotation", "velocity", "angular_velocity")
+        frames = self._frames()
+        width = {"rotation": 4}
+        kept = {
+            (name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames
+        }
+        for i, (t, q, u) in enumerate(self._states()):
+            for frame, motion in zip(frames, self._motions(t, q, u), strict=True):
+                kept["position", *frame][i] = motion.p_NoFo_N
+                kept["rotation", *frame][i] = euler_parameters_from_matrix(motion.A_NF)
+                kept["velocity", *frame][i] = motion.A_NF @ motion.v
+                kept["angular_velocity", *frame][i] = motion.w
+        for frame in frames:
+            e = kept["rotation", *frame]
+            turns = np.where(np.einsum("ti,ti->t", e[1:], e[:-1]) < 0, -1.0, 1.0)  # e and -e are one rotation
+            e[1:] *= np.cumprod(turns)[:, None]
+        return kept
+
+    def _sweeps_of_rates(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return the accelerations of every frame: a = V du + Z, alpha = W du + Y (Eq. 15, 16)."""
+        frames, du = self._frames(), self._accelerations()
+        names = ("acceleration", "angular_acceleration")
+        kept = {(name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames}
+        for i, (t, q, u) in enumerate(self._states()):
+            rates = np.concatenate((du[i], self.model.driven_speeds(t)[1]))
+            for frame, motion in zip(frames, self._motions(t, q, u), strict=True):
+                kept["acceleration", *frame][i] = motion.A_NF @ (motion.V @ rates + motion.Z)
+                kept["angular_acceleration", *frame][i] = motion.W @ rates + motion.Y
+        return kept
+
+    def _frames(self) -> list[tuple[str, str]]:
+        """Return body and interface of every frame, in the order of `_motions`."""
+        return [(shape.name, interface) for shape in self.bodies for interface in ("", *shape.interfaces)]
+
+    def _motions(self, t: float, q: np.ndarray, u: np.ndarray) -> list[FrameMotion]:
+        full = all_speeds(self.model, t, u)
+        motions: list[FrameMotion] = []
+        for body, G in zip(self.model.bodies, sweep_outward(self.model, t, q, full), strict=True):
+            motions.append(G)
+            if (terms := body.flexible) is not None:
+                motions += [interface_motion(G, n, terms, q, full, self.model.slopes) for n in terms.body.interfaces]
+        return motions
+
+    def _joint(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        terms = self.model.bodies[self.model.index(body)]
+        if terms.joint.motion is None:
+            q = np.array(self.trajectory.coordinates[:, terms.coordinates])
+            u = np.array(self.trajectory.speeds[:, terms.speeds])
+        else:
+            motion = terms.joint.motion
+            q = np.array([[float(motion.position(t))] for t in self.times])
+            u = np.array([[float(motion.velocity(t))] for t in self.times])
+        return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
+
+    def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        terms = self.model.flexible_terms(body)
+        return {
+            ("modal_coordinates", body, ""): np.array(self.trajectory.coordinates[:, terms.eta]),
+            ("modal_speeds", body, ""): np.array(self.trajectory.speeds[:, terms.speeds]),
+        }
+
+    def _deflection(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        terms = self.model.flexible_terms(body)
+        motion = terms.body.interface(interface).motion[:, : terms.body.free_count]
+        return {("deflection", body, interface): self.trajectory.coordinates[:, terms.eta] @ motion.T}
+
+    def _energies(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        run, model = self.trajectory, self.model
+        states = self._states()
+        elastic = np.zeros(len(run.times))
+        for terms in (b.flexible for b in model.bodies if b.flexible):
+            eta, k = run.coordinates[:, terms.eta], terms.body.free_count
+            elastic += 0.5 * np.einsum("ti,ti->t", eta @ terms.body.stiffness[:k, :k], eta)
+        return {
+            ("kinetic_energy", "", ""): np.array([kinetic_energy(model, t, q, u) for t, q, u in states]),
+            ("elastic_energy", "", ""): elastic,
+            ("gravity_energy", "", ""): np.array([gravity_energy(model, t, q) for t, q, _ in states]),
+            ("dissipated_energy", "", ""): np.array(run.dissipated),
+            ("work", "", ""): np.array(run.work),
+        }
+
+    def _momenta(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        linear, angular = zip(*(momenta(self.model, t, q, u) for t, q, u in self._states()), strict=True)
+        return {("linear_momentum", "", ""): np.array(linear), ("angular_momentum", "", ""): np.array(angular)}
+
+    def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        wrenches = self._at_all_times(joint_reactions)
+        return {("joint_reaction", b.name, ""): wrenches[:, i].copy() for i, b in enumerate(self.bodies)}
+
+    def _residuals(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return all driving forces, and the coupling forces of all interfaces with components fixed in G."""
+        forces = self._at_all_times(lambda *state: np.concatenate(recovered_forces(*state)))
+        kept: dict[Key, np.ndarray] = {}
+        start = self.model.free_count
+        for terms in self.model.bodies:
+            if terms.is_driven:
+                kept["driving_force", terms.name, ""] = forces[:, terms.speeds.start - start].copy()
+            if terms.flexible is None:
+                continue
+            for frame in terms.flexible.body.interfaces:
+                if frame.fixed_components:
+                    first = terms.flexible.fixed.start - terms.flexible.body.free_count - start
+                    wrench = self._carried(terms, frame)
+                    wrench[:, frame.fixed_components] = forces[:, [first + column for column in frame.fixed_columns]]
+                    kept["coupling_force", terms.name, frame.name] = wrench
+        return kept
+
+    def _coupling(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        terms = self.model.bodies[self.model.index(body)]
+        frame = self.model.flexible_terms(body).body.interface(interface)
+        if frame.fixed_components:
+            return self._residuals(body, interface)
+        return {("coupling_force", body, interface): self._carried(terms, frame)}
+
+    def _carried(self, terms: BodyTerms, frame: InterfaceFrame) -> np.ndarray:
+        """Return the wrench of what an interface carries (T, 6); nothing carried, nothing computed."""
+        number = self.model.index(terms.name)
+        if len(frame.fixed_components) == 6 or not any(
+            b.parent == number and b.parent_interface is not None and b.parent_interface.name == frame.name
+            for b in self.model.bodies
+        ):
+            return np.zeros((len(self.times), 6))
+        return self._at_all_times(lambda model, *state: carried_wrench(model, number, frame, *state))
+
+    def _at_all_times(self, function: Callable[..., Any]) -> np.ndarray:
+        """Return ``function(model, t, q, u, du)`` at every output time."""
+        states = zip(self._states(), self._accelerations(), strict=True)
+        return np.array([function(self.model, *state, du) for state, du in states])
+
+
+_COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = {
+    **dict.fromkeys(("position", "rotation", "velocity", "angular_velocity"), RunChannels._sweeps),
+    **dict.fromkeys(("acceleration", "angular_acceleration"), RunChannels._sweeps_of_rates),
+    **dict.fromkeys(("joint_coordinates", "joint_speeds"), RunChannels._joint),
+    **dict.fromkeys(MODES, RunChannels._modes),
+    **dict.fromkeys(MOMENTA, RunChannels._momenta),
+    **dict.fromkeys(ENERGIES, RunChannels._energies),
+    "deflection": RunChannels._deflection,
+    "joint_reaction": RunChannels._reactions,
+    "driving_force": RunChannels._residuals,
+    "coupling_force": RunChannels._coupling,
+}  # fmt: skip

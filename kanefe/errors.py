@@ -1,0 +1,43 @@
+"""The errors kanefe raises: each message names the thing at fault and the remedy."""
+
+from __future__ import annotations
+
+
+class KanefeError(Exception):
+    """Base of every error that kanefe raises on purpose."""
+
+
+class ModelError(KanefeError, ValueError):
+    """A scene, body, joint, load or matrix that cannot be what the user means."""
+
+
+class MeshError(KanefeError, ValueError):
+    """A mesh that cannot be turned into matrices."""
+
+
+class FileError(KanefeError, ValueError):
+    """A file that is truncated, of another format or of another version."""
+
+
+class SimulationError(KanefeError, RuntimeError):
+    """A run that could not be finished; the message says when, why and what to try."""
+
+
+class MissingDependency(KanefeError, ImportError):
+    """An optional package that a function needs is not installed.
+
+    Parameters
+    ----------
+    package : str
+        What could not be imported.
+    needed_by : str
+        The function the user called.
+    remedy : str
+        The command that installs it.
+    """
+
+    def __init__(self, package: str, needed_by: str, remedy: str) -> None:
+        super().__init__(f"{needed_by} needs {package}, which is not installed. Remedy: {remedy}")
+        self.package = package
+        self.needed_by = needed_by
+        self.remedy = remedy

@@ -1,0 +1,171 @@
+"""The full-order finite-element model: the arrays that cross the border from `kanefe_fem` to `kanefe`.
+
+A model is nodes, the degrees of freedom they carry, sparse M and K, and the *mass field* from which the inertia of a
+moving body is exact. It knows nothing of the mesh generator or the finite-element library that made it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+
+TRANSLATIONS = ("x", "y", "z")
+ROTATIONS = ("rx", "ry", "rz")
+COMPONENTS = TRANSLATIONS + ROTATIONS
+"""Names of the six components of a node's motion, in the order of every 6-vector of the package."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodeGroup:
+    """Named nodes of a mesh, a candidate for an interface.
+
+    Attributes
+    ----------
+    nodes : ndarray of int, shape (m,)
+        Node numbers.
+    position : ndarray, shape (3,)
+        Reference point in m: area-weighted centroid of the facets, or the node itself.
+    """
+
+    nodes: np.ndarray
+    position: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """One block of cells of one shape, for views.
+
+    Attributes
+    ----------
+    kind : str
+        Shape, by meshio's name ("tetra10", "hexahedron", "line", ...).
+    nodes : ndarray of int, shape (m, nodes per cell)
+        Node numbers in VTK order.
+    """
+
+    kind: str
+    nodes: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class MassField:
+    """Mass of a body as a cloud of points that only translate: ``r = X + N q``.
+
+    For a Lagrange mesh the points are the nodes and `mass` is the scalar consistent mass matrix; for a beam they are
+    integration points of the cross-sections along the axis. Since the field is linear in q, position, velocity and
+    acceleration of every point are exact, and so is the inertia (Zwoelfer & Gerstmayr 2020).
+
+    Attributes
+    ----------
+    points : ndarray, shape (P, 3)
+        Reference coordinates X in m.
+    mass : csr_matrix, shape (P, P)
+        Scalar mass matrix in kg.
+    interpolation : csr_matrix, shape (3 P, N)
+        N: displacement of the points, point-major, from the degrees of freedom of the model.
+    """
+
+    points: np.ndarray
+    mass: sp.csr_matrix
+    interpolation: sp.csr_matrix
+
+    def mass_matrix(self) -> sp.csr_matrix:
+        """Return the consistent mass matrix ``N^T (Ms (x) I3) N``, shape (N, N)."""
+        kron = sp.kron(self.mass, sp.identity(3), format="csr")
+        return (self.interpolation.T @ kron @ self.interpolation).tocsr()
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteElementModel:
+    """Full-order matrices of one flexible body in its mesh frame G.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n, 3)
+        Reference coordinates in m.
+    components : tuple of str
+        Degrees of freedom of every node, among "x", "y", "z", "rx", "ry", "rz"; degree of freedom number
+        ``node * len(components) + c``.
+    stiffness : csr_matrix, shape (N, N)
+        K, in N/m and N m/rad.
+    mass : csr_matrix, shape (N, N)
+        M, in kg and kg m2.
+    mass_field : MassField or None
+        Exact inertia. None: the nodal form of Eq. 38 is used, an approximation where nodes rotate.
+    damping : csr_matrix or None
+        C, in N s/m.
+    cells : tuple of Cells
+        For views.
+    groups : dict of str to NodeGroup
+        Candidates for interfaces.
+    provenance : dict
+        Where the arrays come from (json-able).
+    """
+
+    nodes: np.ndarray
+    components: tuple[str, ...]
+    stiffness: sp.csr_matrix
+    mass: sp.csr_matrix
+    mass_field: MassField | None = None
+    damping: sp.csr_matrix | None = None
+    cells: tuple[Cells, ...] = ()
+    groups: Mapping[str, NodeGroup] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        """Number of degrees of freedom N."""
+        return len(self.nodes) * len(self.components)
+
+    def rigid_modes(self, about: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """Return the motions of the nodes under unit rigid motions, shape (N, 6).
+
+        Columns are three translations and three small rotations about the point `about` (m, in G).
+        """
+        return rigid_motion(self.nodes, about, self.components)
+
+    def group(self, name: str) -> NodeGroup:
+        """Return the named group of nodes.
+
+        Raises
+        ------
+        ModelError
+            If there is no such group; the message lists those there are.
+        """
+        if name not in self.groups:
+            known = ", ".join(sorted(self.groups)) or "none"
+            raise ModelError(
+                f"the mesh has no group of facets or nodes called {name!r}. Remedy: use one of those it has ({known}), "
+                "or name a physical group so in the mesh"
+            )
+        return self.groups[name]
+
+
+def rigid_motion(
+    points: np.ndarray, about: np.ndarray | tuple[float, float, float], components: tuple[str, ...] = TRANSLATIONS
+) -> np.ndarray:
+    """Return the small rigid motion ``d + theta x (X - about)`` of points, shape (points * components, 6).
+
+    Parameters
+    ----------
+    points : ndarray, shape (P, 3)
+        Positions in m.
+    about : array_like, shape (3,)
+        Reference point in m.
+    components : tuple of str
+        Which components of each point's motion to return.
+    """
+    r = np.asarray(points, dtype=float) - np.asarray(about, dtype=float)
+    full = np.zeros((len(r), 6, 6))
+    full[:, range(6), range(6)] = 1.0
+    full[:, 0, 4], full[:, 0, 5] = r[:, 2], -r[:, 1]
+    full[:, 1, 3], full[:, 1, 5] = -r[:, 2], r[:, 0]
+    full[:, 2, 3], full[:, 2, 4] = r[:, 1], -r[:, 0]
+    rows = [COMPONENTS.index(c) for c in components]
+    return full[:, rows, :].reshape(-1, 6)

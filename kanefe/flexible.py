@@ -1,0 +1,195 @@
+"""FlexibleBody: the contract between finite elements and Kane's equations.
+
+A body is a set of frozen arrays in its mesh frame G: a basis Psi of K coordinates, its stiffness, damping and mass
+moments, and the motion of its interfaces. The first k coordinates are free; the last ones are the interface
+components that are fixed in G. Their rows of the equations are deleted, and give the coupling forces when asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+from kanefe.finite_element_model import COMPONENTS, Cells
+from kanefe.mass_moments import MassMoments
+from kanefe.nodal_moments import NodalMoments
+
+UNITS = "m, kg, s, N, rad"
+
+
+@dataclass(frozen=True, eq=False)
+class InterfaceFrame:
+    """A frame n of a flexible body that moves with its interface.
+
+    Attributes
+    ----------
+    name : str
+    position : ndarray, shape (3,)
+        p_GoNo_G, undeformed, in m. The axes are those of G when undeformed.
+    motion : ndarray, shape (6, K)
+        Translation (m) and slopes (rad) of the frame from all coordinates, in components of G.
+    fixed_components : tuple of int
+        Which of the six components are fixed in G (0..5).
+    fixed_columns : tuple of int
+        The coordinates they are, among the last ones of the body.
+    """
+
+    name: str
+    position: np.ndarray
+    motion: np.ndarray
+    fixed_components: tuple[int, ...] = ()
+    fixed_columns: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleBody:
+    """A flexible body ready for the Kane assembler.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n, 3)
+        Reference coordinates of the mesh in G, m.
+    components : tuple of str
+        Degrees of freedom of every node.
+    basis : ndarray, shape (n * components, K)
+        Psi: motion of the nodes from the coordinates, fixed interface components last.
+    free_count : int
+        Number k of free coordinates.
+    stiffness : ndarray, shape (K, K)
+    damping : ndarray, shape (k, k)
+    moments : MassMoments or NodalMoments
+        Inertia: exact from a mass field, or the nodal form.
+    interfaces : tuple of InterfaceFrame
+    inertia_points : ndarray, shape (P, 3)
+        Mass points of the field in m; the nodes where the nodal form is used.
+    inertia_mass : csr_matrix
+        Scalar mass matrix (P, P) of the field; M of the nodes in the nodal form.
+    inertia_basis : ndarray
+        Psi at the mass points, (3 P, K); at the nodes in the nodal form.
+    cells : tuple of Cells
+        For views.
+    units : str
+    provenance : dict
+        Where the body comes from (json-able).
+    """
+
+    nodes: np.ndarray
+    components: tuple[str, ...]
+    basis: np.ndarray
+    free_count: int
+    stiffness: np.ndarray
+    damping: np.ndarray
+    moments: MassMoments | NodalMoments
+    interfaces: tuple[InterfaceFrame, ...]
+    inertia_points: np.ndarray
+    inertia_mass: sp.csr_matrix
+    inertia_basis: np.ndarray
+    cells: tuple[Cells, ...] = ()
+    units: str = UNITS
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        frozen = [self.nodes, self.basis, self.stiffness, self.damping, self.inertia_points, self.inertia_basis]
+        frozen += [*self.moments.arrays().values(), self.inertia_mass.data]
+        frozen += [a for frame in self.interfaces for a in (frame.position, frame.motion)]
+        frozen += [block.nodes for block in self.cells]
+        for array in frozen:
+            array.flags.writeable = False
+
+    @property
+    def count(self) -> int:
+        """Number K of coordinates, free and fixed."""
+        return self.basis.shape[1]
+
+    @property
+    def fixed_count(self) -> int:
+        """Number of interface components fixed in G."""
+        return self.count - self.free_count
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the inertia is exact (a mass field), or the nodal approximation."""
+        return isinstance(self.moments, MassMoments)
+
+    @property
+    def is_floating(self) -> bool:
+        """Whether no interface is fixed in G: G follows the body's mean motion, and only a free joint can hold it."""
+        return self.fixed_count == 0
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Natural frequencies with the fixed interfaces held, shape (k,), in Hz."""
+        k = self.free_count
+        if k == 0:
+            return np.zeros(0)
+        squares = scipy.linalg.eigh(self.stiffness[:k, :k], self.moments.elastic_mass[:k, :k], eigvals_only=True)
+        return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+
+    @property
+    def mass(self) -> float:
+        """Mass in kg."""
+        return float(self.moments.mass)
+
+    @property
+    def center_of_mass(self) -> np.ndarray:
+        """Undeformed centre of mass in G, shape (3,), m."""
+        generalised, _ = self.moments.leading(0).terms(np.zeros(0), np.zeros(0), np.zeros(3))
+        c = generalised[3:6, :3] / self.mass
+        return np.array((c[2, 1], c[0, 2], c[1, 0]))
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Undeformed inertia about the origin of G, in components of G, shape (3, 3), kg m2."""
+        generalised, _ = self.moments.leading(0).terms(np.zeros(0), np.zeros(0), np.zeros(3))
+        return generalised[3:6, 3:6]
+
+    def interface(self, name: str) -> InterfaceFrame:
+        """Return the interface called `name`; raise a ModelError that lists those there are."""
+        for frame in self.interfaces:
+            if frame.name == name:
+                return frame
+        known = ", ".join(frame.name for frame in self.interfaces) or "none"
+        raise ModelError(f"this flexible body has no interface called {name!r}. It has: {known}")
+
+    def node_frame(self, node: int) -> InterfaceFrame:
+        """Return a frame that moves with one node of the mesh (slopes are zero where the node has none)."""
+        if not 0 <= node < len(self.nodes):
+            raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
+        motion = np.zeros((6, self.count))
+        width = len(self.components)
+        motion[[COMPONENTS.index(c) for c in self.components]] = self.basis[node * width : (node + 1) * width]
+        return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
+
+    def node_displacements(self, eta: np.ndarray) -> np.ndarray:
+        """Return the displacement of every node in G, shape (n, 3) in m, from the free coordinates (k,)."""
+        motion = (self.basis[:, : self.free_count] @ eta).reshape(len(self.nodes), len(self.components))
+        displacement = np.zeros((len(self.nodes), 3))
+        for column, component in enumerate(self.components):
+            if component in ("x", "y", "z"):
+                displacement[:, COMPONENTS.index(component)] = motion[:, column]
+        return displacement
+
+    def save(self, path: str) -> None:
+        """Write the body to one file (.npz); an old file survives a failure. See `FlexibleBody.load`."""
+        from kanefe.body_file import save_body
+
+        save_body(self, path)
+
+    @staticmethod
+    def load(path: str) -> FlexibleBody:
+        """Read a body that `save` wrote.
+
+        Raises
+        ------
+        FileError
+            If the file is not there, truncated, or of another format or version.
+        """
+        from kanefe.body_file import load_body
+
+        return load_body(path)

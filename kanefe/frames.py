@@ -1,0 +1,149 @@
+"""Frames, rotations and the notation of the package.
+
+Notation
+--------
+A name carries quantity, frames and components: ``A_AB`` maps components in frame B to components in frame A, so that
+``A_AC = A_AB @ A_BC``; ``p_AoBo_N`` is the position of B's origin from A's origin, in components of N; ``w_AB_B`` is
+the angular velocity of B seen from A, in components of B. Frames: N inertial, R rigid body, G mesh frame of a
+flexible body, n interface or node.
+
+The paper names the matrix of Eq. 6 and Eq. 8 ``T_(b<-a)`` and that of Eq. 7 the other way round; all of them are
+``A_ab`` here (see EQUATIONS.md).
+
+Euler parameters are scalar first, ``e = (e0, e1, e2, e3)``, and need not be normalised to be read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from kanefe.errors import ModelError
+
+Vector = np.ndarray
+Matrix = np.ndarray
+
+
+def skew(v: Vector | Sequence[float]) -> Matrix:
+    """Return v~, the matrix of the cross product: ``skew(a) @ b = a x b`` (Eq. 4), shape (3, 3)."""
+    x, y, z = v
+    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+
+
+def axial(T: Matrix) -> Vector:
+    """Return ``(T_yz - T_zy, T_zx - T_xz, T_xy - T_yx)``: ``axial(a b^T) = a x b``, shape (3,)."""
+    return np.array((T[1, 2] - T[2, 1], T[2, 0] - T[0, 2], T[0, 1] - T[1, 0]))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a x b of two 3-vectors, faster than numpy's general routine."""
+    a0, a1, a2 = a
+    b0, b1, b2 = b
+    return np.array((a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0))
+
+
+def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
+    """Return the Euler parameters of a rotation by `angle` (rad) about `axis` (Eq. 5), shape (4,).
+
+    Raises
+    ------
+    ModelError
+        If the axis has no length.
+
+    Examples
+    --------
+    >>> euler_parameters((0, 0, 1), np.pi).round(12)
+    array([0., 0., 0., 1.])
+    """
+    return np.concatenate(([math.cos(angle / 2)], math.sin(angle / 2) * unit_vector(axis, "the axis of a rotation")))
+
+
+def unit_vector(v: Vector | Sequence[float], what: str) -> Vector:
+    """Return v / |v|; raise a ModelError that names `what` if v has no length or is not three finite numbers."""
+    array = np.asarray(v, dtype=float)
+    if array.shape != (3,) or not np.all(np.isfinite(array)) or np.linalg.norm(array) < 1e-300:
+        raise ModelError(f"{what} must be three finite numbers with a length above zero, not {v!r}")
+    return array / np.linalg.norm(array)
+
+
+def rotation_matrix(e: Vector) -> Matrix:
+    """Return A_ab of the frame b whose orientation seen from a is e (Eq. 6), shape (3, 3).
+
+    The paper's matrix is printed for unit parameters under the name ``T_(b<-a)``; it maps components in b to
+    components in a. Here e is normalised first, so that drift of an integrator does not scale lengths.
+    """
+    e0, e1, e2, e3 = e / math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
+    return 2.0 * np.array(
+        (
+            (e0 * e0 + e1 * e1 - 0.5, e1 * e2 - e0 * e3, e1 * e3 + e0 * e2),
+            (e1 * e2 + e0 * e3, e0 * e0 + e2 * e2 - 0.5, e2 * e3 - e0 * e1),
+            (e1 * e3 - e0 * e2, e2 * e3 + e0 * e1, e0 * e0 + e3 * e3 - 0.5),
+        )
+    )
+
+
+def euler_parameters_from_matrix(A: Matrix) -> Vector:
+    """Return unit Euler parameters of A_ab with e0 >= 0 where e0 is not tiny (inverse of Eq. 6), shape (4,).
+
+    The largest of the four parameters is found first and divides the others, so that no rotation is singular.
+    """
+    trace = A[0, 0] + A[1, 1] + A[2, 2]
+    squares = np.array((trace, A[0, 0], A[1, 1], A[2, 2])) * 2.0 - trace + 1.0  # 4 e_i^2
+    i = int(np.argmax(squares))
+    e = np.empty(4)
+    if i == 0:
+        e[:] = squares[0], A[2, 1] - A[1, 2], A[0, 2] - A[2, 0], A[1, 0] - A[0, 1]
+    elif i == 1:
+        e[:] = A[2, 1] - A[1, 2], squares[1], A[0, 1] + A[1, 0], A[0, 2] + A[2, 0]
+    elif i == 2:
+        e[:] = A[0, 2] - A[2, 0], A[0, 1] + A[1, 0], squares[2], A[1, 2] + A[2, 1]
+    else:
+        e[:] = A[1, 0] - A[0, 1], A[0, 2] + A[2, 0], A[1, 2] + A[2, 1], squares[3]
+    e /= np.linalg.norm(e)
+    return -e if e[0] < 0 else e
+
+
+def multiply(e_ab: Vector, e_bc: Vector) -> Vector:
+    """Return the Euler parameters e_ac of two successive rotations (the parameters' form of Eq. 7), shape (4,)."""
+    a0, a1, a2, a3 = e_ab
+    b0, b1, b2, b3 = e_bc
+    return np.array(
+        (
+            a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
+            a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
+            a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
+            a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
+        )
+    )
+
+
+def euler_parameter_rates(e_ab: Vector, w_ab_b: Vector) -> Vector:
+    """Return de/dt from the angular velocity of b seen from a, in components of b (Nikravesh 1988), shape (4,)."""
+    return 0.5 * multiply(e_ab, np.concatenate(([0.0], w_ab_b)))
+
+
+def rotation_matrix_rate(A_ab: Matrix, w_ab_b: Vector) -> Matrix:
+    """Return dA_ab/dt = A_ab w_ab_b~ = w_ab_a~ A_ab (Eq. 8), shape (3, 3).
+
+    Eq. 8 prints the frames of the angular velocity in the opposite order to its matrix.
+    """
+    return A_ab @ skew(w_ab_b)
+
+
+def euler_parameters_from_rotation_vector(theta: Vector) -> Vector:
+    """Return the Euler parameters of exp(theta~), theta in rad, shape (4,)."""
+    angle = math.sqrt(theta[0] ** 2 + theta[1] ** 2 + theta[2] ** 2)
+    half_sinc = 0.5 - angle**2 / 48 if angle < 1e-4 else math.sin(angle / 2) / angle
+    return np.array((math.cos(angle / 2), half_sinc * theta[0], half_sinc * theta[1], half_sinc * theta[2]))
+
+
+def rotation_vector(e: Vector) -> Vector:
+    """Return the rotation vector theta (|theta| <= pi, rad) of Euler parameters e: the logarithm, shape (3,)."""
+    e = -e if e[0] < 0 else e
+    vector = np.asarray(e[1:], dtype=float)
+    sine = float(np.linalg.norm(vector))
+    if sine < 1e-8 * abs(e[0]):
+        return 2.0 * vector / e[0]
+    return 2.0 * math.atan2(sine, e[0]) * vector / sine

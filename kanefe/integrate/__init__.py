@@ -1,0 +1,1 @@
+"""Time integration: a method is a stepper; one loop drives them all."""

@@ -1,0 +1,203 @@
+"""The one loop that runs a model in time with any method."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.integrate.dynamics import WORKS, Dynamics
+from kanefe.integrate.explicit import ExplicitStepper
+from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper
+from kanefe.model import Model
+
+
+class Stepper(Protocol):
+    """A method in the middle of a run."""
+
+    name: str
+    rejected: int
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        ...
+
+    def initial_state(self) -> Vector:
+        """Return the state at the start."""
+        ...
+
+    def step(self) -> None:
+        """Take one accepted step."""
+        ...
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times within the last step."""
+        ...
+
+
+METHODS: dict[str, Callable[[Dynamics, float, float, float, float, np.ndarray], Stepper]] = {
+    ExplicitStepper.name: ExplicitStepper,
+    GeneralisedAlphaStepper.name: GeneralisedAlphaStepper,
+}
+
+LARGEST_EXPLICIT_STEPS = 2000.0
+"""Steps that stability would ask of the explicit method above which "auto" takes the implicit one."""
+
+OUTPUTS = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """States of a run at its output times.
+
+    Attributes
+    ----------
+    times : ndarray, shape (T,)
+        s.
+    coordinates : ndarray, shape (T, coordinates)
+    speeds : ndarray, shape (T, free)
+    dissipated, work : ndarray, shape (T,)
+        Energy taken by damping and given by loads and drives since the start, J.
+    statistics : dict
+        Method, why it was chosen, steps, rejected steps, evaluations, seconds.
+    """
+
+    times: np.ndarray
+    coordinates: np.ndarray
+    speeds: np.ndarray
+    dissipated: np.ndarray
+    work: np.ndarray
+    statistics: dict[str, Any]
+
+
+def integrate(
+    model: Model,
+    t_span: tuple[float, float],
+    *,
+    rtol: float = 1e-6,
+    atol: float | None = None,
+    method: str = "auto",
+    output_step: float | None = None,
+    progress: bool | None = None,
+) -> Trajectory:
+    """Run a model in time.
+
+    Parameters
+    ----------
+    model : Model
+    t_span : (float, float)
+        Start and end in s.
+    rtol : float
+        Relative error of a step.
+    atol : float, optional
+        Absolute error of a step, for "dop853" only; default 1e-3 rtol.
+    method : "auto", "dop853" or "generalised-alpha"
+        "auto" takes the explicit method unless its stability would need more than 2000 steps.
+    output_step : float, optional
+        Time between stored states in s; default a 500th of the span.
+    progress : bool, optional
+        Show a progress bar with the time left; default: only on a terminal.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ModelError
+        If an option makes no sense.
+    SimulationError
+        If the run cannot be finished; the message says when and what to try.
+    """
+    start, stop = _checked_span(t_span)
+    if not (math.isfinite(rtol) and 0 < rtol < 1):
+        raise ModelError(f"rtol must lie between 0 and 1, not {rtol!r}")
+    times = _output_times(start, stop, output_step)
+    name, reason = _choose(model, method, stop - start)
+    if atol is not None and name != ExplicitStepper.name:
+        raise ModelError(f"atol has no meaning for {name}, which scales errors by the size of the bodies. Remedy: leave it out")
+    if atol is not None and not (math.isfinite(atol) and atol > 0):
+        raise ModelError(f"atol must be above zero, not {atol!r}")
+    began = time.perf_counter()
+    dynamics = Dynamics(model)
+    stepper = METHODS[name](dynamics, start, stop, rtol, 1e-3 * rtol if atol is None else atol, times)
+    states = np.empty((len(times), model.coordinate_count + model.free_count + WORKS))
+    states[0] = stepper.initial_state()
+    stored, steps = 1, 0
+    with _progress_bar(progress, stop - start) as bar:
+        while stored < len(times):
+            before = stepper.t
+            stepper.step()
+            steps += 1
+            reached = stored + int(np.searchsorted(times[stored:], stepper.t, side="right"))
+            if reached > stored:
+                states[stored:reached] = stepper.states(times[stored:reached])
+                stored = reached
+            bar.update(stepper.t - before)
+    n, m = model.coordinate_count, model.free_count
+    return Trajectory(
+        times=times,
+        coordinates=states[:, :n],
+        speeds=states[:, n : n + m],
+        dissipated=states[:, n + m],
+        work=states[:, n + m + 1],
+        statistics={
+            "method": name,
+            "reason": reason,
+            "rtol": rtol,
+            "steps": steps,
+            "rejected": stepper.rejected,
+            "evaluations": dynamics.evaluations,
+            "seconds": time.perf_counter() - began,
+        },
+    )
+
+
+def _checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
+    try:
+        start, stop = (float(t) for t in t_span)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"t_span must be two times in s, such as (0.0, 5.0), not {t_span!r}") from error
+    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
+        raise ModelError(f"t_span {t_span!r} must run forward: two finite times, the end after the start")
+    return start, stop
+
+
+def _output_times(start: float, stop: float, step: float | None) -> np.ndarray:
+    if step is None:
+        return np.linspace(start, stop, OUTPUTS + 1)
+    if not (math.isfinite(step) and 0 < step):
+        raise ModelError(f"output_step must be above zero s, not {step!r}")
+    count = max(1, round((stop - start) / step))
+    if abs(count * step - (stop - start)) <= 1e-9 * (stop - start):
+        return np.linspace(start, stop, count + 1)
+    return np.append(np.arange(start, stop, step), stop)
+
+
+def _choose(model: Model, method: str, span: float) -> tuple[str, str]:
+    if method != "auto":
+        if method not in METHODS:
+            raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(METHODS)}")
+        return method, "asked for"
+    # DOP853 is stable up to about |h w| = 6 on the imaginary axis
+    needed = span * 2 * math.pi * model.highest_frequency / 6.0
+    if needed > LARGEST_EXPLICIT_STEPS:
+        return GeneralisedAlphaStepper.name, f"elastic modes up to {model.highest_frequency:.3g} Hz are stiff over {span:g} s"
+    return ExplicitStepper.name, "no stiff elastic modes"
+
+
+def _progress_bar(wanted: bool | None, span: float) -> Any:
+    """Return a progress bar in simulated seconds; a silent one off a terminal."""
+    from tqdm import tqdm
+
+    shown = sys.stderr.isatty() if wanted is None else wanted
+    layout = "{desc}: {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
+    return tqdm(total=span, desc="simulate", disable=not shown, bar_format=layout, leave=False)

@@ -1,0 +1,151 @@
+"""What a joint is: coordinates, speeds, and the motion of its moving frame M seen from its fixed frame F."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector, unit_vector
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A joint coordinate as a given function of time.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : callable
+        t in s -> coordinate in rad or m, and its two time derivatives.
+
+    Examples
+    --------
+    >>> spin = Motion(lambda t: 3.0 * t, lambda t: 3.0, lambda t: 0.0)
+    """
+
+    position: Callable[[float], float]
+    velocity: Callable[[float], float]
+    acceleration: Callable[[float], float]
+
+    @classmethod
+    def steady(cls, rate: float, start: float = 0.0) -> Motion:
+        """Return the motion ``start + rate t`` (rad/s or m/s)."""
+        return cls(lambda t: start + rate * t, lambda t: rate, lambda t: 0.0)
+
+    def check(self, where: str, times: Sequence[float] = (0.0, 1e-3)) -> None:
+        """Raise a ModelError if one of the functions gives no finite number, or rates that contradict the position."""
+        for name in ("position", "velocity", "acceleration"):
+            function = getattr(self, name)
+            if not callable(function):
+                raise ModelError(f"{where}: {name} of a Motion must be a function of time, not {function!r}")
+            for t in times:
+                value = np.asarray(function(t), dtype=float)
+                if value.shape != () or not np.isfinite(value):
+                    raise ModelError(f"{where}: {name} at t = {t} s must be one finite number, not {function(t)!r}")
+
+
+class Joint(ABC):
+    """How a body moves seen from its parent: ``v = V u``, ``w = W u`` and remainders, all in components of F.
+
+    A subclass is one kinematic pair: it names its coordinates and speeds and gives the five functions below. None of
+    them knows the tree. Driven coordinates (`motion`) keep their columns; the equations treat their speeds as known.
+
+    Attributes
+    ----------
+    coordinate_names, speed_names : tuple of str
+        With units in brackets.
+    motion : Motion or None
+        The joint's coordinate as a function of time.
+    """
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ()
+    speed_names: ClassVar[tuple[str, ...]] = ()
+    motion: Motion | None = None
+
+    @property
+    def kind(self) -> str:
+        """Name of the joint's kind, as in messages."""
+        return type(self).__name__.lower()
+
+    @abstractmethod
+    def initial_coordinates(self) -> Vector:
+        """Return q at the start, shape (coordinates,)."""
+
+    @abstractmethod
+    def initial_speeds(self) -> Vector:
+        """Return u at the start, shape (speeds,)."""
+
+    @abstractmethod
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        """Return p_FoMo_F (3,) in m and A_FM (3, 3)."""
+
+    @abstractmethod
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        """Return V and W (3, speeds) of M seen from F, in components of F (Eq. 13, 14)."""
+
+    def remainders(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+        """Return Z and Y (3,): acceleration of M seen from F that needs no du, in components of F (Eq. 15, 16)."""
+        return np.zeros(3), np.zeros(3)
+
+    def coordinate_rates(self, q: Vector, u: Vector) -> Vector:
+        """Return dq/dt, shape (coordinates,)."""
+        return u
+
+    def advance(self, q: Vector, step: Vector) -> Vector:
+        """Return q moved by a step of the speeds' directions (u times a time), on the rotation group where q is on it."""
+        return q + step
+
+
+@dataclass(frozen=True)
+class AxisJoint(Joint):
+    """Common part of the joints with one axis.
+
+    Parameters
+    ----------
+    axis : "x", "y", "z" or three numbers
+        Direction in the joint's fixed frame F; its length does not matter.
+    position, speed : float
+        Coordinate (rad or m) and its rate at the start.
+    motion : Motion, optional
+        Drives the coordinate; then `position` and `speed` must stay at zero.
+
+    Raises
+    ------
+    ModelError
+        If the axis has no length or the start contradicts the motion.
+    """
+
+    axis: str | Sequence[float] = "z"
+    position: float = 0.0
+    speed: float = 0.0
+    motion: Motion | None = None
+    direction: np.ndarray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        direction = AXES.get(self.axis, None) if isinstance(self.axis, str) else self.axis
+        if direction is None:
+            raise ModelError(f"axis of a {self.kind} joint: {self.axis!r} is not x, y, z or three numbers")
+        object.__setattr__(self, "direction", unit_vector(direction, f"the axis of a {self.kind} joint"))
+        for name in ("position", "speed"):
+            if not np.isfinite(getattr(self, name)):
+                raise ModelError(f"{name} of a {self.kind} joint must be finite, not {getattr(self, name)!r}")
+        if self.motion is not None:
+            if self.position != 0.0 or self.speed != 0.0:
+                raise ModelError(
+                    f"a {self.kind} joint that is driven by a motion takes its start from it. "
+                    "Remedy: leave out position and speed"
+                )
+            self.motion.check(f"{self.kind} joint")
+
+
+    def initial_coordinates(self) -> Vector:
+        return np.array([self.position], dtype=float)
+
+    def initial_speeds(self) -> Vector:
+        return np.array([self.speed], dtype=float)

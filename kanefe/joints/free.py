@@ -1,0 +1,86 @@
+"""The free joint: three translations and a rotation by Euler parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import (
+    Matrix,
+    Vector,
+    euler_parameter_rates,
+    euler_parameters_from_rotation_vector,
+    multiply,
+    rotation_matrix,
+)
+from kanefe.joints.base import Joint
+
+
+@dataclass(frozen=True)
+class Free(Joint):
+    """No constraint between parent and child: 7 coordinates, 6 speeds.
+
+    Coordinates: position in the parent (m) and Euler parameters, scalar first. Speeds: rates of the position (m/s,
+    components of the parent) and the angular velocity in the *moving* frame (rad/s), as the paper chooses them.
+
+    Parameters
+    ----------
+    position : array_like, shape (3,)
+        At the start, in m.
+    orientation : array_like, shape (4,)
+        Euler parameters at the start; normalised here.
+    velocity : array_like, shape (3,)
+        At the start, in m/s, components of the parent.
+    angular_velocity : array_like, shape (3,)
+        At the start, in rad/s, components of the moving frame.
+
+    Raises
+    ------
+    ModelError
+        If a shape is wrong, a number is not finite or the Euler parameters have no length.
+    """
+
+    position: Sequence[float] = (0.0, 0.0, 0.0)
+    orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+    velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]", "e0", "e1", "e2", "e3")
+    speed_names: ClassVar[tuple[str, ...]] = (
+        "vx [m/s]", "vy [m/s]", "vz [m/s]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        for name, size in (("position", 3), ("orientation", 4), ("velocity", 3), ("angular_velocity", 3)):
+            value = np.asarray(getattr(self, name), dtype=float)
+            if value.shape != (size,) or not np.all(np.isfinite(value)):
+                raise ModelError(f"{name} of a free joint must be {size} finite numbers, not {getattr(self, name)!r}")
+        if np.linalg.norm(self.orientation) < 1e-12:
+            raise ModelError("orientation of a free joint: four zeros are no rotation. Remedy: (1, 0, 0, 0)")
+
+    def initial_coordinates(self) -> Vector:
+        e = np.asarray(self.orientation, dtype=float)
+        return np.concatenate((np.asarray(self.position, dtype=float), e / np.linalg.norm(e)))
+
+    def initial_speeds(self) -> Vector:
+        return np.array([*self.velocity, *self.angular_velocity], dtype=float)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        return q[:3], rotation_matrix(q[3:])
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        V, W = np.zeros((3, 6)), np.zeros((3, 6))
+        V[:, :3] = np.eye(3)
+        W[:, 3:] = rotation_matrix(q[3:])  # w_FM_F = A_FM w_FM_M; its rate adds w x w = 0: no remainder
+        return V, W
+
+    def coordinate_rates(self, q: Vector, u: Vector) -> Vector:
+        return np.concatenate((u[:3], euler_parameter_rates(q[3:], u[3:])))
+
+    def advance(self, q: Vector, step: Vector) -> Vector:
+        e = multiply(q[3:], euler_parameters_from_rotation_vector(step[3:]))
+        return np.concatenate((q[:3] + step[:3], e / np.linalg.norm(e)))

@@ -1,0 +1,57 @@
+"""The planar joint: free motion in the x-y plane of the parent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
+from kanefe.joints.base import Joint
+
+
+@dataclass(frozen=True)
+class Planar(Joint):
+    """Translation in x and y of the parent and rotation about z: a body free in the plane, 3 speeds.
+
+    Parameters
+    ----------
+    position : (float, float)
+        x and y at the start in m.
+    angle : float
+        Angle at the start in rad.
+    velocity : (float, float)
+        Rates of x and y at the start in m/s.
+    rate : float
+        Rate of the angle at the start in rad/s.
+    """
+
+    position: Sequence[float] = (0.0, 0.0)
+    angle: float = 0.0
+    velocity: Sequence[float] = (0.0, 0.0)
+    rate: float = 0.0
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "angle [rad]")
+    speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "rate [rad/s]")
+
+    def __post_init__(self) -> None:
+        for values in (self.initial_coordinates(), self.initial_speeds()):
+            if values.shape != (3,) or not np.all(np.isfinite(values)):
+                raise ModelError(f"a planar joint starts from two lengths and an angle, all finite, not {self!r}")
+
+    def initial_coordinates(self) -> Vector:
+        return np.array([*self.position, self.angle], dtype=float)
+
+    def initial_speeds(self) -> Vector:
+        return np.array([*self.velocity, self.rate], dtype=float)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        return np.array((q[0], q[1], 0.0)), rotation_matrix(euler_parameters((0.0, 0.0, 1.0), q[2]))
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        V, W = np.zeros((3, 3)), np.zeros((3, 3))
+        V[0, 0] = V[1, 1] = W[2, 2] = 1.0
+        return V, W

@@ -1,0 +1,28 @@
+"""The prismatic joint: translation along one axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.joints.base import AxisJoint
+
+
+@dataclass(frozen=True)
+class Prismatic(AxisJoint):
+    """Translation along an axis fixed in the parent.
+
+    The coordinate is the distance in m, the speed its rate in m/s. Parameters: see `AxisJoint`.
+    """
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("distance [m]",)
+    speed_names: ClassVar[tuple[str, ...]] = ("rate [m/s]",)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        return q[0] * self.direction, np.eye(3)
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        return self.direction[:, None], np.zeros((3, 1))

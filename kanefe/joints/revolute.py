@@ -1,0 +1,34 @@
+"""The revolute joint: rotation about one axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
+from kanefe.joints.base import AxisJoint
+
+
+@dataclass(frozen=True)
+class Revolute(AxisJoint):
+    """Rotation about an axis fixed in parent and child.
+
+    The coordinate is the angle in rad, the speed its rate in rad/s. Parameters: see `AxisJoint`.
+
+    Examples
+    --------
+    >>> hinge = Revolute("z", position=0.3)
+    >>> hinge.pose(hinge.initial_coordinates())[1].round(3)[0, 0]
+    0.955
+    """
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("angle [rad]",)
+    speed_names: ClassVar[tuple[str, ...]] = ("rate [rad/s]",)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        return np.zeros(3), rotation_matrix(euler_parameters(self.direction, q[0]))
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        return np.zeros((3, 1)), self.direction[:, None]

@@ -1,0 +1,46 @@
+"""Generalised active forces: loads, stiffness and damping (Eq. 11, 28, 30, 35, 36)."""
+
+from __future__ import annotations
+
+from kanefe.frames import Vector
+from kanefe.kane.kinematics import FrameMotion, interface_motion
+from kanefe.loads import PointLoad
+from kanefe.model import BodyTerms, FlexibleTerms, Model
+
+
+def elastic_forces(terms: FlexibleTerms, eta: Vector, deta: Vector) -> Vector:
+    """Return ``-K (q_n - q_n0) - C dq_n`` on the coordinates of the body (Eq. 28, 36).
+
+    C acts on the rate of deformation in G, where Eq. 27 and 36 apply it to the absolute nodal velocity, which brakes
+    rigid motion. The fixed components, where eta is extended by them, stay at zero.
+    """
+    body = terms.body
+    free, rows = body.free_count, len(eta)
+    force = -(body.stiffness[:rows, :free] @ eta[:free])
+    if terms.damping is not None:
+        force -= terms.damping[:rows] @ deta[:free]
+    return force
+
+
+def loaded_frames(
+    model: Model, body: BodyTerms, motion: FrameMotion, q: Vector, u: Vector
+) -> list[tuple[PointLoad, FrameMotion]]:
+    """Return each point load of a body with the motion of the frame it acts on: R, G or an interface n (Eq. 30)."""
+    frames: list[tuple[PointLoad, FrameMotion]] = []
+    for load, interface in body.loads:
+        if interface is None or body.flexible is None:
+            frames.append((load, motion))
+        else:
+            frames.append((load, interface_motion(motion, interface, body.flexible, q, u, model.slopes)))
+    return frames
+
+
+def add_loads(
+    model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector
+) -> None:
+    """Add ``V^T R + W^T T`` of the body's known forces to F (Eq. 11, 30, 35)."""
+    for load, frame in loaded_frames(model, body, motion, q, u):
+        force, moment = load.wrench(t, frame)
+        F += frame.V.T @ force + frame.W.T @ moment
+    for joint_load in body.joint_loads:
+        F[body.speeds] += joint_load.value(t)

@@ -1,0 +1,113 @@
+"""Assembly of ``M_sys du = F_sys`` over a tree of rigid and flexible bodies (Eq. 10, 18, 39)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.errors import SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.active import add_loads, elastic_forces
+from kanefe.kane.inertia import flexible_inertia, rigid_inertia
+from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, sweep_outward
+from kanefe.model import Model
+
+
+def all_speeds(model: Model, t: float, u: Vector) -> Vector:
+    """Return free, driven and fixed speeds: what is given by time or zero filled in."""
+    if model.driven_count + model.fixed_count == 0:
+        return u
+    driven, _ = model.driven_speeds(t)
+    return np.concatenate((u, driven, np.zeros(model.fixed_count)))
+
+
+def assemble(
+    model: Model,
+    t: float,
+    q: Vector,
+    u: Vector,
+    *,
+    columns: int | None = None,
+    inertia: Callable[..., tuple[Matrix, Vector]] = flexible_inertia,
+    motions: list[FrameMotion] | None = None,
+) -> tuple[Matrix, Vector]:
+    """Return M_sys and F_sys of Kane's equations (Eq. 18) without unknown coupling forces.
+
+    Parameters
+    ----------
+    model : Model
+    t : float
+        s.
+    q : ndarray, shape (coordinates,)
+    u : ndarray, shape (free,)
+    columns : int, optional
+        Over how many speeds; default: free and driven. All of them gives the rows of the fixed interface components.
+    inertia : callable
+        `flexible_inertia` (constants) or `flexible_inertia_from_nodes` (Eq. 38 as written).
+    motions : list of FrameMotion, optional
+        The outward sweep, if it has been made.
+
+    Returns
+    -------
+    M : ndarray, shape (columns, columns)
+    F : ndarray, shape (columns,)
+    """
+    columns = model.free_count + model.driven_count if columns is None else columns
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full, columns) if motions is None else motions
+    M, F = np.zeros((columns, columns)), np.zeros(columns)
+    for body, frame in zip(model.bodies, motions, strict=True):
+        gravity = frame.A_NF.T @ model.gravity
+        if body.rigid is not None:
+            M_body, F_body = rigid_inertia(body.rigid, frame, gravity)
+            M += M_body
+            F += F_body
+        if body.flexible is not None:
+            terms = body.flexible
+            is_extended = columns > terms.fixed.start
+            eta, deta = elastic_state(terms, q, full, is_extended)
+            M_body, F_body = inertia(terms, frame, gravity, eta, deta)
+            M += M_body
+            F += F_body
+            F += elastic_partial_rates(terms, columns).T @ elastic_forces(terms, eta, deta)
+        add_loads(model, body, frame, t, q, full, F)
+    return M, F
+
+
+def solve_positive_definite(model: Model, M: Matrix, F: Vector) -> Vector:
+    """Return ``M^-1 F``; a singular mass matrix is an error that names the speeds without inertia."""
+    try:
+        return np.asarray(scipy.linalg.solve(M, F, assume_a="pos", check_finite=False))
+    except np.linalg.LinAlgError as error:
+        _, vectors = np.linalg.eigh(M)
+        names = speed_names(model)
+        guilty = ", ".join(names[i] for i in np.argsort(-abs(vectors[:, 0]))[:3] if abs(vectors[i, 0]) > 0.1)
+        raise SimulationError(
+            f"the mass matrix is singular: nothing has inertia along {guilty}. "
+            "Remedy: give a body there a mass or inertia, or fix the joint"
+        ) from error
+
+
+def speed_names(model: Model) -> tuple[str, ...]:
+    """Return a name for every free speed."""
+    names = [""] * model.free_count
+    for body in model.bodies:
+        if not body.is_driven:
+            for i, name in enumerate(body.joint.speed_names):
+                names[body.speeds.start + i] = f"{body.name}: {name}"
+        if body.flexible:
+            for i in range(body.flexible.body.free_count):
+                names[body.flexible.speeds.start + i] = f"{body.name}: deta {i}"
+    return tuple(names)
+
+
+def accelerations(model: Model, t: float, q: Vector, u: Vector) -> Vector:
+    """Return du of the free speeds (Eq. 18), shape (free,): fixed rows deleted, driven ones known."""
+    M, F = assemble(model, t, q, u)
+    n = model.free_count
+    if model.driven_count == 0:
+        return solve_positive_definite(model, M, F)
+    _, driven_rates = model.driven_speeds(t)
+    return solve_positive_definite(model, M[:n, :n], F[:n] - M[:n, n:] @ driven_rates)

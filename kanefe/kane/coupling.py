@@ -1,0 +1,132 @@
+"""Coupling forces F_u between flexible bodies and the frames that carry them (Eq. 31-34, 39).
+
+Two forms of the same equations: the paper's, in which {du, F_u} are solved together with the rows du = 0 of the fixed
+interface components; and the elimination, in which those rows are deleted and F_u is the residual of the deleted
+rows, computed only when asked for. Driving forces of given motions are residuals in the same way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.flexible import InterfaceFrame
+from kanefe.frames import Matrix, Vector, skew
+from kanefe.joints import Fixed
+from kanefe.kane.assemble import all_speeds, assemble
+from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
+from kanefe.model import BodyTerms, FlexibleTerms, Model
+
+
+def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], components: list[tuple[int, ...]]) -> Matrix:
+    """Return [R<-G] of Eq. 34: wrench about R's origin from the nodal coupling forces, shape (6, forces).
+
+    Parameters
+    ----------
+    A_RG : ndarray, shape (3, 3)
+        From the axes of G to those of R.
+    positions_R : list of ndarray
+        Position of each interface from R's origin in components of R, m.
+    components : list of tuple of int
+        For each interface, which of its six components carry a force. The columns of released ones are zero in the
+        paper; here they are left out. A hinge has no moment columns.
+    """
+    blocks = []
+    for r, kept in zip(positions_R, components, strict=True):
+        block = np.zeros((6, 6))
+        block[:3, :3] = A_RG
+        block[3:, :3] = skew(r) @ A_RG
+        block[3:, 3:] = A_RG
+        blocks.append(block[:, list(kept)])
+    return np.hstack(blocks) if blocks else np.zeros((6, 0))
+
+
+def carrier_frame(
+    model: Model, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], G: FrameMotion
+) -> FrameMotion:
+    """Return the frame R in which G is fixed.
+
+    It is at the centre of mass of a rigid parent that G is fixed to, as in the paper; else it is the moving frame of
+    the joint, which coincides with G and has no part in the motion of the fixed components.
+    """
+    rigid = model.bodies[body.parent].rigid if body.parent >= 0 and isinstance(body.joint, Fixed) else None
+    if rigid is None:
+        V, W = G.V.copy(), G.W.copy()
+        V[:, terms.fixed] = W[:, terms.fixed] = 0.0
+        return FrameMotion(G.A_NF, G.p_NoFo_N, G.v, G.w, V, W, G.Z, G.Y)
+    R = motions[body.parent]
+    V, Z = R.shifted(rigid.com)
+    p = R.p_NoFo_N + R.A_NF @ rigid.com
+    return FrameMotion(R.A_NF, p, R.v, R.w, V, R.W, Z, R.Y)
+
+
+def coupling_force_columns(
+    model: Model, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], q: Vector, u: Vector
+) -> Matrix:
+    """Return the generalised forces of unit coupling forces of one body, shape (columns, forces) (Eq. 39).
+
+    ``V^n^T - [V^T W^T] [R<-G]``: F_u acts on the interface nodes and, reversed, on R. In the coordinates of the chain
+    the two cancel on every speed but the fixed ones.
+    """
+    G = motions[model.index(body.name)]
+    R = carrier_frame(model, body, terms, motions, G)
+    A_RG = R.A_NF.T @ G.A_NF
+    columns, positions, kept = [], [], []
+    for frame in fixed_interfaces(terms):
+        n = interface_motion(G, frame, terms, q, u, model.slopes)
+        # The interface does not move in G where it is fixed; its forces are in the axes of G.
+        A_Gn = G.A_NF.T @ n.A_NF
+        rows = np.vstack((A_Gn @ n.V, A_Gn @ n.W))[list(frame.fixed_components)]
+        columns.append(rows.T)
+        positions.append(R.A_NF.T @ (n.p_NoFo_N - R.p_NoFo_N))
+        kept.append(frame.fixed_components)
+    reaction = np.hstack((R.V.T, R.W.T)) @ coupling_matrix(A_RG, positions, kept)
+    return np.hstack(columns) - reaction
+
+
+def fixed_interfaces(terms: FlexibleTerms) -> list[InterfaceFrame]:
+    """Return the interfaces of a body that have components fixed in G."""
+    return [frame for frame in terms.body.interfaces if frame.fixed_components]
+
+
+def accelerations_and_coupling_forces(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+    """Return du (free,) and F_u (fixed,) solved together, as the paper has it (Eq. 39 with rows du = 0).
+
+    F_u are the forces (N) and moments (N m) on the flexible bodies at their fixed interface components, in G.
+    """
+    columns = model.free_count + model.driven_count + model.fixed_count
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full, columns)
+    M, F = assemble(model, t, q, u, columns=columns, motions=motions)
+    B = np.zeros((columns, model.fixed_count))
+    start = model.free_count + model.driven_count
+    for body in model.bodies:
+        if body.flexible is not None and body.flexible.body.fixed_count:
+            where = slice(body.flexible.fixed.start - start, body.flexible.fixed.stop - start)
+            B[:, where] = coupling_force_columns(model, body, body.flexible, motions, q, full)
+    _, driven_rates = model.driven_speeds(t)
+    free, driven, fixed = model.free_count, model.driven_count, model.fixed_count
+    unknown = np.r_[:free, start : start + fixed]
+    system = np.zeros((free + 2 * fixed, free + 2 * fixed))
+    right = np.zeros(free + 2 * fixed)
+    system[: free + fixed, : free + fixed] = M[np.ix_(unknown, unknown)]
+    system[: free + fixed, free + fixed :] = -B[unknown]
+    system[free + fixed :, free : free + fixed] = np.eye(fixed)  # the fixed components have no acceleration in G
+    right[: free + fixed] = F[unknown] - M[unknown, free : free + driven] @ driven_rates
+    solution = np.linalg.solve(system, right)
+    return solution[:free], solution[free + fixed :]
+
+
+def recovered_forces(model: Model, t: float, q: Vector, u: Vector, du: Vector) -> tuple[Vector, Vector]:
+    """Return driving forces (driven,) and coupling forces F_u (fixed,) from the residuals of their rows.
+
+    Parameters
+    ----------
+    du : ndarray, shape (free,)
+        Accelerations of the free speeds at this state.
+    """
+    columns = model.free_count + model.driven_count + model.fixed_count
+    M, F = assemble(model, t, q, u, columns=columns)
+    _, driven_rates = model.driven_speeds(t)
+    known = model.free_count + model.driven_count
+    residual = M[model.free_count :, :known] @ np.concatenate((du, driven_rates)) - F[model.free_count :]
+    return residual[: model.driven_count], residual[model.driven_count :]

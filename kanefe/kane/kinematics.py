@@ -1,0 +1,211 @@
+"""Kinematics of the chain of frames N - R - G - n (Eq. 3, 13-16 and 24-26).
+
+Every frame carries its partial velocities V and W and its remainder accelerations Z and Y, in its own components:
+
+    v = V u,   w = W u,   a = V du + Z,   alpha = W du + Y
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.flexible import InterfaceFrame
+from kanefe.frames import Matrix, Vector, cross, skew
+from kanefe.model import BodyTerms, FlexibleTerms, Model
+from kanefe.slopes import SlopeMeasure
+
+
+@dataclass(slots=True)
+class FrameMotion:
+    """Motion of a frame F seen from N, in components of F; `columns` speeds wide.
+
+    Attributes
+    ----------
+    A_NF : ndarray, shape (3, 3)
+    p_NoFo_N : ndarray, shape (3,)
+        Position in N, m.
+    v, w : ndarray, shape (3,)
+        Velocity of the origin (m/s) and angular velocity (rad/s).
+    V, W : ndarray, shape (3, columns)
+        Partial velocities.
+    Z, Y : ndarray, shape (3,)
+        Remainder accelerations, m/s2 and rad/s2.
+    """
+
+    A_NF: Matrix
+    p_NoFo_N: Vector
+    v: Vector
+    w: Vector
+    V: Matrix
+    W: Matrix
+    Z: Vector
+    Y: Vector
+
+    def shifted(self, p: Vector) -> tuple[Matrix, Vector]:
+        """Return V and Z of the point of the frame at p (frame components, m) (Eq. 13, 15)."""
+        w = self.w
+        return self.V - skew(p) @ self.W, self.Z + cross(self.Y, p) + cross(w, cross(w, p))
+
+
+@dataclass(slots=True)
+class RelativeMotion:
+    """Motion of a frame M seen from a frame F, in components of F: position, rotation, rates and remainders.
+
+    `columns` says which speeds the narrow V and W belong to.
+    """
+
+    p: Vector
+    A: Matrix
+    v: Vector
+    w: Vector
+    V: Matrix
+    W: Matrix
+    Z: Vector
+    Y: Vector
+    columns: slice
+
+
+def inertial_frame(columns: int) -> FrameMotion:
+    """Return the motion of N: none."""
+    zero, wide = np.zeros(3), np.zeros((3, columns))
+    return FrameMotion(np.eye(3), zero, zero, zero, wide, wide, zero, zero)
+
+
+def compose(F: FrameMotion, relative: RelativeMotion) -> FrameMotion:
+    """Return the motion of M from that of F and the motion of M seen from F (Eq. 13-16 along the chain).
+
+    Differentiation of ``p_NoMo_N = p_NoFo_N + A_NF p`` with Eq. 8 gives velocities and, once more, the Coriolis and
+    centripetal parts of the remainders.
+    """
+    p, A, w = relative.p, relative.A, F.w
+    V = F.V - skew(p) @ F.W
+    W = F.W.copy()
+    V[:, relative.columns] += relative.V
+    W[:, relative.columns] += relative.W
+    At = A.T
+    return FrameMotion(
+        A_NF=F.A_NF @ A,
+        p_NoFo_N=F.p_NoFo_N + F.A_NF @ p,
+        v=At @ (F.v + cross(w, p) + relative.v),
+        w=At @ (w + relative.w),
+        V=At @ V,
+        W=At @ W,
+        Z=At @ (F.Z + cross(F.Y, p) + cross(w, cross(w, p) + 2.0 * relative.v) + relative.Z),
+        Y=At @ (F.Y + cross(w, relative.w) + relative.Y),
+    )
+
+
+def placed(P: FrameMotion, p: Vector, A: Matrix) -> FrameMotion:
+    """Return the motion of a frame fixed in P at p with orientation A_PF."""
+    V, Z = P.shifted(p)
+    At = A.T
+    return FrameMotion(
+        P.A_NF @ A, P.p_NoFo_N + P.A_NF @ p, At @ (P.v + cross(P.w, p)), At @ P.w, At @ V, At @ P.W, At @ Z, At @ P.Y
+    )
+
+
+def joint_motion(body: BodyTerms, t: float, q: Vector, u: Vector) -> RelativeMotion:
+    """Return the motion across a joint; a driven one takes position and rate from its function of time."""
+    joint = body.joint
+    if joint.motion is None:
+        q_joint, u_joint = q[body.coordinates], u[body.speeds]
+    else:
+        q_joint, u_joint = np.array([float(joint.motion.position(t))]), u[body.speeds]
+    p, A = joint.pose(q_joint)
+    V, W = joint.partial_velocities(q_joint)
+    Z, Y = joint.remainders(q_joint, u_joint)
+    return RelativeMotion(p, A, V @ u_joint, W @ u_joint, V, W, Z, Y, body.speeds)
+
+
+def elastic_state(terms: FlexibleTerms, q: Vector, u: Vector, is_extended: bool) -> tuple[Vector, Vector]:
+    """Return eta and deta; with the fixed components, which are zero, if `is_extended`."""
+    eta, deta = q[terms.eta], u[terms.speeds]
+    if is_extended and terms.body.fixed_count:
+        padding = np.zeros(terms.body.fixed_count)
+        return np.concatenate((eta, padding)), np.concatenate((deta, padding))
+    return eta, deta
+
+
+def elastic_partial_rates(terms: FlexibleTerms, columns: int) -> Matrix:
+    """Return the partial derivatives of deta by the speeds, shape (coordinates, columns)."""
+    free = terms.body.free_count
+    is_extended = columns > terms.fixed.start
+    E = np.zeros((terms.body.count if is_extended else free, columns))
+    E[range(free), range(terms.speeds.start, terms.speeds.stop)] = 1.0
+    if is_extended:
+        E[:, terms.fixed] = terms.fixed_elastic
+    return E
+
+
+def interface_motion(
+    G: FrameMotion, frame: InterfaceFrame, terms: FlexibleTerms, q: Vector, u: Vector, slopes: SlopeMeasure
+) -> FrameMotion:
+    """Return the motion of an interface frame n of a flexible body (Eq. 22, 24-26).
+
+    Slopes are read as a finite rotation A_Gn, and their rates mapped to an angular velocity by its tangent, so that
+    bodies carried by n see a true rotation and energy is kept.
+    """
+    columns = G.V.shape[1]
+    is_extended = columns > terms.fixed.start
+    count = frame.motion.shape[1] if is_extended else terms.body.free_count
+    eta, deta = elastic_state(terms, q, u, is_extended)
+    motion = frame.motion[:, :count]
+    displacement, rates = motion @ eta, motion @ deta
+    theta, dtheta = displacement[3:], rates[3:]
+    tangent = slopes.tangent(theta)
+    partial = motion @ elastic_partial_rates(terms, columns)
+    relative = RelativeMotion(
+        p=frame.position + displacement[:3],
+        A=slopes.rotation(theta),
+        v=rates[:3],
+        w=tangent @ dtheta,
+        V=partial[:3],
+        W=tangent @ partial[3:],
+        Z=np.zeros(3),
+        Y=slopes.remainder(theta, dtheta),
+        columns=slice(None),
+    )
+    return compose(G, relative)
+
+
+def sweep_outward(
+    model: Model, t: float, q: Vector, u: Vector, columns: int | None = None
+) -> list[FrameMotion]:
+    """Return the motion of every body's frame (R or G), parents before children.
+
+    Parameters
+    ----------
+    model : Model
+    t : float
+        s.
+    q : ndarray, shape (coordinates,)
+    u : ndarray, shape (all speeds,)
+        Free, driven and fixed.
+    columns : int, optional
+        How many of the speeds the partial velocities span; default: free and driven.
+    """
+    columns = model.free_count + model.driven_count if columns is None else columns
+    N = inertial_frame(columns)
+    motions: list[FrameMotion] = []
+    for body in model.bodies:
+        P = N if body.parent < 0 else parent_frame(model, body, motions, q, u)
+        F = placed(P, body.p_PoFo_P, body.A_PF)
+        M = F if body.speeds.start == body.speeds.stop else compose(F, joint_motion(body, t, q, u))
+        if body.flexible is not None and columns > body.flexible.fixed.start:
+            M.V[:, body.flexible.fixed] = body.flexible.fixed_rigid[:3]
+            M.W[:, body.flexible.fixed] = body.flexible.fixed_rigid[3:]
+        motions.append(M)
+    return motions
+
+
+def parent_frame(model: Model, body: BodyTerms, motions: list[FrameMotion], q: Vector, u: Vector) -> FrameMotion:
+    """Return the motion of the frame that carries a body: its parent's R, or an interface n of a flexible parent."""
+    parent = motions[body.parent]
+    if body.parent_interface is None:
+        return parent
+    terms = model.bodies[body.parent].flexible
+    if terms is None:
+        raise TypeError("an interface belongs to a flexible body")  # the model's builder guarantees it
+    return interface_motion(parent, body.parent_interface, terms, q, u, model.slopes)

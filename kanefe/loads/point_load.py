@@ -1,0 +1,50 @@
+"""Forces and torques on a frame of a body: known nodal forces where the frame is an interface or node (Eq. 30)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, cross
+
+if TYPE_CHECKING:
+    from kanefe.kane.kinematics import FrameMotion
+
+
+@dataclass(frozen=True, eq=False)
+class PointLoad:
+    """A force or torque at a point fixed in a frame.
+
+    Attributes
+    ----------
+    label : str
+        For messages and results.
+    function : callable
+        t -> (3,) N or N m.
+    is_torque : bool
+    point : ndarray, shape (3,)
+        From the frame's origin in its components, m.
+    follows : bool
+        True: components of the frame itself (a following load); False: components of N.
+    """
+
+    label: str
+    function: Callable[[float], Vector]
+    is_torque: bool
+    point: np.ndarray
+    follows: bool
+
+    def wrench(self, t: float, frame: FrameMotion) -> tuple[Vector, Vector]:
+        """Return force and moment about the frame's origin, in components of the frame."""
+        value = np.asarray(self.function(t), dtype=float)
+        if value.shape != (3,) or not np.all(np.isfinite(value)):
+            raise ModelError(f"{self.label} must give three finite numbers; at t = {t:.6g} s it gave {value!r}")
+        if not self.follows:
+            value = frame.A_NF.T @ value
+        if self.is_torque:
+            return np.zeros(3), value
+        return value, cross(self.point, value)

@@ -1,0 +1,141 @@
+"""The quantities of a result: titles, units and components, for accessors, axes and files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a channel holds, for axes and files.
+
+    Attributes
+    ----------
+    title : str
+    parts : tuple of (label, unit, components)
+        The columns in groups of one unit. Without components the channel is one number a time; the columns of a joint
+        or of the modes are named by the body.
+    """
+
+    title: str
+    parts: tuple[tuple[str, str, tuple[str, ...]], ...]
+
+    @property
+    def units(self) -> str:
+        """Unit of the channel; those of its parts, in order, where they differ."""
+        return ", ".join(unit for _, unit, _ in self.parts)
+
+
+XYZ = ("x", "y", "z")
+WRENCH = (("force", "N", XYZ), ("moment", "N m", XYZ))
+
+MOTIONS = {
+    "position": Quantity("position in N", (("position", "m", XYZ),)),
+    "rotation": Quantity("Euler parameters from N", (("Euler parameters", "1", ("e0", "e1", "e2", "e3")),)),
+    "velocity": Quantity("velocity in N", (("velocity", "m/s", XYZ),)),
+    "angular_velocity": Quantity("angular velocity in the body's axes", (("angular velocity", "rad/s", XYZ),)),
+    "acceleration": Quantity("acceleration in N", (("acceleration", "m/s2", XYZ),)),
+    "angular_acceleration": Quantity(
+        "angular acceleration in the body's axes", (("angular acceleration", "rad/s2", XYZ),)
+    ),
+}
+JOINTS = {
+    "joint_coordinates": Quantity("joint coordinates", (("joint coordinates", "by coordinate", ()),)),
+    "joint_speeds": Quantity("joint speeds", (("joint speeds", "by coordinate", ()),)),
+    "joint_reaction": Quantity("reaction of the joint on the body, in its axes", WRENCH),
+}
+DRIVES = {"driving_force": Quantity("driving force of the joint", (("driving force", "N m, or N if prismatic", ()),))}
+MODES = {
+    "modal_coordinates": Quantity("modal coordinates", (("modal coordinates", "kg^1/2 m (unreduced: m, rad)", ()),)),
+    "modal_speeds": Quantity("modal speeds", (("modal speeds", "kg^1/2 m/s (unreduced: m/s, rad/s)", ()),)),
+}
+INTERFACES = {
+    "deflection": Quantity("deflection in G", (("translation", "m", XYZ), ("slope", "rad", XYZ))),
+    "coupling_force": Quantity("coupling force on the flexible body, in G", WRENCH),
+}
+ENERGIES = {
+    "kinetic_energy": Quantity("kinetic energy", (("energy", "J", ()),)),
+    "elastic_energy": Quantity("elastic energy", (("energy", "J", ()),)),
+    "gravity_energy": Quantity("energy of position", (("energy", "J", ()),)),
+    "dissipated_energy": Quantity("energy dissipated", (("energy", "J", ()),)),
+    "work": Quantity("work of loads and drives", (("energy", "J", ()),)),
+}
+MOMENTA = {
+    "linear_momentum": Quantity("linear momentum in N", (("linear momentum", "kg m/s", XYZ),)),
+    "angular_momentum": Quantity("angular momentum about N's origin", (("angular momentum", "kg m2/s", XYZ),)),
+}
+QUANTITIES: Mapping[str, Quantity] = MOTIONS | JOINTS | DRIVES | MODES | INTERFACES | ENERGIES | MOMENTA
+FORCES = ("joint_reaction", "driving_force", "coupling_force")
+"""Quantities that need the residuals of the equations."""
+
+
+def resolved_parts(
+    quantity: str, columns: Sequence[str] = (), joint: str = "", count: int = 0
+) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+    """Return (label, unit, column names) of a quantity of one body, columns of one unit together.
+
+    Parameters
+    ----------
+    quantity : str
+        A key of `QUANTITIES`.
+    columns : sequence of str
+        Names of the joint's coordinates or speeds with their units in brackets, as joints give them.
+    joint : str
+        Kind of the joint, which decides the unit of a driving force.
+    count : int
+        Number of modes.
+    """
+    parts = QUANTITIES[quantity].parts
+    label, unit, _ = parts[0]
+    if quantity in DRIVES:
+        return ((label, "N" if joint == "prismatic" else "N m", ()),)
+    if quantity in MODES:
+        return ((label, unit, tuple(f"{i}" for i in range(count))),)
+    if quantity not in ("joint_coordinates", "joint_speeds"):
+        return parts
+    groups: dict[str, list[str]] = {}
+    for column in columns:
+        name, _, bracket = column.partition(" [")
+        groups.setdefault(bracket.removesuffix("]") or "1", []).append(name)
+    return tuple((label, unit, tuple(names)) for unit, names in groups.items())
+
+
+@dataclass(frozen=True, eq=False)
+class Energy:
+    """Energies at the output times, each (T,) in J.
+
+    Attributes
+    ----------
+    kinetic, elastic, gravity : ndarray
+        `gravity` is zero with every centre of mass at N's origin.
+    dissipated, work : ndarray
+        Taken by damping, and given by loads and drives, since the start.
+    """
+
+    kinetic: np.ndarray
+    elastic: np.ndarray
+    gravity: np.ndarray
+    dissipated: np.ndarray
+    work: np.ndarray
+
+    @property
+    def total(self) -> np.ndarray:
+        """Mechanical energy, kinetic + elastic + gravity."""
+        return np.asarray(self.kinetic + self.elastic + self.gravity)
+
+    @property
+    def balance_error(self) -> np.ndarray:
+        """Mechanical energy plus what was dissipated less the work, minus the start: zero in exact arithmetic."""
+        balance = self.total + self.dissipated - self.work
+        return np.asarray(balance - balance[0])
+
+
+class Momentum(NamedTuple):
+    """Momenta in components of N, each (T, 3): `linear` in kg m/s, `angular` about N's origin in kg m2/s."""
+
+    linear: np.ndarray
+    angular: np.ndarray

@@ -1,0 +1,214 @@
+"""One file for one result: which arrays it holds, under which names and units."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.body_file import write_whole
+from kanefe.channels import BodyShape
+from kanefe.errors import FileError, ModelError
+from kanefe.finite_element_model import Cells
+from kanefe.hdf5 import decode, encode
+from kanefe.quantities import DRIVES, ENERGIES, FORCES, INTERFACES, JOINTS, MODES, MOMENTA, MOTIONS
+
+if TYPE_CHECKING:
+    from kanefe.results import Result
+
+FORMAT = "kanefe result"
+VERSION = 1
+
+_SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
+
+
+def save_result(result: Result, path: str | Path, *, forces: bool = True) -> None:
+    """Write a result to `path`, which then holds either the whole new result or what it held before.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written or the disk is full.
+    MissingDependency
+        If h5py is not installed.
+    """
+    path = ready_path(path)
+    shapes = [result.body(name) for name in result.bodies]
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "units": "SI: m, kg, s, N, rad; each dataset names its own",
+        "statistics": dict(result.statistics),
+        "bodies": [_described(shape) for shape in shapes],
+    }
+    arrays: dict[str, tuple[np.ndarray, str]] = {"times": (result.times, "s")}
+    for shape in shapes:
+        arrays |= _shape_arrays(shape)
+    for quantity, body, interface in _saved(shapes, forces):
+        unit = result.units(quantity, body) if body else result.units(quantity)
+        try:
+            arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
+        except ModelError:
+            if not isinstance(result._channels, FileChannels):  # a result loaded without forces is saved without them
+                raise
+    data = encode(header, arrays)
+    write_whole(path, lambda file: file.write(data))
+
+
+def open_result(path: str | Path) -> Result:
+    """Read a result that `save_result` wrote.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, truncated, or of another format or version.
+    MissingDependency
+        If h5py is not installed.
+    """
+    from kanefe.results import Result
+
+    path = Path(path)
+    header, arrays = decode(path)
+    if header.get("format") != FORMAT:
+        raise FileError(f"{path} is no saved result. Remedy: give the file that Result.save wrote")
+    if header.get("version") != VERSION:
+        raise FileError(
+            f"{path} has format version {header.get('version')}, this kanefe reads version {VERSION}. "
+            "Remedy: run the scene again with this version"
+        )
+    try:
+        return Result.from_channels(FileChannels(path, header, arrays))
+    except (KeyError, ValueError, TypeError) as error:
+        raise FileError(f"{path} lacks parts of a result ({error!r}). Remedy: save the result again") from error
+
+
+class FileChannels:
+    """Channels of a saved run.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    header : dict
+        Attributes of the file.
+    arrays : dict
+        Its arrays by path.
+    """
+
+    def __init__(self, path: Path, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        self.path = path
+        self.times = arrays["times"]
+        self.statistics: dict[str, Any] = json.loads(header["statistics"])
+        self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
+        self._arrays = arrays
+
+    def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
+        """Return a channel, time first.
+
+        Raises
+        ------
+        ModelError
+            If it was not saved.
+        """
+        where = _location(quantity, body, interface)
+        if where not in self._arrays:
+            of = f" of {body!r}" + (f" at {interface!r}" if interface else "") if body else ""
+            raise ModelError(
+                f"{quantity}{of} was not saved in {self.path}. Remedy: run the scene again and save with forces=True"
+            )
+        return self._arrays[where]
+
+
+def ready_path(path: str | Path) -> Path:
+    """Return `path` with its folder made.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be made.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be made") from error
+    return path
+
+
+def _saved(shapes: list[BodyShape], forces: bool) -> list[tuple[str, str, str]]:
+    """Return quantity, body and interface of every channel that a file holds."""
+    keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
+    for shape in shapes:
+        own = [*MOTIONS, *JOINTS, *(DRIVES if shape.is_driven else ()), *(MODES if shape.is_flexible else ())]
+        keys += [(quantity, shape.name, "") for quantity in own]
+        keys += [(quantity, shape.name, n) for n in shape.interfaces for quantity in (*MOTIONS, *INTERFACES)]
+    return [key for key in keys if forces or key[0] not in _SKIPPED_WITHOUT_FORCES]
+
+
+def _location(quantity: str, body: str, interface: str = "") -> str:
+    """Return the path of a channel in the file; names of any mesh group can stand in it."""
+    if not body:
+        return f"scene/{quantity}"
+    return f"{_folder(body)}/" + (f"interfaces/{_safe(interface)}/{quantity}" if interface else quantity)
+
+
+def _folder(body: str) -> str:
+    return f"bodies/{_safe(body)}"
+
+
+def _safe(name: str) -> str:
+    """Return a name without what HDF5 takes for a path."""
+    kept = name.replace("%", "%25").replace("/", "%2F")
+    return kept.replace(".", "%2E") if set(kept) <= {"."} else kept
+
+
+def _described(shape: BodyShape) -> dict[str, Any]:
+    return {
+        "name": shape.name,
+        "parent": shape.parent,
+        "parent_interface": shape.parent_interface,
+        "joint": shape.joint,
+        "is_driven": shape.is_driven,
+        "coordinate_names": shape.coordinate_names,
+        "speed_names": shape.speed_names,
+        "mass": shape.mass,
+        "interfaces": shape.interfaces,
+        "components": shape.components,
+        "cells": [block.kind for block in shape.cells],
+        "provenance": dict(shape.provenance),
+    }
+
+
+def _shape_arrays(shape: BodyShape) -> dict[str, tuple[np.ndarray, str]]:
+    folder = _folder(shape.name)
+    arrays = {f"{folder}/mass/com": (shape.com, "m"), f"{folder}/mass/inertia": (shape.inertia, "kg m2")}
+    if shape.is_flexible:
+        arrays[f"{folder}/mesh/nodes"] = (shape.nodes, "m")
+        arrays[f"{folder}/mesh/basis"] = (shape.basis, "m or rad by modal coordinate")
+        for i, block in enumerate(shape.cells):
+            arrays[f"{folder}/mesh/cells_{i}"] = (block.nodes, "1")
+    return arrays
+
+
+def _shape(entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> BodyShape:
+    folder = _folder(entry["name"])
+    return BodyShape(
+        name=entry["name"],
+        parent=entry["parent"],
+        parent_interface=entry["parent_interface"],
+        joint=entry["joint"],
+        is_driven=entry["is_driven"],
+        coordinate_names=tuple(entry["coordinate_names"]),
+        speed_names=tuple(entry["speed_names"]),
+        mass=entry["mass"],
+        com=arrays[f"{folder}/mass/com"],
+        inertia=arrays[f"{folder}/mass/inertia"],
+        interfaces=tuple(entry["interfaces"]),
+        components=tuple(entry["components"]),
+        nodes=arrays.get(f"{folder}/mesh/nodes", np.zeros((0, 3))),
+        basis=arrays.get(f"{folder}/mesh/basis", np.zeros((0, 0))),
+        cells=tuple(Cells(kind, arrays[f"{folder}/mesh/cells_{i}"]) for i, kind in enumerate(entry["cells"])),
+        provenance=entry["provenance"],
+    )

@@ -1,0 +1,407 @@
+"""Result: what a run tells, by body and interface name, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.channels import BodyShape, Channels, RunChannels
+from kanefe.errors import ModelError
+from kanefe.frames import rotation_matrix
+from kanefe.integrate.run import Trajectory
+from kanefe.model import Model
+from kanefe.quantities import (
+    DRIVES,
+    ENERGIES,
+    INTERFACES,
+    MODES,
+    MOMENTA,
+    QUANTITIES,
+    Energy,
+    Momentum,
+    resolved_parts,
+)
+
+if TYPE_CHECKING:
+    from kanefe.views.plots import Figure
+
+Frames = int | slice | Sequence[int] | np.ndarray
+"""Output times by number: one, a slice, or several."""
+
+LARGEST_TABLE = 2**31
+"""Bytes of nodal values above which a call asks for a choice of output times."""
+
+
+class Result:
+    """What a run tells, by body and interface name. Nothing is computed before it is asked for.
+
+    Arrays have the output times first, T of them, and are read-only. A body's frame is R of a rigid body (at its
+    joint) and the mesh frame G of a flexible one; with ``interface=`` it is the moving frame n of that interface.
+
+    Parameters
+    ----------
+    model : Model
+    trajectory : Trajectory
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, -9.81, 0))
+    >>> rod = scene.add_rigid_body("rod", mass=1.0, inertia=1 / 12, com=(0.5, 0, 0), joint=kf.Revolute("z"))
+    >>> result = scene.simulate((0.0, 1.0), rtol=1e-8)
+    >>> result.joint_coordinates("rod").shape
+    (501, 1)
+    >>> bool(abs(result.energy.balance_error).max() < 1e-6)
+    True
+    """
+
+    def __init__(self, model: Model, trajectory: Trajectory) -> None:
+        self._channels: Channels = RunChannels(model, trajectory)
+        self._index()
+
+    @classmethod
+    def from_channels(cls, channels: Channels) -> Result:
+        """Return a result that reads from other channels, such as those of a file."""
+        result = cls.__new__(cls)
+        result._channels = channels
+        result._index()
+        return result
+
+    def _index(self) -> None:
+        self._shapes = {shape.name: shape for shape in self._channels.bodies}
+
+    @property
+    def times(self) -> np.ndarray:
+        """Output times, shape (T,), in s."""
+        return self._channels.times
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Method, steps, evaluations and seconds of the run."""
+        return self._channels.statistics
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies, parents before children."""
+        return tuple(self._shapes)
+
+    def body(self, name: str) -> BodyShape:
+        """Return mass, mesh and modes of a body; raise a ModelError that lists the names if there is none."""
+        if name not in self._shapes:
+            raise ModelError(f"the run has no body called {name!r}. It has: {', '.join(self.bodies)}")
+        return self._shapes[name]
+
+    def interfaces(self, name: str) -> tuple[str, ...]:
+        """Return the names of the interfaces of a body; none for a rigid one."""
+        return self.body(name).interfaces
+
+    def position(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the position of a frame in N, shape (T, 3), in m."""
+        return self.read("position", name, interface)
+
+    def rotation(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the Euler parameters of a frame seen from N (Eq. 5), scalar first, without jumps of sign, (T, 4)."""
+        return self.read("rotation", name, interface)
+
+    def velocity(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the velocity of a frame's origin in components of N, shape (T, 3), in m/s."""
+        return self.read("velocity", name, interface)
+
+    def angular_velocity(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the angular velocity of a frame in its own components, shape (T, 3), in rad/s."""
+        return self.read("angular_velocity", name, interface)
+
+    def acceleration(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the acceleration of a frame's origin in components of N (Eq. 15), shape (T, 3), in m/s2."""
+        return self.read("acceleration", name, interface)
+
+    def angular_acceleration(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the angular acceleration of a frame in its own components (Eq. 16), shape (T, 3), in rad/s2."""
+        return self.read("angular_acceleration", name, interface)
+
+    def joint_coordinates(self, name: str) -> np.ndarray:
+        """Return the coordinates of a body's joint, (T, coordinates); driven ones too. Units: `units`."""
+        return self.read("joint_coordinates", name)
+
+    def joint_speeds(self, name: str) -> np.ndarray:
+        """Return the speeds of a body's joint, (T, speeds); driven ones too. Units: `units`."""
+        return self.read("joint_speeds", name)
+
+    def modal_coordinates(self, name: str) -> np.ndarray:
+        """Return eta of a flexible body, shape (T, k)."""
+        return self.read("modal_coordinates", name)
+
+    def modal_speeds(self, name: str) -> np.ndarray:
+        """Return deta/dt of a flexible body, shape (T, k)."""
+        return self.read("modal_speeds", name)
+
+    def deflection(self, name: str, interface: str) -> np.ndarray:
+        """Return translation (m) and slopes (rad) of an interface from its undeformed place in G, shape (T, 6)."""
+        return self.read("deflection", name, interface)
+
+    def coupling_force(self, name: str, interface: str) -> np.ndarray:
+        """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).
+
+        Where the interface is fixed in G, component by component, it is the force F_u of what carries the body
+        (Eq. 39), zero in components that the mesh does not have; where it moves, the force of what it carries.
+        """
+        return self.read("coupling_force", name, interface)
+
+    def joint_reaction(self, name: str) -> np.ndarray:
+        """Return force (N) and moment (N m) of a body's joint on it, shape (T, 6).
+
+        About the origin of the body's frame, in its axes; the part of motors and drives is included.
+        """
+        return self.read("joint_reaction", name)
+
+    def driving_force(self, name: str) -> np.ndarray:
+        """Return the force (N) or torque (N m) that keeps a driven joint on its motion, shape (T,)."""
+        return self.read("driving_force", name)
+
+    def nodal_displacements(
+        self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the displacements of the mesh's nodes in G, shape (T, n, 3), in m.
+
+        Parameters
+        ----------
+        name : str
+            A flexible body.
+        frames : int, slice or sequence of int, optional
+            Which output times; one number leaves the first axis out. Default: all.
+        nodes : sequence of int, optional
+            Which nodes. Default: all.
+
+        Raises
+        ------
+        ModelError
+            If the body is rigid, a number is out of range, or the table would take more than 2 GiB.
+
+        Examples
+        --------
+        Every tenth output time: ``result.nodal_displacements("arm", frames=slice(None, None, 10))``.
+        """
+        shape, chosen = self._flexible(name), self._frames(frames)
+        eta = self.modal_coordinates(name)[chosen]
+        rows = _node_numbers(shape, nodes)
+        size = 24 * len(np.atleast_2d(eta)) * len(rows)
+        if size > LARGEST_TABLE:
+            raise ModelError(
+                f"the displacements of {len(rows)} nodes of {name!r} at {len(eta)} times take {size / 2**30:.1f} GiB. "
+                "Remedy: choose output times with frames=, or nodes with nodes="
+            )
+        return np.asarray(np.tensordot(eta, shape.translations(rows), axes=(-1, -1)))
+
+    def nodal_positions(
+        self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the positions of the mesh's nodes in N, shape (T, n, 3), in m. Arguments: `nodal_displacements`."""
+        chosen, shape = self._frames(frames), self._flexible(name)
+        local = self.nodal_displacements(name, frames, nodes) + shape.nodes[_node_numbers(shape, nodes)]
+        origin, e = self.position(name)[chosen], self.rotation(name)[chosen]
+        if e.ndim == 1:
+            return np.asarray(local @ rotation_matrix(e).T + origin)
+        A_NG = np.array([rotation_matrix(row) for row in e]).reshape(-1, 3, 3)
+        return np.asarray(local @ A_NG.transpose(0, 2, 1) + origin[:, None])
+
+    @property
+    def energy(self) -> Energy:
+        """Energies of the scene."""
+        return Energy(*(self._channels.read(name) for name in ENERGIES))
+
+    @property
+    def momentum(self) -> Momentum:
+        """Linear and angular momentum of the scene."""
+        return Momentum(*(self._channels.read(name) for name in MOMENTA))
+
+    def units(self, quantity: str, name: str | None = None) -> str:
+        """Return the unit of a quantity; of a body's joint, if the unit depends on it.
+
+        Raises
+        ------
+        ModelError
+            If there is no such quantity; the message lists them.
+
+        Examples
+        --------
+        ``result.units("coupling_force")`` is "N, N m"; ``result.units("joint_coordinates", "hub")`` is "rad".
+        """
+        if quantity in ("times", "nodal_displacements", "nodal_positions", "energy"):
+            return {"times": "s", "energy": "J"}.get(quantity, "m")
+        if quantity == "momentum":
+            return "kg m/s, kg m2/s"
+        if quantity not in QUANTITIES:
+            raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
+        if name is None:
+            return QUANTITIES[quantity].units
+        return ", ".join(unit for _, unit, _ in self.parts(quantity, name))
+
+    def parts(self, quantity: str, name: str = "") -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+        """Return label, unit and column names of a quantity of a body, columns of one unit together."""
+        if not name:
+            return resolved_parts(quantity)
+        shape = self.body(name)
+        columns = shape.coordinate_names if quantity == "joint_coordinates" else shape.speed_names
+        return resolved_parts(quantity, columns, shape.joint, shape.basis.shape[1])
+
+    def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
+        """Return any quantity of `kanefe.quantities` by its name; the methods above are the readable way.
+
+        Raises
+        ------
+        ModelError
+            If there is no such quantity, body or interface, or the body has no such thing; the message says what there
+            is.
+        """
+        if quantity not in QUANTITIES:
+            raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
+        if quantity in ENERGIES or quantity in MOMENTA:
+            return self._channels.read(quantity)
+        shape = self.body(name)
+        if quantity in MODES or quantity in INTERFACES:
+            self._flexible(name)
+        if quantity in DRIVES and not shape.is_driven:
+            driven = ", ".join(s.name for s in self._shapes.values() if s.is_driven) or "none"
+            raise ModelError(f"the joint of body {name!r} is not driven by a motion. Driven are: {driven}")
+        if interface is None and quantity in INTERFACES:
+            raise ModelError(f"{quantity} of {name!r} needs an interface, one of: {_listed(shape)}")
+        if interface is not None and interface not in shape.interfaces:
+            raise ModelError(f"body {name!r} has no interface called {interface!r}. It has: {_listed(shape)}")
+        return self._channels.read(quantity, name, interface or "")
+
+    def plot(self, what: str = "overview", *names: str, path: str | Path | None = None) -> Figure:
+        """Draw a picture and return matplotlib's figure, also written to `path` (.png, .pdf, .svg) if given.
+
+        Parameters
+        ----------
+        what : str
+            "overview", "energy", "momentum", or a quantity such as "position" or "coupling_force".
+        *names : str
+            Body and, where it applies, interface. A quantity of bodies without a name is drawn for all of them.
+        path : path, optional
+            File to write; its folder is made.
+
+        Raises
+        ------
+        ModelError
+            If there is no such picture, body or interface.
+        FileError
+            If the file cannot be written.
+        MissingDependency
+            If matplotlib is not installed.
+
+        Examples
+        --------
+        ``result.plot("coupling_force", "arm", "root", path="root.png")``
+        """
+        from kanefe.views.plots import draw
+
+        return draw(self, what, names, path)
+
+    def to_vtk(
+        self, path: str | Path, *, fps: float | None = None, every: int | None = None, scale: float = 1.0
+    ) -> Path:
+        """Write the moving scene for ParaView: a .pvd file, and a folder of .vtu files beside it.
+
+        Parameters
+        ----------
+        path : path
+            Of the .pvd file; its folder is made.
+        fps : float, optional
+            Frames for a second of the run's time (the nearest output times).
+        every : int, optional
+            Every how many output times a frame. Without `fps` and `every`, at most 200 frames.
+        scale : float
+            Factor on the elastic displacements.
+
+        Returns
+        -------
+        Path
+            Of the .pvd file.
+
+        Raises
+        ------
+        ModelError
+            If an option makes no sense.
+        FileError
+            If the files cannot be written.
+        MissingDependency
+            If pyevtk is not installed.
+        """
+        from kanefe.views.vtk import write_series
+
+        return write_series(self, path, fps=fps, every=every, scale=scale)
+
+    def save(self, path: str | Path, *, forces: bool = True) -> None:
+        """Write everything to one HDF5 file; an old file survives a failure. `kanefe.load_result` reads it.
+
+        Parameters
+        ----------
+        path : path
+            Its folder is made.
+        forces : bool
+            Save accelerations, joint reactions, driving and coupling forces too; they take most of the time.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        MissingDependency
+            If h5py is not installed.
+        """
+        from kanefe.result_file import save_result
+
+        save_result(self, path, forces=forces)
+
+    def _flexible(self, name: str) -> BodyShape:
+        shape = self.body(name)
+        if not shape.is_flexible:
+            flexible = ", ".join(s.name for s in self._shapes.values() if s.is_flexible) or "none"
+            raise ModelError(f"body {name!r} is rigid: it has no modes, mesh or interfaces. Flexible are: {flexible}")
+        return shape
+
+    def _frames(self, frames: Frames | None) -> Any:
+        """Return a checked index of output times."""
+        if frames is None:
+            return slice(None)
+        if isinstance(frames, slice):
+            return frames
+        index = np.asarray(frames)
+        count = len(self.times)
+        if index.dtype.kind not in "iu" or index.ndim > 1 or np.any((index < -count) | (index >= count)):
+            raise ModelError(
+                f"frames={frames!r} must be numbers of output times, 0 to {count - 1}. "
+                "Remedy: np.searchsorted(result.times, t) gives the number of a time"
+            )
+        return index if index.ndim else int(index)
+
+
+def load_result(path: str | Path) -> Result:
+    """Read a result that `Result.save` wrote.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, truncated, or of another format or version.
+    MissingDependency
+        If h5py is not installed.
+    """
+    from kanefe.result_file import open_result
+
+    return open_result(path)
+
+
+def _listed(shape: BodyShape) -> str:
+    return ", ".join(shape.interfaces) or "none"
+
+
+def _node_numbers(shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> np.ndarray:
+    if nodes is None:
+        return np.arange(len(shape.nodes))
+    numbers = np.asarray(nodes)
+    if numbers.ndim != 1 or numbers.dtype.kind not in "iu" or np.any((numbers < 0) | (numbers >= len(shape.nodes))):
+        raise ModelError(f"nodes={nodes!r} must be node numbers of {shape.name!r}, 0 to {len(shape.nodes) - 1}")
+    return numbers

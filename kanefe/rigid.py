@@ -1,0 +1,88 @@
+"""Rigid bodies: mass, centre of mass, inertia, and the checks that they can exist."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import skew
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMass:
+    """Mass properties of a rigid body.
+
+    Attributes
+    ----------
+    mass : float
+        kg.
+    com : ndarray, shape (3,)
+        Centre of mass from the origin of the body's frame, in its components, m.
+    inertia : ndarray, shape (3, 3)
+        About the centre of mass, kg m2.
+    """
+
+    mass: float
+    com: np.ndarray
+    inertia: np.ndarray
+
+    @property
+    def spatial(self) -> np.ndarray:
+        """Generalised mass about the origin of the frame, (6, 6): translation first."""
+        c = skew(self.com)
+        full = np.zeros((6, 6))
+        full[:3, :3] = self.mass * np.eye(3)
+        full[3:, :3] = self.mass * c
+        full[:3, 3:] = -self.mass * c
+        full[3:, 3:] = self.inertia - self.mass * c @ c
+        return full
+
+
+def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) -> RigidMass:
+    """Return checked mass properties.
+
+    Parameters
+    ----------
+    name : str
+        The body, for messages.
+    mass : float
+        kg, zero or more.
+    inertia : float, (3,) or (3, 3)
+        About the centre of mass, kg m2: one number for all axes, the diagonal, or the matrix.
+    com : array_like, shape (3,)
+        m.
+
+    Raises
+    ------
+    ModelError
+        If the mass is negative, or the inertia is not symmetric, not positive or breaks the triangle inequality.
+    """
+    if not (np.isfinite(mass) and mass >= 0):
+        raise ModelError(f"mass of body {name!r} must be finite and >= 0 kg, not {mass!r}")
+    center = np.asarray(com, dtype=float)
+    if center.shape != (3,) or not np.all(np.isfinite(center)):
+        raise ModelError(f"com of body {name!r} must be three finite numbers in m, not {com!r}")
+    array = np.asarray(inertia, dtype=float)
+    if array.shape in ((), (3,)):
+        array = np.eye(3) * array
+    if array.shape != (3, 3) or not np.all(np.isfinite(array)):
+        raise ModelError(f"inertia of body {name!r} must be one number, three or a 3 x 3 matrix, not {inertia!r}")
+    largest = abs(array).max()
+    if abs(array - array.T).max() > 1e-9 * largest:
+        raise ModelError(f"inertia of body {name!r} is not symmetric. Remedy: pass 0.5 * (I + I.T) if that is meant")
+    moments = np.linalg.eigvalsh(array)
+    if moments[0] < -1e-12 * largest:
+        raise ModelError(f"inertia of body {name!r} has a negative principal moment ({moments[0]:.6g} kg m2)")
+    # round-off of a CAD program's export must pass, a wrong column must not
+    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-6) + 1e-12 * largest:
+        raise ModelError(
+            f"inertia of body {name!r} breaks the triangle inequality: principal moments {moments[0]:.6g}, {moments[1]:.6g}, "
+            f"{moments[2]:.6g} kg m2, and no mass distribution has one larger than the sum of the others. "
+            "Remedy: check units and that it is taken about the centre of mass"
+        )
+    if mass == 0 and largest > 0:
+        raise ModelError(f"body {name!r} has inertia but no mass. Remedy: give it a mass, or no inertia")
+    return RigidMass(float(mass), center, 0.5 * (array + array.T))

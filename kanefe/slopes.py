@@ -1,0 +1,154 @@
+"""Measures of the slopes of a node: how three small numbers theta become the rotation A_Gn of its frame.
+
+The default is the rotation vector, which is regular up to a full turn. Extrinsic x-y-z Tait-Bryan angles, the paper's
+choice (Eq. 23), are the option ``slopes="tait-bryan"``; they are singular at theta_y = 90 degrees.
+
+A measure gives the rotation, the tangent map T of ``w_Gn_G = T(theta) dtheta`` and the remainder ``dT/dt dtheta``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import (
+    Matrix,
+    Vector,
+    cross,
+    euler_parameters_from_rotation_vector,
+    multiply,
+    rotation_matrix,
+    rotation_vector,
+    skew,
+)
+
+
+@dataclass(frozen=True)
+class SlopeMeasure:
+    """One way of reading slopes as a rotation.
+
+    Attributes
+    ----------
+    rotation : callable
+        theta (3,) -> A_Gn (3, 3).
+    tangent : callable
+        theta (3,) -> T (3, 3) with ``w_Gn_G = T dtheta``.
+    remainder : callable
+        theta (3,), dtheta (3,) -> ``dT/dt dtheta`` (3,), in components of G.
+    from_euler_parameters : callable
+        e (4,) -> theta (3,).
+    """
+
+    name: str
+    rotation: Callable[[Vector], Matrix]
+    tangent: Callable[[Vector], Matrix]
+    remainder: Callable[[Vector, Vector], Vector]
+    from_euler_parameters: Callable[[Vector], Vector]
+
+
+def _series(x: float, first: int, factor: Callable[[int], float] = lambda k: 1.0) -> float:
+    """Return sum_k (-1)^k factor(k) x^(2k) / (2k + first)!, ten terms: round-off for x <= 1."""
+    return sum((-1) ** k * factor(k) * x ** (2 * k) / math.factorial(2 * k + first) for k in range(10))
+
+
+def _exponential_coefficients(angle: float) -> tuple[float, float, float, float]:
+    """Return a = (1-cos)/x^2, b = (x-sin)/x^3 and a'/x, b'/x; by series below 1 rad, where the closed forms cancel."""
+    x = angle
+    if x < 1.0:
+        a, b = _series(x, 2), _series(x, 3)
+        return a, b, _series(x, 4, lambda k: -2.0 * (k + 1)), _series(x, 5, lambda k: -2.0 * (k + 1))
+    s, c = math.sin(x), math.cos(x)
+    return (1 - c) / x**2, (x - s) / x**3, (x * s - 2 * (1 - c)) / x**4, (x * (1 - c) - 3 * (x - s)) / x**5
+
+
+def _exponential_tangent(theta: Vector) -> Matrix:
+    a, b, _, _ = _exponential_coefficients(float(np.linalg.norm(theta)))
+    t = skew(theta)
+    return np.eye(3) + a * t + b * (t @ t)
+
+
+def _exponential_remainder(theta: Vector, dtheta: Vector) -> Vector:
+    _, b, da, db = _exponential_coefficients(float(np.linalg.norm(theta)))
+    x = cross(theta, dtheta)
+    along = float(theta @ dtheta)
+    return da * along * x + db * along * cross(theta, x) + b * cross(dtheta, x)
+
+
+def tait_bryan_euler_parameters(theta: Vector) -> Vector:
+    """Return Euler parameters of the extrinsic rotations theta_x, then theta_y, then theta_z (rad), shape (4,).
+
+    The same rotation is the intrinsic z-y-x sequence of yaw, pitch and roll.
+    """
+    x, y, z = (np.array((math.cos(t / 2), math.sin(t / 2))) for t in theta)
+    e_x = np.array((x[0], x[1], 0.0, 0.0))
+    e_y = np.array((y[0], 0.0, y[1], 0.0))
+    e_z = np.array((z[0], 0.0, 0.0, z[1]))
+    return multiply(e_z, multiply(e_y, e_x))
+
+
+def tait_bryan_angles(e: Vector) -> Vector:
+    """Return extrinsic x-y-z Tait-Bryan angles in rad of Euler parameters (Eq. 23, corrected), shape (3,).
+
+    The printed formula has e1 and e2, and the sign of theta_y, interchanged, and halves the arguments on one side only:
+    it gives 2 theta_x, -theta_y and 2 theta_z for small angles. At theta_y = +-90 degrees only the sum or difference
+    of the other two is defined; there theta_z is set to zero and the rotation is reproduced.
+    """
+    e0, e1, e2, e3 = e / np.linalg.norm(e)
+    # arcsin loses half of its digits near 90 degrees; the two half-angles below keep them all:
+    # |e0 + e2| and |e1 - e3| make cos and sin of the sum, |e0 - e2| and |e1 + e3| those of the difference.
+    plus = math.hypot(e0 + e2, e1 - e3)
+    minus = math.hypot(e0 - e2, e1 + e3)
+    pitch = 2.0 * math.atan2(plus, minus) - math.pi / 2
+    if min(plus, minus) < 1e-14:
+        half = 2.0 * math.atan2(e1 - e3, e0 + e2) if plus > minus else 2.0 * math.atan2(e1 + e3, e0 - e2)
+        return np.array((_wrapped(half), pitch, 0.0))
+    difference = math.atan2(e1 - e3, e0 + e2)  # (theta_x - theta_z) / 2
+    total = math.atan2(e1 + e3, e0 - e2)  # (theta_x + theta_z) / 2
+    return np.array((_wrapped(total + difference), pitch, _wrapped(total - difference)))
+
+
+def _wrapped(angle: float) -> float:
+    """Return the angle in (-pi, pi]."""
+    return math.remainder(angle, 2 * math.pi)
+
+
+def _tait_bryan_tangent(theta: Vector) -> Matrix:
+    _, y, z = theta
+    cy, sy, cz, sz = math.cos(y), math.sin(y), math.cos(z), math.sin(z)
+    return np.array(((cz * cy, -sz, 0.0), (sz * cy, cz, 0.0), (-sy, 0.0, 1.0)))
+
+
+def _tait_bryan_remainder(theta: Vector, dtheta: Vector) -> Vector:
+    T = _tait_bryan_tangent(theta)
+    w_z = T[:, 2] * dtheta[2]
+    w_zy = w_z + T[:, 1] * dtheta[1]
+    return cross(w_z, T[:, 1]) * dtheta[1] + cross(w_zy, T[:, 0]) * dtheta[0]
+
+
+SLOPE_MEASURES = {
+    "rotation-vector": SlopeMeasure(
+        name="rotation-vector",
+        rotation=lambda theta: rotation_matrix(euler_parameters_from_rotation_vector(theta)),
+        tangent=_exponential_tangent,
+        remainder=_exponential_remainder,
+        from_euler_parameters=rotation_vector,
+    ),
+    "tait-bryan": SlopeMeasure(
+        name="tait-bryan",
+        rotation=lambda theta: rotation_matrix(tait_bryan_euler_parameters(theta)),
+        tangent=_tait_bryan_tangent,
+        remainder=_tait_bryan_remainder,
+        from_euler_parameters=tait_bryan_angles,
+    ),
+}
+
+
+def slope_measure(name: str) -> SlopeMeasure:
+    """Return the slope measure called `name`; raise a ModelError that lists the names there are."""
+    if name not in SLOPE_MEASURES:
+        raise ModelError(f"there are no slopes called {name!r}. Remedy: one of {', '.join(sorted(SLOPE_MEASURES))}")
+    return SLOPE_MEASURES[name]

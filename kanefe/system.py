@@ -1,0 +1,443 @@
+"""System: what the user builds. `freeze` turns it into the immutable model that the equations read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.finite_element_model import COMPONENTS, rigid_motion
+from kanefe.flexible import FlexibleBody, InterfaceFrame
+from kanefe.frames import rotation_matrix
+from kanefe.joints import Fixed, Joint
+from kanefe.loads import JointLoad, PointLoad
+from kanefe.model import BodyTerms, FlexibleTerms, Model
+from kanefe.rigid import RigidMass, rigid_mass
+from kanefe.slopes import slope_measure
+
+if TYPE_CHECKING:
+    from kanefe.results import Result
+
+Load = Callable[[float], Any] | Sequence[float] | float
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame of a body of a system: where other bodies and loads attach.
+
+    Attributes
+    ----------
+    system : System
+    number : int
+        The body, in the order of adding.
+    name : str
+        Of the body.
+    interface : InterfaceFrame or None
+        None: the frame of the body itself.
+    """
+
+    system: System
+    number: int
+    name: str
+    interface_frame: InterfaceFrame | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody(Frame):
+    """A rigid body of a system."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleMember(Frame):
+    """A flexible body of a system."""
+
+    body: FlexibleBody = None  # type: ignore[assignment]  # always given; dataclass fields after defaults need one
+
+    def interface(self, name: str) -> Frame:
+        """Return the frame of an interface, to carry a body or a load."""
+        return Frame(self.system, self.number, self.name, self.body.interface(name))
+
+    def node(self, number: int) -> Frame:
+        """Return a frame that moves with a node of the mesh, to carry a load."""
+        return Frame(self.system, self.number, self.name, self.body.node_frame(number))
+
+
+@dataclass(eq=False)
+class _Entry:
+    """What the user said of one body."""
+
+    name: str
+    parent: Frame | None
+    at: np.ndarray
+    orientation: np.ndarray
+    joint: Joint
+    rigid: RigidMass | None
+    flexible: FlexibleBody | None
+    eta: np.ndarray
+    deta: np.ndarray
+    loads: list[tuple[PointLoad, InterfaceFrame | None]]
+    joint_loads: list[JointLoad]
+
+
+class System:
+    """A scene of rigid and flexible bodies in a tree.
+
+    Parameters
+    ----------
+    gravity : array_like, shape (3,)
+        In the inertial frame N, m/s2.
+    slopes : "rotation-vector" or "tait-bryan"
+        How the slopes of interfaces that carry bodies are read as rotations (Eq. 23).
+
+    Raises
+    ------
+    ModelError
+        If an argument makes no sense.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, -9.81, 0))
+    >>> rod = scene.add_rigid_body("rod", mass=1.0, inertia=1 / 12, com=(0.5, 0, 0), joint=kf.Revolute("z"))
+    >>> result = scene.simulate((0.0, 1.0), rtol=1e-8)
+    >>> result.position("rod").shape
+    (501, 3)
+    """
+
+    def __init__(self, gravity: Sequence[float] = (0.0, 0.0, 0.0), slopes: str = "rotation-vector") -> None:
+        self.gravity = _three(gravity, "gravity")
+        self.slopes = slope_measure(slopes)
+        self._entries: list[_Entry] = []
+
+    def add_rigid_body(
+        self,
+        name: str,
+        mass: float,
+        inertia: object = 0.0,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        com: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> RigidBody:
+        """Add a rigid body and return it.
+
+        Parameters
+        ----------
+        name : str
+            Unique in the scene.
+        mass : float
+            kg.
+        inertia : float, (3,) or (3, 3)
+            About the centre of mass in the body's axes, kg m2.
+        parent : Frame, optional
+            A rigid body, an interface of a flexible body, or None: the inertial frame.
+        joint : Joint, optional
+            Default: Fixed().
+        at : array_like, shape (3,)
+            Where the joint sits, from the parent's origin in its axes, m.
+        orientation : array_like, shape (4,)
+            Euler parameters of the joint's fixed frame, seen from the parent.
+        com : array_like, shape (3,)
+            Centre of mass from the body's origin (at the joint), m.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the body.
+        """
+        properties = rigid_mass(name, mass, inertia, com)
+        self._add(name, parent, joint or Fixed(), at, orientation, properties, None, None, None)
+        return RigidBody(self, len(self._entries) - 1, name)
+
+    def add_flexible_body(
+        self,
+        name: str,
+        body: FlexibleBody,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        modal_coordinates: Sequence[float] | None = None,
+        modal_speeds: Sequence[float] | None = None,
+    ) -> FlexibleMember:
+        """Add a flexible body and return it.
+
+        Parameters
+        ----------
+        name : str
+            Unique in the scene.
+        body : FlexibleBody
+            From `kanefe_fem`, from given matrices, or from its file.
+        parent, joint, at, orientation
+            As for a rigid body; the frame placed is the mesh frame G. A body without a fixed interface floats and
+            takes a free or planar joint.
+        modal_coordinates, modal_speeds : array_like, shape (k,), optional
+            eta and deta at the start; default zero.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the body.
+        """
+        if not isinstance(body, FlexibleBody):
+            raise ModelError(
+                f"flexible body {name!r} must be a FlexibleBody, not {type(body).__name__}. "
+                "Remedy: make one with kanefe_fem.solid_body, beam_body, or kanefe.flexible_body"
+            )
+        joint = joint or Fixed()
+        if body.is_floating and len(joint.speed_names) < 3:
+            raise ModelError(
+                f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
+                "Remedy: make an interface 'clamped', or give the body a free joint"
+            )
+        self._add(name, parent, joint, at, orientation, None, body, modal_coordinates, modal_speeds)
+        return FlexibleMember(self, len(self._entries) - 1, name, None, body)
+
+    def add_force(
+        self, target: Frame, force: Load, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
+    ) -> None:
+        """Apply a force.
+
+        Parameters
+        ----------
+        target : Frame
+            A rigid body, or an interface or node of a flexible body.
+        force : (3,) or callable t -> (3,)
+            N.
+        point : array_like, shape (3,)
+            Where it acts, from the frame's origin in its axes, m.
+        follows : bool
+            True: the components are those of the frame; False: of N.
+        """
+        entry = self._target(target)
+        label = f"the force on {_frame_name(target)}"
+        function = _vector_function(force, label)
+        where = _three(point, f"point of {label}")
+        entry.loads.append((PointLoad(label, function, False, where, follows), target.interface_frame))
+
+    def add_torque(self, target: Frame, torque: Load, *, follows: bool = False) -> None:
+        """Apply a torque.
+
+        Parameters
+        ----------
+        target : Frame
+            A rigid body, an interface of a flexible body, or a flexible body (for a torque about its joint).
+        torque : float, (3,) or callable of t
+            One number: a motor about the axis of the target's joint, which pushes back on the parent (N m; N for a
+            prismatic joint). Three: a torque from outside, N m.
+        follows : bool
+            True: the three components are those of the frame; False: of N.
+        """
+        entry = self._target(target)
+        label = f"the torque on {_frame_name(target)}"
+        sample = np.asarray(torque(0.0) if callable(torque) else torque, dtype=float)
+        if sample.shape == (3,):
+            function = _vector_function(torque, label)
+            entry.loads.append((PointLoad(label, function, True, np.zeros(3), follows), target.interface_frame))
+            return
+        if sample.shape != () or target.interface_frame is not None:
+            raise ModelError(f"{label} must be three numbers" + ("" if target.interface_frame else " or one for a motor"))
+        if len(entry.joint.speed_names) != 1 or entry.joint.motion is not None:
+            raise ModelError(
+                f"{label} is one number, but its {entry.joint.kind} joint has no single free axis. "
+                "Remedy: give three components, or a revolute joint that is not driven"
+            )
+        value: Callable[[float], float] = torque if callable(torque) else lambda t: sample  # type: ignore[assignment,return-value]
+        entry.joint_loads.append(JointLoad(label, value))
+
+    def freeze(self) -> Model:
+        """Return the immutable model of the scene.
+
+        Raises
+        ------
+        ModelError
+            If the scene is empty.
+        """
+        return _freeze(self)
+
+    def simulate(self, t_span: tuple[float, float], **options: Any) -> Result:
+        """Run the scene and return a `Result`; the options are those of `kanefe.integrate.run.integrate`."""
+        from kanefe.integrate.run import integrate
+        from kanefe.results import Result
+
+        model = self.freeze()
+        return Result(model, integrate(model, t_span, **options))
+
+    def _add(
+        self,
+        name: str,
+        parent: Frame | None,
+        joint: Joint,
+        at: Sequence[float],
+        orientation: Sequence[float],
+        rigid: RigidMass | None,
+        flexible: FlexibleBody | None,
+        eta: Sequence[float] | None,
+        deta: Sequence[float] | None,
+    ) -> None:
+        if not name or not isinstance(name, str) or "/" in name:
+            raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
+        if any(entry.name == name for entry in self._entries):
+            raise ModelError(f"the scene already has a body called {name!r}. Remedy: another name")
+        if not isinstance(joint, Joint):
+            raise ModelError(f"joint of body {name!r} must be a Joint, such as Revolute('z'), not {joint!r}")
+        if parent is not None:
+            self._check_parent(name, parent)
+        e = np.asarray(orientation, dtype=float)
+        if e.shape != (4,) or not np.all(np.isfinite(e)) or np.linalg.norm(e) < 1e-12:
+            raise ModelError(f"orientation of body {name!r} must be four Euler parameters, not {orientation!r}")
+        count = flexible.free_count if flexible else 0
+        starts = []
+        for what, value in (("modal_coordinates", eta), ("modal_speeds", deta)):
+            array = np.zeros(count) if value is None else np.array(value, dtype=float)
+            if array.shape != (count,) or not np.all(np.isfinite(array)):
+                raise ModelError(f"{what} of body {name!r} must be {count} finite numbers, shape {array.shape} was given")
+            starts.append(array)
+        where = _three(at, f"at of body {name!r}")
+        self._entries.append(_Entry(name, parent, where, e, joint, rigid, flexible, *starts, [], []))
+
+    def _check_parent(self, name: str, parent: Frame) -> None:
+        if not isinstance(parent, Frame):
+            raise ModelError(f"parent of body {name!r} must be a body or interface of this scene, not {parent!r}")
+        if parent.system is not self:
+            raise ModelError(f"parent {parent.name!r} of body {name!r} belongs to another system. Remedy: add it to this one")
+        if isinstance(parent, FlexibleMember):
+            raise ModelError(
+                f"parent of body {name!r}: flexible body {parent.name!r} carries other bodies at its interfaces only. "
+                f"Remedy: parent={parent.name}.interface(...), one of {[f.name for f in parent.body.interfaces]}"
+            )
+        frame = parent.interface_frame
+        if frame is not None and frame.name.startswith("node "):
+            raise ModelError(
+                f"parent of body {name!r}: {frame.name} of {parent.name!r} has no rotation of its own. Remedy: an interface"
+            )
+
+    def _target(self, target: Frame) -> _Entry:
+        if not isinstance(target, Frame):
+            raise ModelError(f"a load acts on a body or an interface of this scene, not on {target!r}")
+        if target.system is not self:
+            raise ModelError(f"{_frame_name(target)} belongs to another system. Remedy: add the body to this one")
+        return self._entries[target.number]
+
+
+def _freeze(system: System) -> Model:
+    """Number coordinates and speeds, and decide per body which terms the scene needs."""
+    entries = system._entries
+    if not entries:
+        raise ModelError("the scene has no bodies. Remedy: add_rigid_body or add_flexible_body")
+    free = sum(_free_joint_speeds(e) + (e.flexible.free_count if e.flexible else 0) for e in entries)
+    driven = sum(1 for e in entries if e.joint.motion is not None)
+    q: list[np.ndarray] = []
+    u: list[np.ndarray] = []
+    coordinate = speed = 0
+    driven_speed, fixed_speed = free, free + driven
+    bodies = []
+    for entry in entries:
+        if entry.joint.motion is None:
+            start = entry.joint.initial_coordinates()
+            coordinates = slice(coordinate, coordinate + len(start))
+            speeds = slice(speed, speed + len(entry.joint.speed_names))
+            coordinate, speed = coordinates.stop, speeds.stop
+            q.append(start)
+            u.append(entry.joint.initial_speeds())
+        else:
+            coordinates = slice(coordinate, coordinate)
+            speeds = slice(driven_speed, driven_speed + 1)
+            driven_speed += 1
+        terms = None
+        if entry.flexible is not None:
+            body = entry.flexible
+            k = body.free_count
+            terms = FlexibleTerms(
+                body=body,
+                free_moments=body.moments.leading(k),
+                all_moments=body.moments,
+                damping=_transferred_damping(body),
+                eta=slice(coordinate, coordinate + k),
+                speeds=slice(speed, speed + k),
+                fixed=slice(fixed_speed, fixed_speed + body.fixed_count),
+                **_fixed_motions(body),
+            )
+            coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
+            q.append(entry.eta)
+            u.append(entry.deta)
+        bodies.append(
+            BodyTerms(
+                name=entry.name,
+                parent=-1 if entry.parent is None else entry.parent.number,
+                parent_interface=None if entry.parent is None else entry.parent.interface_frame,
+                p_PoFo_P=entry.at,
+                A_PF=rotation_matrix(entry.orientation),
+                joint=entry.joint,
+                coordinates=coordinates,
+                speeds=speeds,
+                rigid=entry.rigid,
+                flexible=terms,
+                loads=tuple(entry.loads),
+                joint_loads=tuple(entry.joint_loads),
+            )
+        )
+    return Model(
+        bodies=tuple(bodies),
+        gravity=system.gravity.copy(),
+        slopes=system.slopes,
+        coordinate_count=coordinate,
+        free_count=free,
+        driven_count=driven,
+        fixed_count=fixed_speed - free - driven,
+        initial_coordinates=np.concatenate(q) if q else np.zeros(0),
+        initial_speeds=np.concatenate(u) if u else np.zeros(0),
+    )
+
+
+def _free_joint_speeds(entry: _Entry) -> int:
+    return 0 if entry.joint.motion is not None else len(entry.joint.speed_names)
+
+
+def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
+    """Return C over all rows of the body, (K, k), or None if undamped: no damping code runs then."""
+    k = body.free_count
+    if not np.any(body.damping):
+        return None
+    transfer = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:]).T
+    return np.vstack((body.damping, transfer @ body.damping))
+
+
+def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
+    """Return the motion of G and of the coordinates with each fixed component: see `FlexibleTerms`."""
+    k, fixed = body.free_count, body.fixed_count
+    if not fixed:
+        return {"fixed_rigid": np.zeros((6, 0)), "fixed_elastic": np.zeros((k, 0))}
+    held = np.zeros((fixed, 6))  # fixed components of the unit rigid motions about G's origin
+    for frame in body.interfaces:
+        rows = rigid_motion(frame.position[None], (0.0, 0.0, 0.0), COMPONENTS)[list(frame.fixed_components)]
+        held[[column - k for column in frame.fixed_columns]] = rows
+    rigid = np.linalg.pinv(held)
+    elastic = np.zeros((k + fixed, fixed))
+    elastic[k:] = np.eye(fixed) - held @ rigid
+    elastic[:k] = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:] @ held @ rigid)
+    return {"fixed_rigid": rigid, "fixed_elastic": elastic}
+
+
+def _three(value: Sequence[float], what: str) -> np.ndarray:
+    array = np.array(value, dtype=float)
+    if array.shape != (3,) or not np.all(np.isfinite(array)):
+        raise ModelError(f"{what} must be three finite numbers, not {value!r}")
+    return array
+
+
+def _vector_function(load: Load, label: str) -> Callable[[float], np.ndarray]:
+    if callable(load):
+        return load
+    constant = _three(load, label)  # type: ignore[arg-type]
+    return lambda t: constant
+
+
+def _frame_name(frame: Frame) -> str:
+    return repr(frame.name) if frame.interface_frame is None else f"{frame.interface_frame.name!r} of {frame.name!r}"

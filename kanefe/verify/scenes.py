@@ -1,0 +1,84 @@
+"""What the cases share: states of a run at given times, frames at a state, and the modes of a system at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+import scipy.linalg
+from scipy.optimize import brentq
+
+from kanefe.integrate.generalised_alpha import iteration_matrices
+from kanefe.integrate.run import integrate
+from kanefe.kane.assemble import all_speeds, assemble
+from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.model import Model
+
+State = tuple[float, np.ndarray, np.ndarray]
+"""Time in s, coordinates q and free speeds u."""
+
+
+def states_at(model: Model, times: Sequence[float], rtol: float, method: str = "dop853") -> list[State]:
+    """Run a model once from t = 0 and return its states at these times (s), multiples of a common step."""
+    step = _common_step(times)
+    run = integrate(model, (0.0, max(times)), rtol=rtol, method=method, output_step=step, progress=False)
+    rows = [round(t / step) for t in times]
+    return [(float(run.times[i]), run.coordinates[i], run.speeds[i]) for i in rows]
+
+
+def state_after(model: Model, t: float, rtol: float) -> State:
+    """Return the state at one time t in s, explicitly integrated from t = 0."""
+    return states_at(model, [t], rtol)[0]
+
+
+def zero_crossings(
+    model: Model, quantity: Callable[[State], float], stop: float, rtol: float, samples: int = 200
+) -> Iterator[float]:
+    """Yield the times in (0, stop) at which a quantity of the state changes sign, refined by runs that end there."""
+    times = np.linspace(0.0, stop, samples + 1)[1:]
+    states = states_at(model, times.tolist(), rtol)
+    values = [quantity(state) for state in states]
+    for i in range(samples - 1):
+        if values[i] * values[i + 1] < 0:
+            yield float(brentq(lambda t: quantity(state_after(model, t, rtol)), times[i], times[i + 1], xtol=1e-12))
+
+
+def frame_at(model: Model, name: str, state: State) -> FrameMotion:
+    """Return the motion of the frame (R or G) of a body at a state."""
+    t, q, u = state
+    return sweep_outward(model, t, q, all_speeds(model, t, u))[model.index(name)]
+
+
+def displaced_node(model: Model, name: str, node: int, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Return position in N and displacement in G of a node of a flexible body, each (3,) in m."""
+    terms = model.flexible_terms(name)
+    displacement = terms.body.node_displacements(state[1][terms.eta])[node]
+    G = frame_at(model, name, state)
+    return G.p_NoFo_N + G.A_NF @ (terms.body.nodes[node] + displacement), displacement
+
+
+def system_modes(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Return natural frequencies (rad/s) and modes (free, modes) of an undeformed scene at rest, without gravity.
+
+    M is that of the assembled Kane equations; with nothing loaded, only the bodies' K resists. Rigid motions come first,
+    with frequencies of about zero.
+    """
+    q, u = model.initial_coordinates, np.zeros(model.free_count)
+    mass, _ = assemble(model, 0.0, q, u)
+    stiffness, _ = iteration_matrices(model)
+    return natural_modes(stiffness, mass)
+
+
+def natural_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies in rad/s and mass-normal modes of (K, M), lowest first."""
+    scale = 1.0 / np.sqrt(np.diag(mass))  # LAPACK loses fewer digits of low modes when all masses are one
+    squares, modes = scipy.linalg.eigh(stiffness * np.outer(scale, scale), mass * np.outer(scale, scale))
+    return np.sqrt(np.maximum(squares, 0.0)), scale[:, None] * modes
+
+
+def _common_step(times: Sequence[float]) -> float:
+    """Return the largest step in whole nanoseconds of which all times are multiples; the time itself if there is one."""
+    if len(times) == 1:
+        return times[0]
+    return math.gcd(*(round(t * 1e9) for t in times)) * 1e-9

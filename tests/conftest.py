@@ -1,0 +1,22 @@
+"""Skips tests whose heavy package is absent, unless the run promises that it is there."""
+
+import importlib.util
+import os
+
+import pytest
+
+# marker -> the module that its tests import
+NEEDS = {"fenicsx": "dolfinx", "gmsh": "gmsh"}
+
+# Set by `make test` and `make test-latest`, whose set-up brings these packages: a skip would hide a broken set-up.
+REQUIRED = os.environ.get("KANEFE_TEST_REQUIRE", "").split()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for marker, module in NEEDS.items():
+        if marker in REQUIRED or importlib.util.find_spec(module) is not None:
+            continue
+        skip = pytest.mark.skip(reason=f"{module} is not installed; `make test` brings it")
+        for item in items:
+            if item.get_closest_marker(marker):
+                item.add_marker(skip)

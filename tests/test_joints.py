@@ -1,0 +1,110 @@
+"""Every joint: its partial velocities and remainders against finite differences of its pose (Eq. 13-16)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import derivatives
+
+import kanefe as kf
+from kanefe.errors import ModelError
+from kanefe.frames import axial
+from kanefe.joints import Joint
+
+JOINTS: list[Joint] = [
+    kf.Fixed(),
+    kf.Revolute("x"),
+    kf.Revolute((1.0, -2.0, 0.5), position=0.4, speed=-1.0),
+    kf.Prismatic("y"),
+    kf.Prismatic((0.0, 3.0, 4.0), position=0.2, speed=0.3),
+    kf.Planar(position=(0.1, -0.2), angle=0.5, velocity=(0.3, 0.2), rate=-0.7),
+    kf.Free(position=(1, 2, 3), orientation=(2, 1, 0, -1), velocity=(1, 0, 2), angular_velocity=(0.1, -0.5, 2.0)),
+]
+
+
+@pytest.mark.parametrize("joint", JOINTS, ids=repr)
+def test_velocity_and_acceleration_match_the_pose(joint: Joint) -> None:
+    rng = np.random.default_rng(0)
+    n = len(joint.speed_names)
+    q = joint.advance(joint.initial_coordinates(), rng.standard_normal(n))
+    u, du = rng.standard_normal(n), rng.standard_normal(n)
+
+    def moved(t: float) -> np.ndarray:
+        return joint.advance(q, u * t + 0.5 * du * t * t)
+
+    V, W = joint.partial_velocities(q)
+    Z, Y = joint.remainders(q, u)
+    dp, ddp = derivatives(lambda t: joint.pose(moved(t))[0])
+    dA, _ = derivatives(lambda t: joint.pose(moved(t))[1])
+    # order-8 differences, steps of 0.02: round-off 1e-14 / 0.02, and 1e-16 / 0.02^2 for second derivatives of lengths ~ 3
+    assert V @ u == pytest.approx(dp, abs=1e-11)
+    assert V @ du + Z == pytest.approx(ddp, abs=1e-10)
+    assert W @ u == pytest.approx(-0.5 * axial(dA @ joint.pose(q)[1].T), abs=1e-10)
+    # angular acceleration from the angular velocity along the same motion; u(t) = u + du t to second order
+    alpha, _ = derivatives(lambda t: joint.partial_velocities(moved(t))[1] @ (u + du * t))
+    assert W @ du + Y == pytest.approx(alpha, abs=1e-10)
+
+
+@pytest.mark.parametrize("joint", JOINTS, ids=repr)
+def test_coordinate_rates_are_the_rate_of_advance(joint: Joint) -> None:
+    rng = np.random.default_rng(1)
+    q, u = joint.initial_coordinates(), rng.standard_normal(len(joint.speed_names))
+    rate, _ = derivatives(lambda t: joint.advance(q, u * t))
+    assert joint.coordinate_rates(q, u) == pytest.approx(rate, abs=1e-12)
+
+
+@pytest.mark.parametrize("joint", JOINTS, ids=repr)
+def test_names_match_sizes(joint: Joint) -> None:
+    assert len(joint.coordinate_names) == len(joint.initial_coordinates())
+    assert len(joint.speed_names) == len(joint.initial_speeds())
+
+
+def test_free_joint_keeps_unit_parameters() -> None:
+    joint = kf.Free(orientation=(3, 0, 0, 4))
+    q = joint.initial_coordinates()
+    assert np.linalg.norm(q[3:]) == 1.0
+    for _ in range(1000):
+        q = joint.advance(q, np.full(6, 0.1))
+    assert np.linalg.norm(q[3:]) == pytest.approx(1.0, abs=1e-15)  # renormalised at each step: no drift
+
+
+def test_steady_motion() -> None:
+    motion = kf.Motion.steady(3.0, start=1.0)
+    assert (motion.position(2.0), motion.velocity(2.0), motion.acceleration(2.0)) == (7.0, 3.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: kf.Revolute("w"), "axis of a revolute joint: 'w' is not x, y, z or three numbers"),
+        (lambda: kf.Revolute((0, 0, 0)), "axis of a revolute joint must be three finite numbers with a length above zero"),
+        (lambda: kf.Prismatic((1, 0)), "axis of a prismatic joint must be three finite numbers"),
+        (lambda: kf.Revolute("z", position=np.nan), "position of a revolute joint must be finite"),
+        (lambda: kf.Prismatic("z", speed=np.inf), "speed of a prismatic joint must be finite"),
+        (lambda: kf.Revolute("z", speed=1.0, motion=kf.Motion.steady(1.0)), "Remedy: leave out position and speed"),
+        (lambda: kf.Revolute("z", motion=kf.Motion(0.0, 1.0, 0.0)), "revolute joint: position of a Motion must be a function"),
+        (
+            lambda: kf.Revolute("z", motion=kf.Motion(lambda t: t, lambda t: np.nan, lambda t: 0.0)),
+            r"velocity at t = 0\.0 s must be one finite number",
+        ),
+        (
+            lambda: kf.Revolute("z", motion=kf.Motion(lambda t: (t, t), lambda t: 1.0, lambda t: 0.0)),
+            r"position at t = 0\.0 s must be one finite number",
+        ),
+        (lambda: kf.Free(orientation=(0, 0, 0, 0)), r"four zeros are no rotation\. Remedy: \(1, 0, 0, 0\)"),
+        (lambda: kf.Free(velocity=(1, 2)), "velocity of a free joint must be 3 finite numbers"),
+        (lambda: kf.Free(position=(1, 2, np.nan)), "position of a free joint must be 3 finite numbers"),
+        (lambda: kf.Planar(position=(1, 2, 3)), "planar joint starts from two lengths and an angle"),
+        (lambda: kf.Planar(rate=np.nan), "planar joint starts from two lengths and an angle"),
+    ],
+)
+def test_bad_input_is_named(make: Any, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        make()
+
+
+def test_a_motion_whose_rate_contradicts_its_position_is_refused() -> None:
+    with pytest.raises(ModelError, match="velocity"):
+        kf.Revolute("z", motion=kf.Motion(lambda t: 3.0 * t, lambda t: 5.0, lambda t: 0.0))
