@@ -138,7 +138,9 @@ def write_whole(path: str | Path, write: Any) -> None:
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     except OSError as error:
-        raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be written") from error
+        raise FileError(
+            f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be written"
+        ) from error
     try:
         with os.fdopen(handle, "wb") as file:
             write(file)

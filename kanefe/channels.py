@@ -55,6 +55,8 @@ class BodyShape:
     basis : ndarray, shape (n * components, k)
         Motion of the nodes from the modal coordinates.
     cells : tuple of Cells
+    is_orthonormal : bool
+        Whether the modes have unit modal mass, so that their coordinates are in kg^1/2 m.
     provenance : mapping
     """
 
@@ -73,6 +75,7 @@ class BodyShape:
     nodes: np.ndarray
     basis: np.ndarray
     cells: tuple[Cells, ...]
+    is_orthonormal: bool
     provenance: Mapping[str, Any]
 
     @property
@@ -91,11 +94,12 @@ class BodyShape:
 
 
 class Channels(Protocol):
-    """Where a result reads from."""
+    """Where a result reads from; `has_forces`: whether accelerations and all forces can be read."""
 
     times: np.ndarray
     statistics: dict[str, Any]
     bodies: tuple[BodyShape, ...]
+    has_forces: bool
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
         """Return a channel, time first; names are known to exist."""
@@ -106,7 +110,7 @@ def body_shape(model: Model, body: BodyTerms) -> BodyShape:
     """Return the shape of a body of a model."""
     mesh: dict[str, Any] = {
         "interfaces": (), "components": (), "nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0)),
-        "cells": (), "provenance": {},
+        "cells": (), "is_orthonormal": False, "provenance": {},
     }  # fmt: skip
     mass, com, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
     if body.rigid is not None:
@@ -121,6 +125,7 @@ def body_shape(model: Model, body: BodyTerms) -> BodyShape:
             "nodes": flexible.nodes,
             "basis": flexible.basis[:, : flexible.free_count],
             "cells": flexible.cells,
+            "is_orthonormal": bool(np.allclose(body.flexible.free_moments.elastic_mass, np.eye(flexible.free_count))),
             "provenance": flexible.provenance,
         }
     return BodyShape(
@@ -153,6 +158,7 @@ class RunChannels:
         self.times = trajectory.times
         self.statistics = trajectory.statistics
         self.bodies = tuple(body_shape(model, body) for body in model.bodies)
+        self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
         self._du: np.ndarray | None = None
 
@@ -179,9 +185,7 @@ class RunChannels:
         names = ("position", "rotation", "velocity", "angular_velocity")
         frames = self._frames()
         width = {"rotation": 4}
-        kept = {
-            (name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames
-        }
+        kept = {(name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames}
         for i, (t, q, u) in enumerate(self._states()):
             for frame, motion in zip(frames, self._motions(t, q, u), strict=True):
                 kept["position", *frame][i] = motion.p_NoFo_N

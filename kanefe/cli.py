@@ -17,7 +17,9 @@ COMMANDS = "kanefe.commands"
 
 def verify(
     cases: Annotated[list[str] | None, typer.Argument(help="Cases to run, such as A01 C03; default: all.")] = None,
-    json: Annotated[str | None, typer.Option(help="Write the results to this file as JSON; '-' for standard output.")] = None,
+    json: Annotated[
+        str | None, typer.Option(help="Write the results to this file as JSON; '-' for standard output.")
+    ] = None,
 ) -> None:
     """Run the verification cases that ship with the package; exit 1 if one misses its tolerance."""
     from kanefe.verify.runner import verify as run

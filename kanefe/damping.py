@@ -104,7 +104,9 @@ class ModalDamping:
         """
         values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
         if len(values) > count:
-            raise ModelError(f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out")
+            raise ModelError(
+                f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out"
+            )
         return np.concatenate((values, np.full(count - len(values), values[-1])))
 
 

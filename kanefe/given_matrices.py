@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.io
@@ -16,7 +16,7 @@ import scipy.sparse.linalg as spla
 from kanefe.errors import FileError, ModelError
 from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, Cells, FiniteElementModel, MassField, NodeGroup
 
-Matrix = sp.spmatrix | np.ndarray | str | Path
+Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
 
 ROUND_OFF = 1e-6
 """Relative error below which a property of exported matrices counts as round-off: files often carry 7 digits."""
@@ -29,7 +29,7 @@ class NodalFormWarning(UserWarning):
 def model_from_matrices(
     mass: Matrix,
     stiffness: Matrix,
-    nodes: np.ndarray,
+    nodes: np.ndarray | Sequence[Sequence[float]],
     *,
     components: Sequence[str] = TRANSLATIONS,
     damping: Matrix | None = None,
@@ -103,7 +103,8 @@ def model_from_matrices(
     _check_rigid_motions(model)
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(
-            "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal form of Eq. 38, "
+            "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal "
+            "form of Eq. 38, "
             "whose gyroscopic terms are wrong by some percent for one element and better with every finer mesh",
             NodalFormWarning,
             stacklevel=2,
@@ -176,7 +177,9 @@ def _lagrange_field(M: sp.csr_matrix, points: np.ndarray, components: tuple[str,
     kron = sp.kron(scalar, sp.identity(width), format="csr")
     if abs(M - kron).max() > ROUND_OFF * abs(M).max():
         return None
-    rows = 3 * np.repeat(np.arange(len(points)), width) + np.tile([TRANSLATIONS.index(c) for c in components], len(points))
+    rows = 3 * np.repeat(np.arange(len(points)), width) + np.tile(
+        [TRANSLATIONS.index(c) for c in components], len(points)
+    )
     columns = np.arange(len(points) * width)
     interpolation = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), (3 * len(points), len(columns)))
     return MassField(points, scalar.tocsr(), interpolation)
@@ -185,7 +188,9 @@ def _lagrange_field(M: sp.csr_matrix, points: np.ndarray, components: tuple[str,
 def _check_mass(model: FiniteElementModel, expected: float | None) -> None:
     diagonal = model.mass.diagonal()
     if diagonal.min() < 0:
-        raise ModelError(f"the mass matrix has a negative diagonal entry ({diagonal.min():.3g}, row {diagonal.argmin()})")
+        raise ModelError(
+            f"the mass matrix has a negative diagonal entry ({diagonal.min():.3g}, row {diagonal.argmin()})"
+        )
     R = model.rigid_modes()
     generalised = R.T @ (model.mass @ R)
     present = [COMPONENTS.index(c) for c in model.components if c in TRANSLATIONS]
@@ -224,16 +229,21 @@ def _check_rigid_motions(model: FiniteElementModel) -> None:
     scale = spla.norm(model.stiffness, np.inf)
     worst = int(np.argmax(forces))
     if forces[worst] > ROUND_OFF * scale:
-        motion = np.array(["translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z"])[kept]
+        motion = np.array(
+            ["translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z"]
+        )[kept]
         raise ModelError(
-            f"the stiffness matrix resists the rigid {motion[worst]} of the nodes (force {forces[worst] / scale:.2g} of its "
-            "largest). Remedy: check that nodes and matrix are in the same order, and that the body was exported unsupported"
+            f"the stiffness matrix resists the rigid {motion[worst]} of the nodes (force "
+            f"{forces[worst] / scale:.2g} of its "
+            "largest). Remedy: check that nodes and matrix are in the same order, and that the body was "
+            "exported unsupported"
         )
     expected = int(np.linalg.matrix_rank(R, tol=1e-9))
     squares = _lowest_squares(model, expected + 1)
     if len(squares) > expected and squares[expected] <= 1e3 * max(abs(squares[:expected]).max(), np.finfo(float).tiny):
         raise ModelError(
-            f"the stiffness matrix leaves more than the {expected} rigid motions free: it has a mechanism, loose parts or a weak support. "
+            f"the stiffness matrix leaves more than the {expected} rigid motions free: it has a mechanism, "
+            "loose parts or a weak support. "
             "Remedy: check hinges, grounding springs and unconnected nodes in the exporting program"
         )
 
@@ -246,4 +256,6 @@ def _lowest_squares(model: FiniteElementModel, count: int) -> np.ndarray:
         return np.sort(np.abs(np.linalg.eigvalsh(K.toarray() * np.outer(scale, scale))))[:count]
     shift = 1e-6 * K.diagonal().sum() / M.diagonal().sum()
     start = np.random.default_rng(0).standard_normal(model.size)
-    return np.sort(np.abs(spla.eigsh(K.tocsc(), k=count, M=M.tocsc(), sigma=-shift, v0=start, return_eigenvectors=False)))
+    return np.sort(
+        np.abs(spla.eigsh(K.tocsc(), k=count, M=M.tocsc(), sigma=-shift, v0=start, return_eigenvectors=False))
+    )

@@ -130,7 +130,9 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
         start += len(components)
     tied = np.concatenate([dofs for dofs, _ in blocks]) if blocks else np.zeros(0, dtype=int)
     interior = np.setdiff1d(np.arange(model.size), tied)
-    columns = [sp.csr_matrix((np.ones(len(interior)), (interior, np.arange(len(interior)))), (model.size, len(interior)))]
+    columns = [
+        sp.csr_matrix((np.ones(len(interior)), (interior, np.arange(len(interior)))), (model.size, len(interior)))
+    ]
     for dofs, motion in blocks:
         rows, cols = np.nonzero(motion)
         columns.append(sp.csr_matrix((motion[rows, cols], (dofs[rows], cols)), (model.size, motion.shape[1])))

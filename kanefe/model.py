@@ -42,8 +42,8 @@ class FlexibleTerms:
     fixed_rigid : ndarray, shape (6, fixed)
         Motion of G (translation, rotation) that goes with unit motion of each fixed component.
     fixed_elastic : ndarray, shape (K, fixed)
-        Coordinates that go with it. Together they are the constraint mode at zero deformation; the rigid share turns the
-        *deformed* body, so that coupling forces balance the body exactly and not only to first order.
+        Coordinates that go with it. Together they are the constraint mode at zero deformation; the rigid share turns
+        the *deformed* body, so that coupling forces balance the body exactly and not only to first order.
     """
 
     body: FlexibleBody
@@ -141,8 +141,8 @@ class Model:
     @property
     def highest_frequency(self) -> float:
         """Highest natural frequency of the flexible bodies in Hz, zero without any."""
-        return max((float(b.flexible.body.frequencies[-1]) for b in self.bodies if b.flexible and b.flexible.body.free_count),
-                   default=0.0)  # fmt: skip
+        bodies = [b.flexible.body for b in self.bodies if b.flexible and b.flexible.body.free_count]
+        return max((float(body.frequencies[-1]) for body in bodies), default=0.0)
 
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""

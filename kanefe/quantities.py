@@ -74,7 +74,7 @@ FORCES = ("joint_reaction", "driving_force", "coupling_force")
 
 
 def resolved_parts(
-    quantity: str, columns: Sequence[str] = (), joint: str = "", count: int = 0
+    quantity: str, columns: Sequence[str] = (), joint: str = "", count: int = 0, is_orthonormal: bool = True
 ) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """Return (label, unit, column names) of a quantity of one body, columns of one unit together.
 
@@ -88,13 +88,16 @@ def resolved_parts(
         Kind of the joint, which decides the unit of a driving force.
     count : int
         Number of modes.
+    is_orthonormal : bool
+        Whether the modes have unit modal mass.
     """
     parts = QUANTITIES[quantity].parts
     label, unit, _ = parts[0]
     if quantity in DRIVES:
         return ((label, "N" if joint == "prismatic" else "N m", ()),)
     if quantity in MODES:
-        return ((label, unit, tuple(f"{i}" for i in range(count))),)
+        reduced, _, full = unit.removesuffix(")").partition(" (unreduced: ")
+        return ((label, reduced if is_orthonormal else full, tuple(f"{i}" for i in range(count))),)
     if quantity not in ("joint_coordinates", "joint_speeds"):
         return parts
     groups: dict[str, list[str]] = {}

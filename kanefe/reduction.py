@@ -71,9 +71,7 @@ class CraigBampton:
 
 class _SuperLU:
     def __init__(self, matrix: sp.csc_matrix) -> None:
-        self._lu = spla.splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        self._lu = spla.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         return np.asarray(self._lu.solve(np.ascontiguousarray(b)))
@@ -155,14 +153,17 @@ def _unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int
     total = int(np.linalg.matrix_rank(modes / np.linalg.norm(modes, axis=0), tol=1e-9))
     if not len(ties.fixed):
         return total
-    held = np.vstack([rigid_motion(t.position[None], model.nodes.mean(axis=0), t.names)[list(t.fixed)] for t in ties.ties])
+    held = np.vstack(
+        [rigid_motion(t.position[None], model.nodes.mean(axis=0), t.names)[list(t.fixed)] for t in ties.ties]
+    )
     length = np.ptp(model.nodes, axis=0).max() or 1.0
     held[:, 3:] /= length
     restrained = int(np.linalg.matrix_rank(held, tol=1e-9))
     if restrained < total:
         names = ", ".join(t.name for t in ties.ties if t.fixed)
         raise ModelError(
-            f"the interfaces fixed in G ({names}) leave {total - restrained} rigid motion(s) of the body free. Remedy: make "
+            f"the interfaces fixed in G ({names}) leave {total - restrained} rigid motion(s) of the body "
+            "free. Remedy: make "
             "one of them 'clamped', fix more components, or fix none and give the body a free joint"
         )
     return 0
@@ -220,7 +221,9 @@ def _factor(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisation:
     """Factor K of the interior and check it on one solve: a mechanism or loose part shows here."""
     remedy = "Remedy: check the mesh for loose parts or hinges, and the interfaces"
     if matrix.shape[0] == 0:
-        raise ModelError("all nodes of the body belong to interfaces: nothing is left to deform. Remedy: refine the mesh")
+        raise ModelError(
+            "all nodes of the body belong to interfaces: nothing is left to deform. Remedy: refine the mesh"
+        )
     try:
         factors = factorise(matrix)
     except RuntimeError as error:
@@ -230,7 +233,8 @@ def _factor(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisation:
     error_size = np.linalg.norm(factors.solve(force) - probe) / np.linalg.norm(probe)
     if not error_size < 1e-3:
         raise ModelError(
-            f"the stiffness matrix of the interior is singular or nearly so (a solve is wrong by {error_size:.1e}). {remedy}"
+            "the stiffness matrix of the interior is singular or nearly so (a solve is wrong by "
+            f"{error_size:.1e}). {remedy}"
         )
     return factors
 
@@ -242,7 +246,8 @@ def _normal_modes(
     size = K.shape[0]
     if count > size:
         raise ModelError(
-            f"{count} modes were asked of a body whose interior has {size} degrees of freedom. Remedy: fewer modes, or reduction=None"
+            f"{count} modes were asked of a body whose interior has {size} degrees of freedom. Remedy: "
+            "fewer modes, or reduction=None"
         )
     if count > size - 2 or size <= 400:  # ARPACK needs room; LAPACK is as fast for small matrices
         squares, shapes = scipy.linalg.eigh(K.toarray(), M.toarray(), subset_by_index=(0, count - 1))
@@ -261,9 +266,7 @@ def _orthonormal_modes(free: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rig
     stiffness, mass = free.T @ (K @ free), free.T @ (M @ free)
     scale = 1.0 / np.sqrt(np.diag(mass))
     try:
-        squares, vectors = scipy.linalg.eigh(
-            stiffness * np.outer(scale, scale), mass * np.outer(scale, scale)
-        )
+        squares, vectors = scipy.linalg.eigh(stiffness * np.outer(scale, scale), mass * np.outer(scale, scale))
     except np.linalg.LinAlgError as error:
         raise ModelError(
             "the mass matrix of the reduced coordinates is not positive definite: some motion of the body has no mass. "
@@ -272,12 +275,14 @@ def _orthonormal_modes(free: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rig
     if rigid_count:
         if rigid_count >= len(squares):
             raise ModelError(
-                f"the body floats and has {len(squares)} coordinates, {rigid_count} of them rigid: none is left. Remedy: more modes"
+                f"the body floats and has {len(squares)} coordinates, {rigid_count} of them rigid: none is "
+                "left. Remedy: more modes"
             )
         if abs(squares[:rigid_count]).max() > 1e-6 * squares[rigid_count]:
             raise ModelError(
                 f"K does not leave the {rigid_count} rigid motions free (w^2 = {squares[rigid_count - 1]:.3g} against "
-                f"{squares[rigid_count]:.3g} of the first elastic mode). Remedy: check the order of the nodes, or clamp an interface"
+                f"{squares[rigid_count]:.3g} of the first elastic mode). Remedy: check the order of the "
+                "nodes, or clamp an interface"
             )
     return free @ (scale[:, None] * vectors[:, rigid_count:])
 

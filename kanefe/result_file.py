@@ -46,13 +46,9 @@ def save_result(result: Result, path: str | Path, *, forces: bool = True) -> Non
     arrays: dict[str, tuple[np.ndarray, str]] = {"times": (result.times, "s")}
     for shape in shapes:
         arrays |= _shape_arrays(shape)
-    for quantity, body, interface in _saved(shapes, forces):
+    for quantity, body, interface in _saved(shapes, forces and result.has_forces):
         unit = result.units(quantity, body) if body else result.units(quantity)
-        try:
-            arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
-        except ModelError:
-            if not isinstance(result._channels, FileChannels):  # a result loaded without forces is saved without them
-                raise
+        arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
     data = encode(header, arrays)
     write_whole(path, lambda file: file.write(data))
 
@@ -102,6 +98,7 @@ class FileChannels:
         self.times = arrays["times"]
         self.statistics: dict[str, Any] = json.loads(header["statistics"])
         self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
+        self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
@@ -177,6 +174,7 @@ def _described(shape: BodyShape) -> dict[str, Any]:
         "interfaces": shape.interfaces,
         "components": shape.components,
         "cells": [block.kind for block in shape.cells],
+        "is_orthonormal": shape.is_orthonormal,
         "provenance": dict(shape.provenance),
     }
 
@@ -210,5 +208,6 @@ def _shape(entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> BodyShape:
         nodes=arrays.get(f"{folder}/mesh/nodes", np.zeros((0, 3))),
         basis=arrays.get(f"{folder}/mesh/basis", np.zeros((0, 0))),
         cells=tuple(Cells(kind, arrays[f"{folder}/mesh/cells_{i}"]) for i, kind in enumerate(entry["cells"])),
+        is_orthonormal=entry["is_orthonormal"],
         provenance=entry["provenance"],
     )

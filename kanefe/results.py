@@ -13,17 +13,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.run import Trajectory
 from kanefe.model import Model
-from kanefe.quantities import (
-    DRIVES,
-    ENERGIES,
-    INTERFACES,
-    MODES,
-    MOMENTA,
-    QUANTITIES,
-    Energy,
-    Momentum,
-    resolved_parts,
-)
+from kanefe.quantities import DRIVES, ENERGIES, INTERFACES, MODES, MOMENTA, QUANTITIES, Energy, Momentum, resolved_parts
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
@@ -82,6 +72,11 @@ class Result:
     def statistics(self) -> dict[str, Any]:
         """Method, steps, evaluations and seconds of the run."""
         return self._channels.statistics
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether accelerations, reactions and coupling forces can be had: not of a result saved without them."""
+        return self._channels.has_forces
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -220,14 +215,8 @@ class Result:
     def units(self, quantity: str, name: str | None = None) -> str:
         """Return the unit of a quantity; of a body's joint, if the unit depends on it.
 
-        Raises
-        ------
-        ModelError
-            If there is no such quantity; the message lists them.
-
-        Examples
-        --------
-        ``result.units("coupling_force")`` is "N, N m"; ``result.units("joint_coordinates", "hub")`` is "rad".
+        ``result.units("coupling_force")`` is "N, N m"; ``result.units("joint_coordinates", "hub")`` is "rad". A
+        ModelError lists the quantities if there is no such one.
         """
         if quantity in ("times", "nodal_displacements", "nodal_positions", "energy"):
             return {"times": "s", "energy": "J"}.get(quantity, "m")
@@ -245,7 +234,7 @@ class Result:
             return resolved_parts(quantity)
         shape = self.body(name)
         columns = shape.coordinate_names if quantity == "joint_coordinates" else shape.speed_names
-        return resolved_parts(quantity, columns, shape.joint, shape.basis.shape[1])
+        return resolved_parts(quantity, columns, shape.joint, shape.basis.shape[1], shape.is_orthonormal)
 
     def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.quantities` by its name; the methods above are the readable way.
@@ -286,12 +275,8 @@ class Result:
 
         Raises
         ------
-        ModelError
-            If there is no such picture, body or interface.
-        FileError
-            If the file cannot be written.
-        MissingDependency
-            If matplotlib is not installed.
+        ModelError, FileError, MissingDependency
+            If there is no such picture, the file cannot be written, or matplotlib is not installed.
 
         Examples
         --------
@@ -324,12 +309,8 @@ class Result:
 
         Raises
         ------
-        ModelError
-            If an option makes no sense.
-        FileError
-            If the files cannot be written.
-        MissingDependency
-            If pyevtk is not installed.
+        ModelError, FileError, MissingDependency
+            If an option makes no sense, the files cannot be written, or pyevtk is not installed.
         """
         from kanefe.views.vtk import write_series
 

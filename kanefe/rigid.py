@@ -79,7 +79,8 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
     # round-off of a CAD program's export must pass, a wrong column must not
     if moments[2] > (moments[0] + moments[1]) * (1 + 1e-6) + 1e-12 * largest:
         raise ModelError(
-            f"inertia of body {name!r} breaks the triangle inequality: principal moments {moments[0]:.6g}, {moments[1]:.6g}, "
+            f"inertia of body {name!r} breaks the triangle inequality: principal moments {moments[0]:.6g}, "
+            f"{moments[1]:.6g}, "
             f"{moments[2]:.6g} kg m2, and no mass distribution has one larger than the sum of the others. "
             "Remedy: check units and that it is taken about the centre of mass"
         )

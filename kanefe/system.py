@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import COMPONENTS, rigid_motion
 from kanefe.flexible import FlexibleBody, InterfaceFrame
-from kanefe.frames import rotation_matrix
+from kanefe.freeze import BodyEntry, build_model
 from kanefe.joints import Fixed, Joint
 from kanefe.loads import JointLoad, PointLoad
-from kanefe.model import BodyTerms, FlexibleTerms, Model
+from kanefe.model import Model
 from kanefe.rigid import RigidMass, rigid_mass
 from kanefe.slopes import slope_measure
 
@@ -65,23 +64,6 @@ class FlexibleMember(Frame):
         return Frame(self.system, self.number, self.name, self.body.node_frame(number))
 
 
-@dataclass(eq=False)
-class _Entry:
-    """What the user said of one body."""
-
-    name: str
-    parent: Frame | None
-    at: np.ndarray
-    orientation: np.ndarray
-    joint: Joint
-    rigid: RigidMass | None
-    flexible: FlexibleBody | None
-    eta: np.ndarray
-    deta: np.ndarray
-    loads: list[tuple[PointLoad, InterfaceFrame | None]]
-    joint_loads: list[JointLoad]
-
-
 class System:
     """A scene of rigid and flexible bodies in a tree.
 
@@ -110,7 +92,7 @@ class System:
     def __init__(self, gravity: Sequence[float] = (0.0, 0.0, 0.0), slopes: str = "rotation-vector") -> None:
         self.gravity = _three(gravity, "gravity")
         self.slopes = slope_measure(slopes)
-        self._entries: list[_Entry] = []
+        self._entries: list[BodyEntry] = []
 
     def add_rigid_body(
         self,
@@ -242,13 +224,16 @@ class System:
             entry.loads.append((PointLoad(label, function, True, np.zeros(3), follows), target.interface_frame))
             return
         if sample.shape != () or target.interface_frame is not None:
-            raise ModelError(f"{label} must be three numbers" + ("" if target.interface_frame else " or one for a motor"))
+            raise ModelError(
+                f"{label} must be three numbers" + ("" if target.interface_frame else " or one for a motor")
+            )
         if len(entry.joint.speed_names) != 1 or entry.joint.motion is not None:
             raise ModelError(
                 f"{label} is one number, but its {entry.joint.kind} joint has no single free axis. "
                 "Remedy: give three components, or a revolute joint that is not driven"
             )
-        value: Callable[[float], float] = torque if callable(torque) else lambda t: sample  # type: ignore[assignment,return-value]
+        constant = float(sample)
+        value: Callable[[float], Any] = torque if callable(torque) else lambda t: constant
         entry.joint_loads.append(JointLoad(label, value))
 
     def freeze(self) -> Model:
@@ -259,7 +244,7 @@ class System:
         ModelError
             If the scene is empty.
         """
-        return _freeze(self)
+        return build_model(self._entries, self.gravity, self.slopes)
 
     def simulate(self, t_span: tuple[float, float], **options: Any) -> Result:
         """Run the scene and return a `Result`; the options are those of `kanefe.integrate.run.integrate`."""
@@ -297,16 +282,23 @@ class System:
         for what, value in (("modal_coordinates", eta), ("modal_speeds", deta)):
             array = np.zeros(count) if value is None else np.array(value, dtype=float)
             if array.shape != (count,) or not np.all(np.isfinite(array)):
-                raise ModelError(f"{what} of body {name!r} must be {count} finite numbers, shape {array.shape} was given")
+                raise ModelError(
+                    f"{what} of body {name!r} must be {count} finite numbers, shape {array.shape} was given"
+                )
             starts.append(array)
         where = _three(at, f"at of body {name!r}")
-        self._entries.append(_Entry(name, parent, where, e, joint, rigid, flexible, *starts, [], []))
+        number, interface = (-1, None) if parent is None else (parent.number, parent.interface_frame)
+        self._entries.append(
+            BodyEntry(name, number, interface, where, e, joint, rigid, flexible, starts[0], starts[1], [], [])
+        )
 
     def _check_parent(self, name: str, parent: Frame) -> None:
         if not isinstance(parent, Frame):
             raise ModelError(f"parent of body {name!r} must be a body or interface of this scene, not {parent!r}")
         if parent.system is not self:
-            raise ModelError(f"parent {parent.name!r} of body {name!r} belongs to another system. Remedy: add it to this one")
+            raise ModelError(
+                f"parent {parent.name!r} of body {name!r} belongs to another system. Remedy: add it to this one"
+            )
         if isinstance(parent, FlexibleMember):
             raise ModelError(
                 f"parent of body {name!r}: flexible body {parent.name!r} carries other bodies at its interfaces only. "
@@ -315,114 +307,16 @@ class System:
         frame = parent.interface_frame
         if frame is not None and frame.name.startswith("node "):
             raise ModelError(
-                f"parent of body {name!r}: {frame.name} of {parent.name!r} has no rotation of its own. Remedy: an interface"
+                f"parent of body {name!r}: {frame.name} of {parent.name!r} has no rotation of its own. "
+                "Remedy: an interface"
             )
 
-    def _target(self, target: Frame) -> _Entry:
+    def _target(self, target: Frame) -> BodyEntry:
         if not isinstance(target, Frame):
             raise ModelError(f"a load acts on a body or an interface of this scene, not on {target!r}")
         if target.system is not self:
             raise ModelError(f"{_frame_name(target)} belongs to another system. Remedy: add the body to this one")
         return self._entries[target.number]
-
-
-def _freeze(system: System) -> Model:
-    """Number coordinates and speeds, and decide per body which terms the scene needs."""
-    entries = system._entries
-    if not entries:
-        raise ModelError("the scene has no bodies. Remedy: add_rigid_body or add_flexible_body")
-    free = sum(_free_joint_speeds(e) + (e.flexible.free_count if e.flexible else 0) for e in entries)
-    driven = sum(1 for e in entries if e.joint.motion is not None)
-    q: list[np.ndarray] = []
-    u: list[np.ndarray] = []
-    coordinate = speed = 0
-    driven_speed, fixed_speed = free, free + driven
-    bodies = []
-    for entry in entries:
-        if entry.joint.motion is None:
-            start = entry.joint.initial_coordinates()
-            coordinates = slice(coordinate, coordinate + len(start))
-            speeds = slice(speed, speed + len(entry.joint.speed_names))
-            coordinate, speed = coordinates.stop, speeds.stop
-            q.append(start)
-            u.append(entry.joint.initial_speeds())
-        else:
-            coordinates = slice(coordinate, coordinate)
-            speeds = slice(driven_speed, driven_speed + 1)
-            driven_speed += 1
-        terms = None
-        if entry.flexible is not None:
-            body = entry.flexible
-            k = body.free_count
-            terms = FlexibleTerms(
-                body=body,
-                free_moments=body.moments.leading(k),
-                all_moments=body.moments,
-                damping=_transferred_damping(body),
-                eta=slice(coordinate, coordinate + k),
-                speeds=slice(speed, speed + k),
-                fixed=slice(fixed_speed, fixed_speed + body.fixed_count),
-                **_fixed_motions(body),
-            )
-            coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
-            q.append(entry.eta)
-            u.append(entry.deta)
-        bodies.append(
-            BodyTerms(
-                name=entry.name,
-                parent=-1 if entry.parent is None else entry.parent.number,
-                parent_interface=None if entry.parent is None else entry.parent.interface_frame,
-                p_PoFo_P=entry.at,
-                A_PF=rotation_matrix(entry.orientation),
-                joint=entry.joint,
-                coordinates=coordinates,
-                speeds=speeds,
-                rigid=entry.rigid,
-                flexible=terms,
-                loads=tuple(entry.loads),
-                joint_loads=tuple(entry.joint_loads),
-            )
-        )
-    return Model(
-        bodies=tuple(bodies),
-        gravity=system.gravity.copy(),
-        slopes=system.slopes,
-        coordinate_count=coordinate,
-        free_count=free,
-        driven_count=driven,
-        fixed_count=fixed_speed - free - driven,
-        initial_coordinates=np.concatenate(q) if q else np.zeros(0),
-        initial_speeds=np.concatenate(u) if u else np.zeros(0),
-    )
-
-
-def _free_joint_speeds(entry: _Entry) -> int:
-    return 0 if entry.joint.motion is not None else len(entry.joint.speed_names)
-
-
-def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
-    """Return C over all rows of the body, (K, k), or None if undamped: no damping code runs then."""
-    k = body.free_count
-    if not np.any(body.damping):
-        return None
-    transfer = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:]).T
-    return np.vstack((body.damping, transfer @ body.damping))
-
-
-def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
-    """Return the motion of G and of the coordinates with each fixed component: see `FlexibleTerms`."""
-    k, fixed = body.free_count, body.fixed_count
-    if not fixed:
-        return {"fixed_rigid": np.zeros((6, 0)), "fixed_elastic": np.zeros((k, 0))}
-    held = np.zeros((fixed, 6))  # fixed components of the unit rigid motions about G's origin
-    for frame in body.interfaces:
-        rows = rigid_motion(frame.position[None], (0.0, 0.0, 0.0), COMPONENTS)[list(frame.fixed_components)]
-        held[[column - k for column in frame.fixed_columns]] = rows
-    rigid = np.linalg.pinv(held)
-    elastic = np.zeros((k + fixed, fixed))
-    elastic[k:] = np.eye(fixed) - held @ rigid
-    elastic[:k] = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:] @ held @ rigid)
-    return {"fixed_rigid": rigid, "fixed_elastic": elastic}
 
 
 def _three(value: Sequence[float], what: str) -> np.ndarray:

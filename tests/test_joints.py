@@ -105,6 +105,25 @@ def test_bad_input_is_named(make: Any, message: str) -> None:
         make()
 
 
-def test_a_motion_whose_rate_contradicts_its_position_is_refused() -> None:
-    with pytest.raises(ModelError, match="velocity"):
-        kf.Revolute("z", motion=kf.Motion(lambda t: 3.0 * t, lambda t: 5.0, lambda t: 0.0))
+@pytest.mark.parametrize(
+    ("motion", "message"),
+    [
+        (kf.Motion(lambda t: 3.0 * t, lambda t: 5.0, lambda t: 0.0), "the velocity of a Motion is 5, but its position changes at 3 a"),
+        (
+            kf.Motion(lambda t: np.sin(9 * t), lambda t: 9 * np.cos(9 * t), lambda t: 81 * np.sin(9 * t)),
+            "the acceleration of a Motion is .* Remedy: give the time derivative of the velocity",
+        ),
+    ],
+)
+def test_a_motion_whose_rate_contradicts_it_is_refused(motion: kf.Motion, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        kf.Revolute("z", motion=motion)
+
+
+def test_fast_large_and_slow_motions_pass_the_check() -> None:
+    for a, w in ((1e-6, 6e3), (1e4, 1e-3), (1.0, 6e3), (1e6, 1.0)):
+        motion = kf.Motion(
+            lambda t, a=a, w=w: a * np.sin(w * t), lambda t, a=a, w=w: a * w * np.cos(w * t),
+            lambda t, a=a, w=w: -a * w * w * np.sin(w * t),
+        )  # fmt: skip
+        assert kf.Revolute("z", motion=motion).motion is motion

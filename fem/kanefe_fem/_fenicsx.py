@@ -305,7 +305,9 @@ def _compiling() -> Iterator[None]:
         ) from problem
     except Exception as problem:  # distutils, setuptools and subprocess each have an error of their own
         if "compile" in type(problem).__name__.lower() or "gcc" in str(problem):
-            raise MissingDependency("a C compiler", "dolfinx", f"sudo apt-get install gcc libc6-dev ({problem})") from problem
+            raise MissingDependency(
+                "a C compiler", "dolfinx", f"sudo apt-get install gcc libc6-dev ({problem})"
+            ) from problem
         raise
 
 

@@ -173,7 +173,7 @@ def _build_function(path: Path) -> Any:
     """Return the function `build` of a Python mesh source."""
     namespace: dict[str, Any] = {"__name__": "kanefe_mesh_source", "__file__": str(path)}
     try:
-        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), namespace)  # noqa: S102 - the user's source
+        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), namespace)
     except (SyntaxError, UnicodeDecodeError) as problem:
         raise FileError(f"{path.name} is not a Python source: {problem}") from problem
     build = namespace.get("build")

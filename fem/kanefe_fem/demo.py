@@ -6,8 +6,9 @@ import math
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from importlib.resources import as_file, files
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
@@ -61,7 +62,7 @@ class ArmGeometry:
 GEOMETRY = ArmGeometry()
 
 
-class ArmKind(str, Enum):
+class ArmKind(StrEnum):
     """What the arm is made of."""
 
     solid = "solid"
@@ -69,7 +70,9 @@ class ArmKind(str, Enum):
 
 
 def demo(
-    body: Annotated[ArmKind, typer.Option(help="solid: the mesh through dolfinx; beam: tapered beam elements.")] = ArmKind.solid,
+    body: Annotated[
+        ArmKind, typer.Option(help="solid: the mesh through dolfinx; beam: tapered beam elements.")
+    ] = ArmKind.solid,
     mesh: Annotated[Path | None, typer.Option(help="Another mesh with groups arm, root and tip.")] = None,
     out: Annotated[Path, typer.Option(help="Folder for plots, VTK series and run.h5.")] = Path("out"),
 ) -> None:
@@ -107,7 +110,7 @@ def beam_arm(elements: int = 20) -> kf.FlexibleBody:
     x = np.linspace(0.0, GEOMETRY.length, elements + 1)
     full = ArmGeometry(holes=()).mass_properties(1.0)[0]
     share = GEOMETRY.mass_properties(1.0)[0] / full
-    sections = [Rectangle(share * GEOMETRY.width(0.5 * (a + b)), GEOMETRY.thickness) for a, b in zip(x[:-1], x[1:], strict=True)]
+    sections = [Rectangle(share * GEOMETRY.width(0.5 * (a + b)), GEOMETRY.thickness) for a, b in pairwise(x)]
     nodes = np.column_stack((x, np.zeros((elements + 1, 2))))
     lines = np.column_stack((np.arange(elements), np.arange(1, elements + 1)))
     model = beam_model(nodes, lines, sections, ALUMINIUM, groups={"root": 0, "tip": elements})
@@ -161,7 +164,10 @@ def _print_run(result: kf.Result, forces: np.ndarray) -> None:
     _row("hub angle at the end", f"{angle:.3f} deg")
     flow = max(float(np.abs(energy.work).max()), float(np.ptp(energy.kinetic)))
     worst = float(np.abs(energy.balance_error).max())
-    _row("energy", f"motor {energy.work[-1]:.3f} J, damping {energy.dissipated[-1]:.3f} J, kinetic {energy.kinetic[-1]:.3f} J")
+    _row(
+        "energy",
+        f"motor {energy.work[-1]:.3f} J, damping {energy.dissipated[-1]:.3f} J, kinetic {energy.kinetic[-1]:.3f} J",
+    )
     _row("energy balance", f"error at most {worst:.2e} J, {100 * worst / flow:.3f} % of the largest flow")
     force, moment = np.linalg.norm(forces[:, :3], axis=1).max(), np.linalg.norm(forces[:, 3:], axis=1).max()
     _row("root coupling force", f"at most {force:.1f} N and {moment:.1f} N m")

@@ -69,7 +69,7 @@ class Material:
         label = f"material {self.name!r}" if self.name else "material"
         for field, symbol in (("E", "E"), ("nu", "nu"), ("rho", "rho")):
             value = getattr(self, field)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
+            if isinstance(value, bool) or not hasattr(value, "__float__"):
                 raise ModelError(f"{label}: {symbol} is {value!r}. Remedy: give one number, in SI units")
             number = float(value)
             if not math.isfinite(number):

@@ -221,8 +221,9 @@ class Rectangle(CrossSection):
 class Box(CrossSection):
     """Rectangular hollow section of one wall thickness, with sharp corners.
 
-    The area and the second moments are exact. The torsion constant is Bredt's with the walls' own torsion added
-    (EN 10210-2, Annex A, with no corner radius), and the shear factor is Cowper's thin-walled box on the mid-line.
+    The area and the second moments are exact. The torsion constant is Bredt's with the walls' own torsion and the
+    sharp corners accounted for: within 1e-4 of the exact value for walls up to a tenth of the smaller side, within
+    1 % up to 0.4 of it (Bredt's alone is 2 to 6 % low). The shear factor is Cowper's thin-walled box on the mid-line.
 
     Attributes
     ----------
@@ -260,12 +261,11 @@ class Box(CrossSection):
                 "Remedy: a thickness below half the smaller side, or Rectangle"
             )
         mid_b, mid_h = b - t, h - t
-        perimeter = 2.0 * (mid_b + mid_h)
         self._set(
-            A=perimeter * t,
+            A=2.0 * (mid_b + mid_h) * t,
             I_y=(b * h**3 - hole_b * hole_h**3) / 12.0,
             I_z=(h * b**3 - hole_h * hole_b**3) / 12.0,
-            J=4.0 * (mid_b * mid_h) ** 2 * t / perimeter + perimeter * t**3 / 3.0,
+            J=_box_torsion(mid_b, mid_h, t),
             shear_y=_box_shear_factor(mid_b, mid_h, self.nu),
             shear_z=_box_shear_factor(mid_h, mid_b, self.nu),
         )
@@ -279,6 +279,18 @@ def _rectangle_torsion(long: float, short: float) -> float:
     for n in range(1, 14, 2):
         total += (math.tanh(n * math.pi * long / (2.0 * short)) - 1.0) / n**5
     return long * short**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * short / long * total)
+
+
+def _box_torsion(b: float, h: float, t: float) -> float:
+    """Return the torsion constant of a box with sharp corners in m4; mid-line lengths and wall."""
+    # Prandtl's stress function is c phi_1 + phi_0: phi_1 is harmonic, 1 in the hole and 0 outside; phi_0 has
+    # -Laplacian 2 and vanishes on both. Straight walls give Bredt's term and perimeter t^3/3. Each L-shaped corner
+    # changes the flux of phi_1, its integral and that of phi_0 by a constant: 2 ln 2 / pi exactly, and the other two
+    # from solving Laplace's and Poisson's equations on the L (160 elements across the wall, extrapolated).
+    perimeter = 2.0 * (b + h)
+    area = b * h - 4.0 * 0.1052 * t**2
+    flux = perimeter / t - 4.0 * 2.0 * math.log(2.0) / math.pi
+    return 4.0 * area**2 / flux + perimeter * t**3 / 3.0 + 4.0 * 0.0725 * t**4
 
 
 def _box_shear_factor(web: float, flange: float, nu: float) -> float:

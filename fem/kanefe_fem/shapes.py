@@ -8,7 +8,7 @@ written down.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -134,7 +134,7 @@ class Shape:
         return self.match(mirrored)
 
 
-@lru_cache(maxsize=None)
+@cache
 def shape(kind: str) -> Shape:
     """Return the shape with meshio's name `kind`; KeyError if it is not one of `MIDS`."""
     mids = MIDS[kind]

@@ -1,9 +1,9 @@
 """Generalised-alpha on the rotation group, order 2 (Chung & Hulbert 1993; Bruels, Cardona & Arnold 2012).
 
 Stable for elastic modes of any frequency, which are damped where the step does not resolve them. The Newton matrix is
-``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies; all else is left to the iteration, whose residual is
-exact. Rotations advance by the exponential map. The step follows the third-order part of the displacement, filtered
-by the same matrix so that unresolved modes do not hold it down.
+``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies; all else is left to the iteration, whose
+residual is exact. Rotations advance by the exponential map. The step follows the third-order part of the
+displacement, filtered by the same matrix so that unresolved modes do not hold it down.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class GeneralisedAlphaStepper:
     start, stop : float
         s.
     rtol : float
-        Error of a step relative to 1 rad, to the size of the bodies (m), and for modal coordinates to the amplitude that
-        moves a body by its own size.
+        Error of a step relative to 1 rad, to the size of the bodies (m), and for modal coordinates to the amplitude
+        that moves a body by its own size.
     atol : float
         Not used by this method, whose scales are those above: it must be None at the entry.
     outputs : ndarray

@@ -123,7 +123,9 @@ def integrate(
     times = _output_times(start, stop, output_step)
     name, reason = _choose(model, method, stop - start)
     if atol is not None and name != ExplicitStepper.name:
-        raise ModelError(f"atol has no meaning for {name}, which scales errors by the size of the bodies. Remedy: leave it out")
+        raise ModelError(
+            f"atol has no meaning for {name}, which scales errors by the size of the bodies. Remedy: leave it out"
+        )
     if atol is not None and not (math.isfinite(atol) and atol > 0):
         raise ModelError(f"atol must be above zero, not {atol!r}")
     began = time.perf_counter()
@@ -190,7 +192,10 @@ def _choose(model: Model, method: str, span: float) -> tuple[str, str]:
     # DOP853 is stable up to about |h w| = 6 on the imaginary axis
     needed = span * 2 * math.pi * model.highest_frequency / 6.0
     if needed > LARGEST_EXPLICIT_STEPS:
-        return GeneralisedAlphaStepper.name, f"elastic modes up to {model.highest_frequency:.3g} Hz are stiff over {span:g} s"
+        return (
+            GeneralisedAlphaStepper.name,
+            f"elastic modes up to {model.highest_frequency:.3g} Hz are stiff over {span:g} s",
+        )
     return ExplicitStepper.name, "no stiff elastic modes"
 
 

@@ -48,6 +48,17 @@ class Motion:
                 value = np.asarray(function(t), dtype=float)
                 if value.shape != () or not np.isfinite(value):
                     raise ModelError(f"{where}: {name} at t = {t} s must be one finite number, not {function(t)!r}")
+        for of, rate in (("position", "velocity"), ("velocity", "acceleration")):
+            t, h = times[-1], 1e-6
+            function, given = getattr(self, of), float(getattr(self, rate)(t))
+            found = (float(function(t + h)) - float(function(t - h))) / (2 * h)
+            # 1 %: enough for the slopes of any motion below some kHz, and far below a factor 2 pi or a wrong sign
+            if abs(found - given) > 0.01 * max(abs(found), abs(given)) + 1e-6 * (1 + abs(float(function(t)))):
+                raise ModelError(
+                    f"{where}: at t = {t} s the {rate} of a Motion is {given:.6g}, but its {of} changes at "
+                    f"{found:.6g} a second. "
+                    f"Remedy: give the time derivative of the {of}"
+                )
 
 
 class Joint(ABC):
@@ -98,7 +109,7 @@ class Joint(ABC):
         return u
 
     def advance(self, q: Vector, step: Vector) -> Vector:
-        """Return q moved by a step of the speeds' directions (u times a time), on the rotation group where q is on it."""
+        """Return q moved by u times a time, on the rotation group where q is on it."""
         return q + step
 
 
@@ -128,7 +139,7 @@ class AxisJoint(Joint):
     direction: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        direction = AXES.get(self.axis, None) if isinstance(self.axis, str) else self.axis
+        direction = AXES.get(self.axis) if isinstance(self.axis, str) else self.axis
         if direction is None:
             raise ModelError(f"axis of a {self.kind} joint: {self.axis!r} is not x, y, z or three numbers")
         object.__setattr__(self, "direction", unit_vector(direction, f"the axis of a {self.kind} joint"))
@@ -142,7 +153,6 @@ class AxisJoint(Joint):
                     "Remedy: leave out position and speed"
                 )
             self.motion.check(f"{self.kind} joint")
-
 
     def initial_coordinates(self) -> Vector:
         return np.array([self.position], dtype=float)

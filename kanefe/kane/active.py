@@ -35,9 +35,7 @@ def loaded_frames(
     return frames
 
 
-def add_loads(
-    model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector
-) -> None:
+def add_loads(model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector) -> None:
     """Add ``V^T R + W^T T`` of the body's known forces to F (Eq. 11, 30, 35)."""
     for load, frame in loaded_frames(model, body, motion, q, u):
         force, moment = load.wrench(t, frame)

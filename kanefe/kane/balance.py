@@ -85,9 +85,7 @@ def moved_wrench(wrench: Vector, source: FrameMotion, target: FrameMotion) -> Ve
     return np.concatenate((force, A @ wrench[3:] + cross(r, force)))
 
 
-def _state(
-    model: Model, t: float, q: Vector, u: Vector, du: Vector
-) -> tuple[Vector, list[FrameMotion], Vector]:
+def _state(model: Model, t: float, q: Vector, u: Vector, du: Vector) -> tuple[Vector, list[FrameMotion], Vector]:
     """Return all speeds, the outward sweep over free and driven ones, and the rates of those."""
     full = all_speeds(model, t, u)
     motions = sweep_outward(model, t, q, full)

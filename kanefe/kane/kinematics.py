@@ -170,9 +170,7 @@ def interface_motion(
     return compose(G, relative)
 
 
-def sweep_outward(
-    model: Model, t: float, q: Vector, u: Vector, columns: int | None = None
-) -> list[FrameMotion]:
+def sweep_outward(model: Model, t: float, q: Vector, u: Vector, columns: int | None = None) -> list[FrameMotion]:
     """Return the motion of every body's frame (R or G), parents before children.
 
     Parameters

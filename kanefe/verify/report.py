@@ -65,7 +65,8 @@ class Table:
         self, case: str, quantity: str, value: str, reference: str, error: str, tolerance: str, seconds: str, mark: str = ""
     ) -> None:
         print(
-            f"{case:5} {quantity:{QUANTITY_WIDTH}} {value:>16} {reference:>16} {error:>8} {tolerance:>9} {seconds:>7}{mark}",
+            f"{case:5} {quantity:{QUANTITY_WIDTH}} {value:>16} {reference:>16} {error:>8} {tolerance:>9} "
+            f"{seconds:>7}{mark}",
             file=self.stream,
             flush=True,
         )

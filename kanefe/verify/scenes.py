@@ -19,16 +19,18 @@ State = tuple[float, np.ndarray, np.ndarray]
 """Time in s, coordinates q and free speeds u."""
 
 
-def states_at(model: Model, times: Sequence[float], rtol: float, method: str = "dop853") -> list[State]:
-    """Run a model once from t = 0 and return its states at these times (s), multiples of a common step."""
+def states_at(model: Model, times: Sequence[float], rtol: float, atol: float | None = None) -> list[State]:
+    """Run a model once by the explicit method from t = 0; return its states at these times (s), multiples of one step."""
     step = _common_step(times)
-    run = integrate(model, (0.0, max(times)), rtol=rtol, method=method, output_step=step, progress=False)
+    run = integrate(
+        model, (0.0, max(times)), rtol=rtol, atol=atol, method="dop853", output_step=step, progress=False
+    )
     rows = [round(t / step) for t in times]
     return [(float(run.times[i]), run.coordinates[i], run.speeds[i]) for i in rows]
 
 
 def state_after(model: Model, t: float, rtol: float) -> State:
-    """Return the state at one time t in s, explicitly integrated from t = 0."""
+    """Return the state at one time t in s."""
     return states_at(model, [t], rtol)[0]
 
 
@@ -61,8 +63,8 @@ def displaced_node(model: Model, name: str, node: int, state: State) -> tuple[np
 def system_modes(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Return natural frequencies (rad/s) and modes (free, modes) of an undeformed scene at rest, without gravity.
 
-    M is that of the assembled Kane equations; with nothing loaded, only the bodies' K resists. Rigid motions come first,
-    with frequencies of about zero.
+    M is that of the assembled Kane equations; with nothing loaded, only the bodies' K resists. Rigid motions come
+    first, with frequencies of about zero.
     """
     q, u = model.initial_coordinates, np.zeros(model.free_count)
     mass, _ = assemble(model, 0.0, q, u)

@@ -85,13 +85,14 @@ def _dress(axes: Axes, ylabel: str, title: str = "", time: bool = True) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         if len(handles) > LARGEST_LEGEND:
-            handles, labels = handles[:LARGEST_LEGEND], labels[: LARGEST_LEGEND - 1] + ["..."]
+            handles, labels = handles[:LARGEST_LEGEND], [*labels[: LARGEST_LEGEND - 1], "..."]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize="small")
 
 
 def _curves(axes: Axes, times: np.ndarray, curves: Curves, style: str = "-", color: int = 0) -> None:
-    for i, (label, values) in enumerate(curves):
-        axes.plot(times, values, style, color=COLORS[(color + i) % len(COLORS)], linewidth=1.4, label=label)
+    for i, (label, values) in enumerate(curves, start=color):
+        shown = style if i < len(COLORS) else STYLES[i // len(COLORS) % len(STYLES)]
+        axes.plot(times, values, shown, color=COLORS[i % len(COLORS)], linewidth=1.4, label=label)
 
 
 def _quantity_picture(result: Result, quantity: str, names: Sequence[str]) -> Figure:
@@ -103,8 +104,8 @@ def _quantity_picture(result: Result, quantity: str, names: Sequence[str]) -> Fi
         column, prefix = 0, " ".join(target) + " " if len(targets) > 1 else ""
         for label, unit, components in result.parts(quantity, target[0] if target else ""):
             own = components or ("",)
-            curves = [((prefix + name).strip(), values[:, column + i]) for i, name in enumerate(own)]
-            parts.setdefault((label, unit), []).append(curves)
+            part = [((prefix + name).strip(), values[:, column + i]) for i, name in enumerate(own)]
+            parts.setdefault((label, unit), []).append(part)
             column += len(own)
     count = max(len(parts), 1)
     figure, axes = _figure(count, 1, (8.0, 1.2 + 2.8 * count))
@@ -130,22 +131,22 @@ def _targets(result: Result, quantity: str, names: Sequence[str]) -> list[tuple[
     if names:
         if len(names) == 1 and quantity in INTERFACES:
             return [(names[0], interface) for interface in result.interfaces(names[0])] or [(names[0],)]
-        result.read(quantity, *names)
         return [tuple(names)]
     shapes = [result.body(name) for name in result.bodies]
+    found: list[tuple[str, ...]]
     if quantity in INTERFACES:
         found = [(shape.name, interface) for shape in shapes for interface in shape.interfaces]
     elif quantity in MODES:
-        found = [(shape.name,) for shape in shapes if shape.is_flexible]  # type: ignore[misc]
+        found = [(shape.name,) for shape in shapes if shape.is_flexible]
     elif quantity in DRIVES:
-        found = [(shape.name,) for shape in shapes if shape.is_driven]  # type: ignore[misc]
+        found = [(shape.name,) for shape in shapes if shape.is_driven]
     elif quantity.startswith("joint_") and quantity != "joint_reaction":
-        found = [(shape.name,) for shape in shapes if shape.coordinate_names]  # type: ignore[misc]
+        found = [(shape.name,) for shape in shapes if shape.coordinate_names]
     else:
-        found = [(shape.name,) for shape in shapes]  # type: ignore[misc]
+        found = [(shape.name,) for shape in shapes]
     if not found:
         raise ModelError(f"nothing to draw: no body of the run has {quantity.replace('_', ' ')}")
-    return found  # type: ignore[return-value]
+    return found
 
 
 def _energy_picture(result: Result) -> Figure:
@@ -201,7 +202,8 @@ def _joints_diagram(axes: Axes, result: Result) -> None:
         return
     for number, shape in enumerate(shapes[: len(STYLES)]):
         position = result.position(shape.name)
-        _curves(axes, result.times, [(f"{shape.name} {c}", position[:, i]) for i, c in enumerate("xyz")], STYLES[number])
+        curves = [(f"{shape.name} {c}", position[:, i]) for i, c in enumerate("xyz")]
+        _curves(axes, result.times, curves, STYLES[number])
     _dress(axes, "position [m]", "Positions in N", time=False)
 
 
@@ -229,6 +231,10 @@ def _deflection_diagram(axes: Axes, result: Result) -> None:
 
 def _forces_diagram(axes: Axes, result: Result) -> None:
     """Draw the forces on the flexible bodies at their interfaces, or the reactions of the joints."""
+    if not result.has_forces:
+        axes.text(0.5, 0.5, "forces were not saved", ha="center", va="center", transform=axes.transAxes)
+        _dress(axes, "force [N]")
+        return
     shapes = [result.body(name) for name in result.bodies]
     pairs = [(shape.name, interface) for shape in shapes for interface in shape.interfaces]
     forces: list[tuple[str, Any]] = [(f"{b} {i}", result.coupling_force(b, i)[:, :3]) for b, i in pairs]

@@ -89,7 +89,8 @@ def timoshenko_clamped_pinned(reference: Reference) -> Iterator[Check]:
 
 
 def _timoshenko(reference: Reference, supports: dict[str, dict[str, str | Interface]]) -> Iterator[Check]:
-    elements = 60
+    # The frequencies of these elements converge with the second order: 60 of them are 1e-3 too high for the fifth.
+    elements = 240
     section = Rectangle(width=0.1, height=0.05)  # kappa = 5/6; bends across the width
     model = straight_beam(1.0, section, STEEL, elements=elements, planar=True)
     for name, interfaces in supports.items():

@@ -1,0 +1,35 @@
+"""Case of centrifugal statics with beam elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from kanefe.flexible import FlexibleBody
+from kanefe.verify import Case, Check, Reference
+from kanefe_fem.beams import beam_body, straight_beam
+from kanefe_fem.material import Material
+from kanefe_fem.sections import Rectangle
+from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
+
+ELEMENTS = 20
+
+
+def beam_bar(interfaces: Mapping[str, str]) -> FlexibleBody:
+    """Return the bar of E02a, of planar beam elements without rotary inertia."""
+    model = straight_beam(
+        LENGTH,
+        Rectangle(width=AREA**0.5, height=AREA**0.5),
+        Material(E=YOUNG, nu=0.0, rho=DENSITY),
+        elements=ELEMENTS,
+        planar=True,
+        rotary_inertia=False,
+    )
+    return beam_body(model, interfaces)
+
+
+def spinning_beam(reference: Reference) -> Iterator[Check]:
+    """E02a: linear elements suffice, for their nodal displacements under a given load are exact."""
+    yield from centrifugal_statics(reference, beam_bar, f"{ELEMENTS} beam elements")
+
+
+CASES = (Case("E02a", spinning_beam),)

@@ -1,0 +1,118 @@
+"""Verification cases of solid and plane meshes, which need dolfinx. The meshes are boxes made here, without gmsh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.flexible import FlexibleBody
+from kanefe.joints import Free
+from kanefe.reduction import CraigBampton
+from kanefe.system import System
+from kanefe.verify import Case, Check, Reference
+from kanefe.verify.rigid import attitude_checks
+from kanefe.verify.scenes import natural_modes, states_at, system_modes
+from kanefe_fem.material import Material
+from kanefe_fem.solid import solid_body, solid_model
+from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
+from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
+
+STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+STEEL_BAR = Material(E=210e9, nu=0.0, rho=7850.0)
+"""Without lateral contraction a plane bar stretches as the one-dimensional bar does."""
+
+BLOCK = (1.0, 0.2, 0.1)
+
+
+def directed_frequencies(body: FlexibleBody, component: str) -> np.ndarray:
+    """Return the natural frequencies in Hz of the modes with most of their kinetic energy along one component."""
+    k = body.free_count
+    frequencies, modes = natural_modes(body.stiffness[:k, :k], body.moments.elastic_mass[:k, :k])
+    shapes = (body.inertia_basis[:, :k] @ modes).reshape(-1, 3, k)
+    moving = np.einsum("pai,pai->ai", shapes, (body.inertia_mass @ shapes.reshape(len(shapes), -1)).reshape(shapes.shape))
+    return frequencies[moving["xyz".index(component)] > 0.5 * moving.sum(axis=0)] / (2.0 * np.pi)
+
+
+def thick_beams(reference: Reference) -> Iterator[Check]:
+    """B02a: the thick beam as a solid, within the 1 % by which sections differ from Timoshenko's."""
+    mesh = box_mesh((1.0, 0.1, 0.05), (20, 2, 1), "hexahedron")
+    for name, interfaces in (("clamped-free", {"root": "clamped"}), ("free-free", {})):
+        expected = [float(f) for f in reference.values[name]]
+        body = solid_body(mesh, STEEL, interfaces, reduction=CraigBampton(modes=24))
+        found = directed_frequencies(body, "y")[: len(expected)]
+        quantity = f"f 1-{len(expected)}, {name}, solid of 40 quadratic hexahedra [Hz]"
+        yield Check.relative(quantity, found, expected, 1e-2)
+
+
+def bars(reference: Reference) -> Iterator[Check]:
+    """B06: axial modes of a plane-stress bar, 20 quadratic elements long."""
+    width = thickness = 0.02
+    mesh = rectangle_mesh(1.0, width, 20)
+    plane = {"reduction": CraigBampton(modes=40), "plane": "stress", "thickness": thickness}
+    label = "20 quadratic elements"
+    for name, interfaces in (("axial_fixed_free", {"root": "clamped"}), ("axial_free_free", {})):
+        body = solid_body(mesh, STEEL_BAR, interfaces, **plane)
+        found = directed_frequencies(body, "x")[:3]
+        yield Check.relative(f"f 1-3, {name.replace('_', ' ')}, {label} [Hz]", found, reference.values[name], 1e-4)
+    scene = System()
+    bar = scene.add_flexible_body("bar", solid_body(mesh, STEEL_BAR, {"root": "clamped", "tip": "rigid"}, **plane))
+    scene.add_rigid_body("tip", STEEL_BAR.rho * width * thickness, parent=bar.interface("tip"))
+    model = scene.freeze()
+    frequencies, modes = system_modes(model)
+    tip = np.abs(bar.body.interface("tip").motion[:, : model.free_count] @ modes)
+    found = frequencies[tip[0] > 1e3 * tip[1]][:3] / (2.0 * np.pi)
+    expected = reference.values["axial_tipmass_1"]
+    yield Check.relative(f"f 1-3, axial, tip mass = bar mass, {label} [Hz]", found, expected, 1e-4)
+
+
+def free_block(reference: Reference) -> Iterator[Check]:
+    """B08a: elastic and rigid modes of a free block of quadratic tetrahedra."""
+    mesh = box_mesh(BLOCK, (16, 4, 2), "tetra")
+    found = solid_body(mesh, STEEL, {}, reduction=CraigBampton(modes=6)).frequencies[:4]
+    expected = np.array(reference.values[:4])
+    yield Check.relative(f"f 1-4, {mesh.cell_count} quadratic tetrahedra [Hz]", found, expected, 1e-3)
+    # five digits of the reference can be trusted
+    below = np.max(np.maximum(1.0 - found / expected, 0.0))
+    yield Check.absolute("share by which one of f 1-4 is below the reference", below, 0.0, 1e-5)
+    # The six lowest frequencies are at most those of the mesh moving rigidly (Courant, Fischer).
+    model = solid_model(mesh, STEEL)
+    R = model.rigid_modes()
+    squares = scipy.linalg.eigh(R.T @ (model.stiffness @ R), R.T @ (model.mass @ R), eigvals_only=True)
+    share = np.sqrt(np.abs(squares).max()) / (2.0 * np.pi * found[0])
+    yield Check.absolute("highest rigid frequency / first elastic one", share, 0.0, 1e-3)
+
+
+def tumbling_block(reference: Reference) -> Iterator[Check]:
+    """E01a: a free block of 8 quadratic hexahedra, in the first mode of which it could bend."""
+    mesh = box_mesh(BLOCK, (8, 1, 1), "hexahedron", start=tuple(-0.5 * side for side in BLOCK))
+    body = solid_body(mesh, STEEL, {}, reduction=CraigBampton(modes=1))
+    values = reference.values
+    yield Check.relative("mass [kg]", body.mass, values["mass"], 1e-12)
+    yield Check.relative("principal moments of inertia [kg m2]", np.diag(body.inertia), values["I"], 1e-12)
+    scene = System()
+    scene.add_flexible_body("block", body, joint=Free(angular_velocity=values["w0"]))
+    yield from attitude_checks(states_at(scene.freeze(), values["times"], rtol=1e-8, atol=1e-9), reference, 1e-5)
+
+
+def spinning_bar(reference: Reference) -> Iterator[Check]:
+    """E02a: a plane-stress bar, 20 quadratic elements long, spun in the plane's normal direction."""
+    yield from centrifugal_statics(reference, plane_bar, "20 quadratic elements")
+
+
+def plane_bar(interfaces: Mapping[str, str]) -> FlexibleBody:
+    """Return the bar of E02a, unreduced."""
+    height = 0.1
+    mesh = rectangle_mesh(LENGTH, height, 20)
+    material = Material(E=YOUNG, nu=0.0, rho=DENSITY)
+    return solid_body(mesh, material, interfaces, plane="stress", thickness=AREA / height)
+
+
+CASES = (
+    Case("B02a", thick_beams),
+    Case("B06", bars),
+    Case("B08a", free_block),
+    Case("E01a", tumbling_block),
+    Case("E02a", spinning_bar),
+)

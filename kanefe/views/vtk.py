@@ -1,0 +1,201 @@
+"""The door to pyevtk: a moving scene as files for ParaView."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from kanefe.channels import BodyShape
+from kanefe.errors import FileError, MissingDependency, ModelError
+from kanefe.frames import rotation_matrix
+from kanefe.result_file import ready_path
+
+try:
+    from pyevtk.hl import unstructuredGridToVTK
+    from pyevtk.vtk import VtkGroup
+except ImportError as _error:
+    raise MissingDependency("pyevtk", "Result.to_vtk", "pip install pyevtk") from _error
+
+if TYPE_CHECKING:
+    from kanefe.results import Result
+
+CELL_TYPES = {
+    "vertex": 1, "line": 3, "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12,
+    "line3": 21, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "quad9": 28, "hexahedron27": 29,
+}  # fmt: skip
+"""VTK's number of each shape of cell."""
+
+MOST_FRAMES = 200
+"""Frames written where the user does not choose."""
+
+SMALLEST_SIDE = 0.02
+"""Side of the box that stands for a point, as a share of the scene's size."""
+
+_QUOTES = {'"': "&quot;"}
+
+_CORNERS = np.array(
+    [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)], dtype=float
+)
+"""Of a cube, in VTK's order for a hexahedron."""
+
+
+def write_series(
+    result: Result, path: str | Path, *, fps: float | None = None, every: int | None = None, scale: float = 1.0
+) -> Path:
+    """Write the series that `Result.to_vtk` describes.
+
+    Each flexible body has one .vtu a frame: its deformed mesh in N, with the elastic displacement in the axes of N
+    as point data. The rigid bodies share one: boxes of their mass and inertia, with the body's number as cell data.
+    A body without mass is not shown.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in ("", ".pvd"):
+        raise ModelError(f"cannot write a series to {target}: its name must end in .pvd")
+    if not math.isfinite(scale):
+        raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
+    for name in result.bodies:
+        for block in result.body(name).cells:
+            if block.kind not in CELL_TYPES:
+                raise ModelError(
+                    f"the mesh of {name!r} has cells of kind {block.kind!r}. VTK files hold: {', '.join(CELL_TYPES)}"
+                )
+    frames = _chosen_frames(result.times, fps, every)
+    target = ready_path(target.with_suffix(".pvd"))
+    folder = target.with_name(f"{target.stem}_frames")
+    shapes = [result.body(name) for name in result.bodies]
+    boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
+    try:
+        folder.mkdir(exist_ok=True)
+        listed: list[tuple[Path, float, int, str]] = []
+        for number, frame in enumerate(frames):
+            time = float(result.times[frame])
+            for part, shape in enumerate(shapes):
+                if shape.is_flexible:
+                    file = _write_mesh(folder / f"body{part}_{number:04d}", result, shape, int(frame), part, scale)
+                    listed.append((file, time, part, shape.name))
+            if boxes:
+                file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame))
+                listed.append((file, time, len(shapes), "rigid bodies"))
+        _write_collection(target, listed)
+    except OSError as error:
+        raise FileError(
+            f"cannot write {target}: {error.strerror or error}. Remedy: free some space or choose another folder"
+        ) from error
+    return target
+
+
+def equivalent_cuboid(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return sides (3,) in m and axes (3, 3, columns) of the homogeneous box with a given mass and inertia.
+
+    From ``I_1 = m (b^2 + c^2) / 12`` and its like for the other principal axes.
+
+    Parameters
+    ----------
+    mass : float
+        kg.
+    inertia : ndarray, shape (3, 3)
+        About the centre of mass, kg m2.
+
+    Examples
+    --------
+    >>> equivalent_cuboid(12.0, np.diag([13.0, 10.0, 5.0]))[0].round(12).tolist()
+    [3.0, 2.0, 1.0]
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    order = np.argsort(np.argmax(abs(axes), axis=0), kind="stable")  # keeps the box's axes near the body's own
+    moments, axes = moments[order], axes[:, order]
+    squares = 6.0 / mass * (moments.sum() - 2.0 * moments)
+    if np.linalg.det(axes) < 0:
+        axes[:, 2] *= -1.0
+    return np.sqrt(np.maximum(squares, 0.0)), axes
+
+
+def _chosen_frames(times: np.ndarray, fps: float | None, every: int | None) -> np.ndarray:
+    """Return the numbers of the output times to write."""
+    if fps is not None and every is not None:
+        raise ModelError("give fps= or every=, not both")
+    if fps is not None:
+        if not (math.isfinite(fps) and fps > 0):
+            raise ModelError(f"fps must be above zero, not {fps!r}")
+        wanted = times[0] + np.arange(math.floor((times[-1] - times[0]) * fps * (1 + 1e-12)) + 1) / fps
+        after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+        nearest = np.where(wanted - times[after - 1] <= times[after] - wanted, after - 1, after)
+        return np.unique(nearest)
+    if every is None:
+        every = max(1, math.ceil((len(times) - 1) / (MOST_FRAMES - 1)))
+    if every != int(every) or every < 1:
+        raise ModelError(f"every must be a whole number of at least 1, not {every!r}")
+    return np.arange(0, len(times), int(every))
+
+
+def _boxes(result: Result, shapes: list[BodyShape]) -> list[tuple[int, BodyShape, np.ndarray]]:
+    """Return number, shape and corners (8, 3) in the body's frame of the box of each rigid body."""
+    points = [result.position(name) for name in result.bodies]
+    points += [result.nodal_positions(n, frames=[0])[0] for n in result.bodies if result.body(n).is_flexible]
+    sizes = [equivalent_cuboid(shape.mass, shape.inertia) for shape in shapes]
+    everything = np.vstack(points)
+    extent = float(np.linalg.norm(np.ptp(everything, axis=0)))
+    # a single body that spins about a fixed point has no extent of its own
+    extent = max([extent, *(float(sides.max()) for sides, _ in sizes)]) or 1.0
+    boxes = []
+    for shape, (sides, axes) in zip(shapes, sizes, strict=True):
+        shown = np.maximum(sides, SMALLEST_SIDE * extent)
+        boxes.append((result.bodies.index(shape.name), shape, shape.com + 0.5 * (_CORNERS * shown) @ axes.T))
+    return boxes
+
+
+def _write_mesh(path: Path, result: Result, shape: BodyShape, frame: int, part: int, scale: float) -> Path:
+    A_NG = rotation_matrix(result.rotation(shape.name)[frame])
+    displacement = result.nodal_displacements(shape.name, frames=frame) @ A_NG.T
+    points = shape.nodes @ A_NG.T + result.position(shape.name)[frame] + scale * displacement
+    blocks = [(block.kind, block.nodes) for block in shape.cells]
+    blocks = blocks or [("vertex", np.arange(len(points))[:, None])]
+    return _write_grid(path, points, blocks, part, {"displacement [m]": _columns(displacement)})
+
+
+def _write_boxes(path: Path, result: Result, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int) -> Path:
+    corners, numbers = [], []
+    for number, shape, local in boxes:
+        A_NR = rotation_matrix(result.rotation(shape.name)[frame])
+        corners.append(local @ A_NR.T + result.position(shape.name)[frame])
+        numbers.append(number)
+    cells = np.arange(8 * len(boxes)).reshape(-1, 8)
+    return _write_grid(path, np.vstack(corners), [("hexahedron", cells)], numbers, None)
+
+
+def _write_grid(
+    path: Path, points: np.ndarray, blocks: list[tuple[str, np.ndarray]], body: Any, data: dict[str, Any] | None
+) -> Path:
+    """Write one .vtu with the number of the body on every cell; return its path."""
+    sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for _, nodes in blocks])
+    types = np.concatenate([np.full(len(nodes), CELL_TYPES[kind], dtype=np.uint8) for kind, nodes in blocks])
+    numbers = np.array(np.broadcast_to(body, len(sizes)), dtype=np.int32)
+    file = unstructuredGridToVTK(
+        str(path.absolute()),
+        *_columns(points),
+        connectivity=np.concatenate([nodes.ravel() for _, nodes in blocks]).astype(np.int64),
+        offsets=np.cumsum(sizes, dtype=np.int64),
+        cell_types=types,
+        cellData={"body": numbers},
+        pointData=data,
+    )
+    return Path(file)
+
+
+def _write_collection(target: Path, listed: list[tuple[Path, float, int, str]]) -> None:
+    """Write the .pvd, whose paths are relative to it. pyevtk leaves it to us to escape what XML cannot hold."""
+    folder = target.absolute().parent
+    group = VtkGroup(str(folder / target.stem))
+    for file, time, part, name in listed:
+        relative = escape(file.relative_to(folder).as_posix(), _QUOTES)
+        group.addFile(str(folder / relative), sim_time=repr(time), part=str(part), name=escape(name, _QUOTES))
+    group.save()
+
+
+def _columns(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    x, y, z = (np.ascontiguousarray(column, dtype=float) for column in vectors.T)
+    return x, y, z

@@ -1,0 +1,254 @@
+"""Coupling forces: {du, F_u} solved together, elimination, and balances that know neither (Eq. 31-35, 39)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scenes import (
+    chain_scene,
+    derivatives,
+    flexible_scene,
+    floating_scene,
+    path,
+    planar_scene,
+    random_state,
+    rigid_scene,
+)
+
+import kanefe as kf
+from kanefe.damping import RayleighDamping
+from kanefe.frames import rotation_matrix, skew
+from kanefe.kane.assemble import accelerations, all_speeds
+from kanefe.kane.balance import carried_wrench, joint_reactions
+from kanefe.kane.coupling import accelerations_and_coupling_forces, coupling_matrix, recovered_forces
+from kanefe.kane.kinematics import interface_motion, sweep_outward
+from kanefe.model import Model
+
+T = 0.4
+CB = kf.CraigBampton(modes=4)
+DAMPED = RayleighDamping(0.1, 0.002)
+THREE_HINGES = {"root": "hinged", "middle": "hinged", "tip": "hinged"}
+BOTH_ENDS = {"root": "clamped", "tip": "clamped"}
+
+SCENES: dict[str, Callable[[int], kf.System]] = {
+    "clamped": flexible_scene,
+    "clamped, damped": lambda seed: flexible_scene(seed, damping=DAMPED),
+    "clamped, reduced": lambda seed: flexible_scene(seed, reduction=CB, damping=kf.ModalDamping(0.05)),
+    "clamped, no modes": lambda seed: flexible_scene(seed, reduction=kf.CraigBampton(modes=0)),
+    "on a hinge": lambda seed: flexible_scene(seed, joint=kf.Revolute((1, 2, 3))),
+    "both ends clamped": lambda seed: flexible_scene(seed, interfaces=BOTH_ENDS),
+    "both ends clamped, reduced": lambda seed: flexible_scene(seed, interfaces=BOTH_ENDS, reduction=CB),
+    "three hinged interfaces": lambda seed: flexible_scene(seed, interfaces=THREE_HINGES),
+    "components one by one": lambda seed: flexible_scene(
+        seed, interfaces={"root": kf.Interface(("x", "y", "z", "rx", "rz")), "tip": kf.Interface(("z",)), "middle": "clamped"}
+    ),
+    "chain": chain_scene,
+    "chain, reduced": lambda seed: chain_scene(seed, "tait-bryan", reduction=CB, damping=DAMPED),
+    "planar": planar_scene,
+    "planar, reduced": lambda seed: planar_scene(seed, reduction=kf.CraigBampton(modes=2)),
+    "planar, nodal form": lambda seed: planar_scene(seed, rotations=True),
+    "nodal form": lambda seed: flexible_scene(seed, rotations=True, reduction=CB),
+}
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("scene", SCENES)
+def test_solving_together_equals_elimination_and_recovery(scene: str, seed: int) -> None:
+    model = SCENES[scene](seed).freeze()
+    q, u = random_state(model, seed + 5)
+    du, F_u = accelerations_and_coupling_forces(model, T, q, u)
+    eliminated = accelerations(model, T, q, u)
+    _, recovered = recovered_forces(model, T, q, u, eliminated)
+    assert len(F_u) == model.fixed_count > 0
+    # two factorisations of matrices with condition numbers up to some 1e4: 1e-16 * 1e4, relative to the largest
+    assert du == pytest.approx(eliminated, abs=1e-12 * abs(du).max())
+    assert F_u == pytest.approx(recovered, abs=1e-12 * abs(F_u).max())
+
+
+def fixed_wrench(model: Model, name: str, F_u: np.ndarray) -> np.ndarray:
+    """Return the resultant of a body's coupling forces about the origin of G, in axes of G, shape (6,)."""
+    terms = model.flexible_terms(name)
+    start = model.free_count + model.driven_count
+    total = np.zeros(6)
+    for frame in terms.body.interfaces:
+        wrench = np.zeros(6)
+        columns = [c - terms.body.free_count + terms.fixed.start - start for c in frame.fixed_columns]
+        wrench[list(frame.fixed_components)] = F_u[columns]
+        total[:3] += wrench[:3]
+        total[3:] += wrench[3:] + np.cross(frame.position, wrench[:3])
+    return total
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("scene", SCENES)
+def test_coupling_forces_are_what_the_balance_of_the_body_needs(scene: str, seed: int) -> None:
+    model = SCENES[scene](seed).freeze()
+    q, u = random_state(model, seed + 5)
+    du = accelerations(model, T, q, u)
+    _, F_u = recovered_forces(model, T, q, u, du)
+    reactions = joint_reactions(model, T, q, u, du)
+    for number, body in enumerate(model.bodies):
+        if body.flexible:
+            wrench = fixed_wrench(model, body.name, F_u)
+            in_plane = [0, 1, 5] if "planar" in scene else list(range(6))  # a planar interface has no other components
+            scale = abs(reactions[number]).max()
+            # accelerations of a stiff body differ by 1e-12 between the routes
+            assert wrench[in_plane] == pytest.approx(reactions[number][in_plane], abs=1e-11 * scale)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_joint_reactions_give_the_motors_their_forces(scene: str) -> None:
+    # Independent of the projected equations: along a free axis the reaction is the motor's force, none without a motor.
+    model = SCENES[scene](3).freeze()
+    q, u = random_state(model, 5)
+    du = accelerations(model, T, q, u)
+    driving, _ = recovered_forces(model, T, q, u, du)
+    for body, reaction in zip(model.bodies, joint_reactions(model, T, q, u, du), strict=True):
+        V, W = body.joint.partial_velocities(q[body.coordinates] if not body.is_driven else np.array([body.joint.motion.position(T)]))
+        if not len(body.joint.speed_names):
+            continue
+        _, A_FM = body.joint.pose(q[body.coordinates] if not body.is_driven else np.array([body.joint.motion.position(T)]))
+        along = (A_FM.T @ V).T @ reaction[:3] + (A_FM.T @ W).T @ reaction[3:]
+        motor = sum(load.value(T) for load in body.joint_loads)
+        expected = driving[body.speeds.start - model.free_count] + motor if body.is_driven else motor
+        assert along == pytest.approx(np.full(len(along), expected), abs=1e-10 * (1 + abs(reaction).max()))
+
+
+def balance_by_finite_differences(
+    model: Model, numbers: list[int], q: np.ndarray, u: np.ndarray, du: np.ndarray, loads: list[tuple[int, object, np.ndarray]]
+) -> np.ndarray:
+    """Return the wrench on the first body, about its origin in its axes, that the motion of some bodies needs.
+
+    From positions alone: each mass point and centre of mass is followed in N along the motion, and differentiated.
+    `loads` are forces in N on frames of flexible bodies (body, interface) or bodies (body, None).
+    """
+    moved = path(model, q, u, du)
+    step = 2e-3  # accelerations reach some 100 m/s2, so that motions of 4 steps stay small: round-off 1e-16 / 4e-6
+
+    def frames(s: float):
+        return sweep_outward(model, T + s, moved(s), all_speeds(model, T + s, u + s * du))
+
+    origin = frames(0.0)[numbers[0]]
+    force, moment = np.zeros(3), np.zeros(3)
+    for i in numbers:
+        body = model.bodies[i]
+        if body.rigid:
+            p = body.rigid.com
+            _, a = derivatives(lambda s, i=i, p=p: frames(s)[i].p_NoFo_N + frames(s)[i].A_NF @ p, step)
+            spin, _ = derivatives(lambda s, i=i, b=body: frames(s)[i].A_NF @ (b.rigid.inertia @ frames(s)[i].w), step)
+            f = body.rigid.mass * (a - model.gravity)
+            r = frames(0.0)[i].p_NoFo_N + frames(0.0)[i].A_NF @ p - origin.p_NoFo_N
+            force, moment = force + f, moment + np.cross(r, f) + spin
+        else:
+            terms = body.flexible
+
+            def points(s: float, i: int = i, terms=terms) -> np.ndarray:
+                psi = terms.body.inertia_basis[:, : terms.body.free_count]
+                r = terms.body.inertia_points + (psi @ moved(s)[terms.eta]).reshape(-1, 3)
+                return frames(s)[i].p_NoFo_N + r @ frames(s)[i].A_NF.T
+
+            _, a = derivatives(points, step)
+            f = terms.body.inertia_mass @ (a - model.gravity)
+            force, moment = force + f.sum(axis=0), moment + np.cross(points(0.0) - origin.p_NoFo_N, f).sum(axis=0)
+    full = all_speeds(model, T, u)
+    for i, interface, f in loads:
+        frame = frames(0.0)[i]
+        if interface is not None:
+            frame = interface_motion(frame, interface, model.bodies[i].flexible, q, full, model.slopes)
+        force, moment = force - f, moment - np.cross(frame.p_NoFo_N - origin.p_NoFo_N, f)
+    return np.concatenate((origin.A_NF.T @ force, origin.A_NF.T @ moment))
+
+
+@pytest.mark.parametrize("interfaces", [None, BOTH_ENDS, THREE_HINGES], ids=["clamped", "both ends", "three hinges"])
+@pytest.mark.parametrize("seed", range(2))
+def test_coupling_forces_balance_the_motion_of_every_mass_point(interfaces: dict | None, seed: int) -> None:
+    scene = flexible_scene(seed, interfaces=interfaces, loads=False)
+    arm = scene._entries[1]
+    member = kf.System.__mro__[0] and [kf.system.FlexibleMember(scene, 1, "arm", None, arm.flexible)][0]
+    at_node, at_tip = np.array([1.0, -2.0, 0.5]), np.array([0.3, 0.2, -0.7])
+    scene.add_force(member.node(4), at_node)
+    scene.add_force(member.interface("tip"), at_tip)
+    model = scene.freeze()
+    q, u = random_state(model, seed + 5)
+    du = accelerations(model, T, q, u)
+    _, F_u = recovered_forces(model, T, q, u, du)
+    body = model.flexible_terms("arm").body
+    loads = [(1, body.node_frame(4), at_node), (1, body.interface("tip"), at_tip)]
+    needed = balance_by_finite_differences(model, [1, 2], q, u, du, loads)
+    # second differences with round-off 5e-11 of lengths of order 1, against accelerations of order 100
+    assert fixed_wrench(model, "arm", F_u) == pytest.approx(needed, abs=1e-8 * abs(needed).max())
+
+
+def test_force_at_a_carrying_interface_is_the_reaction_of_what_it_carries() -> None:
+    model = flexible_scene(1, loads=False).freeze()
+    q, u = random_state(model, 2)
+    du = accelerations(model, T, q, u)
+    interface = model.flexible_terms("arm").body.interface("tip")
+    wrench = carried_wrench(model, 1, interface, T, q, u, du)
+    G = sweep_outward(model, T, q, all_speeds(model, T, u))[1]
+    n = interface_motion(G, interface, model.flexible_terms("arm"), q, all_speeds(model, T, u), model.slopes)
+    tip = sweep_outward(model, T, q, all_speeds(model, T, u))[2]
+    needed = balance_by_finite_differences(model, [2], q, u, du, [])  # about the tip's origin, in its axes
+    A = G.A_NF.T @ tip.A_NF
+    r = G.A_NF.T @ (tip.p_NoFo_N - n.p_NoFo_N)
+    force = -A @ needed[:3]
+    moment = -A @ needed[3:] + np.cross(r, force)
+    assert wrench == pytest.approx(np.concatenate((force, moment)), abs=1e-8 * abs(needed).max())
+
+
+def test_statically_clamped_at_both_ends_the_supports_share_the_weight() -> None:
+    scene = kf.System(gravity=(0.0, 0.0, -10.0))
+    body = flexible_scene(0, interfaces=BOTH_ENDS)._entries[1].flexible
+    scene.add_flexible_body("arm", body)
+    model = scene.freeze()
+    k = body.free_count
+    weight = -body.stiffness[:k, :k] @ np.zeros(k)
+    from kanefe.kane.assemble import assemble
+
+    _, weight = assemble(model, 0.0, np.zeros(k), np.zeros(k))
+    q = np.linalg.solve(body.stiffness[:k, :k], weight)
+    _, F_u = recovered_forces(model, 0.0, q, np.zeros(k), np.zeros(k))
+    assert F_u[[2, 8]].min() > 0  # each end carries a share
+    # a static solve of a small system
+    assert F_u[:3] + F_u[6:9] == pytest.approx([0.0, 0.0, 10.0 * body.mass], abs=1e-11)
+
+
+# -- the matrix itself (Eq. 31-34)
+
+
+def test_coupling_matrix_moves_forces_to_the_origin_of_r() -> None:
+    rng = np.random.default_rng(0)
+    A = rotation_matrix(rng.standard_normal(4))
+    positions = [rng.standard_normal(3), rng.standard_normal(3)]
+    forces = rng.standard_normal(12)
+    matrix = coupling_matrix(A, positions, [tuple(range(6))] * 2)
+    force = A @ forces[:3] + A @ forces[6:9]
+    moment = sum(np.cross(r, A @ f) for r, f in zip(positions, (forces[:3], forces[6:9]), strict=True))
+    moment += A @ forces[3:6] + A @ forces[9:]
+    assert matrix @ forces == pytest.approx(np.concatenate((force, moment)), abs=1e-14)
+
+
+def test_a_hinge_has_no_moment_columns() -> None:
+    rng = np.random.default_rng(1)
+    A, r = rotation_matrix(rng.standard_normal(4)), rng.standard_normal(3)
+    hinge = coupling_matrix(A, [r], [(0, 1, 2)])
+    clamped = coupling_matrix(A, [r], [tuple(range(6))])
+    assert hinge.shape == (6, 3)
+    assert np.array_equal(hinge, clamped[:, :3])
+    assert hinge == pytest.approx(np.vstack((A, skew(r) @ A)), abs=1e-15)
+    about_z = coupling_matrix(A, [r], [(0, 1, 2, 3, 4)])
+    assert np.array_equal(about_z, np.delete(clamped, 5, axis=1))
+    model = flexible_scene(0, interfaces=THREE_HINGES).freeze()
+    assert model.fixed_count == 9
+    assert [f.fixed_components for f in model.flexible_terms("arm").body.interfaces] == [(0, 1, 2)] * 3
+
+
+def test_scenes_without_fixed_interfaces_have_no_coupling_forces() -> None:
+    for scene in (rigid_scene(0), floating_scene(0)):
+        model = scene.freeze()
+        q, u = random_state(model, 1)
+        du, F_u = accelerations_and_coupling_forces(model, T, q, u)
+        assert F_u.shape == (0,)
+        assert du == pytest.approx(accelerations(model, T, q, u), abs=1e-12 * (1 + abs(du).max()))
