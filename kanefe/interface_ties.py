@@ -106,6 +106,10 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
         If a group or kind is unknown, a group has no nodes, two interfaces share nodes, or a patch cannot follow a
         frame (collinear nodes without rotations).
     """
+    if not isinstance(interfaces, Mapping):
+        raise ModelError(
+            f"interfaces must be a dict of names to kinds, such as {{'root': 'clamped'}}, not {interfaces!r}"
+        )
     width = len(model.components)
     owner: dict[int, str] = {}
     blocks, ties, start = [], [], 0

@@ -115,6 +115,8 @@ def flexible_body(
     ModelError
         If an interface, the supports, the reduction or the matrices make no sense; the message names which.
     """
+    if reduction is not None and not isinstance(reduction, CraigBampton):
+        raise ModelError(f"reduction must be CraigBampton(modes=...) or None, not {reduction!r}")
     started = time.perf_counter()
     ties = tie_interfaces(model, interfaces or {})
     K, M = ties.project(model.stiffness), ties.project(model.mass)

@@ -13,7 +13,18 @@ from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.run import Trajectory
 from kanefe.model import Model
-from kanefe.quantities import DRIVES, ENERGIES, INTERFACES, MODES, MOMENTA, QUANTITIES, Energy, Momentum, resolved_parts
+from kanefe.quantities import (
+    DRIVES,
+    ENERGIES,
+    INTERFACES,
+    MODES,
+    MOMENTA,
+    MOTIONS,
+    QUANTITIES,
+    Energy,
+    Momentum,
+    resolved_parts,
+)
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
@@ -226,7 +237,7 @@ class Result:
             raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
         if name is None:
             return QUANTITIES[quantity].units
-        return ", ".join(unit for _, unit, _ in self.parts(quantity, name))
+        return ", ".join(unit for _, unit, _ in self.parts(quantity, name)) or "1"
 
     def parts(self, quantity: str, name: str = "") -> tuple[tuple[str, str, tuple[str, ...]], ...]:
         """Return label, unit and column names of a quantity of a body, columns of one unit together."""
@@ -255,6 +266,8 @@ class Result:
         if quantity in DRIVES and not shape.is_driven:
             driven = ", ".join(s.name for s in self._shapes.values() if s.is_driven) or "none"
             raise ModelError(f"the joint of body {name!r} is not driven by a motion. Driven are: {driven}")
+        if interface is not None and quantity not in MOTIONS and quantity not in INTERFACES:
+            raise ModelError(f"{quantity} takes a body and no interface, {interface!r} was given")
         if interface is None and quantity in INTERFACES:
             raise ModelError(f"{quantity} of {name!r} needs an interface, one of: {_listed(shape)}")
         if interface is not None and interface not in shape.interfaces:
@@ -328,10 +341,8 @@ class Result:
 
         Raises
         ------
-        FileError
-            If the file cannot be written.
-        MissingDependency
-            If h5py is not installed.
+        FileError, MissingDependency
+            If the file cannot be written, or h5py is not installed.
         """
         from kanefe.result_file import save_result
 

@@ -20,16 +20,20 @@ from scenes import (
 import kanefe as kf
 from kanefe.damping import RayleighDamping
 from kanefe.frames import rotation_matrix, skew
-from kanefe.kane.assemble import accelerations, all_speeds
+from kanefe.kane.assemble import accelerations, all_speeds, assemble
 from kanefe.kane.balance import carried_wrench, joint_reactions
-from kanefe.kane.coupling import accelerations_and_coupling_forces, coupling_matrix, recovered_forces
+from kanefe.kane.coupling import accelerations_and_coupling_forces, coupling_matrix, recovered_forces, unit_wrenches
 from kanefe.kane.kinematics import interface_motion, sweep_outward
 from kanefe.model import Model
+from kanefe.slopes import SLOPE_MEASURES, slope_measure
+from kanefe.system import FlexibleMember
 
 T = 0.4
 CB = kf.CraigBampton(modes=4)
 DAMPED = RayleighDamping(0.1, 0.002)
 THREE_HINGES = {"root": "hinged", "middle": "hinged", "tip": "hinged"}
+ONE_BY_ONE = {"root": kf.Interface(("x", "y", "z", "rx", "rz")), "tip": kf.Interface(("z",)), "middle": "clamped"}
+SLIDER = {"root": kf.Interface(("x", "y", "z", "rx", "ry")), "tip": kf.Interface(("y", "z", "rx"))}
 BOTH_ENDS = {"root": "clamped", "tip": "clamped"}
 
 SCENES: dict[str, Callable[[int], kf.System]] = {
@@ -41,9 +45,8 @@ SCENES: dict[str, Callable[[int], kf.System]] = {
     "both ends clamped": lambda seed: flexible_scene(seed, interfaces=BOTH_ENDS),
     "both ends clamped, reduced": lambda seed: flexible_scene(seed, interfaces=BOTH_ENDS, reduction=CB),
     "three hinged interfaces": lambda seed: flexible_scene(seed, interfaces=THREE_HINGES),
-    "components one by one": lambda seed: flexible_scene(
-        seed, interfaces={"root": kf.Interface(("x", "y", "z", "rx", "rz")), "tip": kf.Interface(("z",)), "middle": "clamped"}
-    ),
+    "components one by one": lambda seed: flexible_scene(seed, interfaces=ONE_BY_ONE),
+    "slider and hinge, tait-bryan": lambda seed: flexible_scene(seed, interfaces=SLIDER, slopes="tait-bryan"),
     "chain": chain_scene,
     "chain, reduced": lambda seed: chain_scene(seed, "tait-bryan", reduction=CB, damping=DAMPED),
     "planar": planar_scene,
@@ -67,17 +70,23 @@ def test_solving_together_equals_elimination_and_recovery(scene: str, seed: int)
     assert F_u == pytest.approx(recovered, abs=1e-12 * abs(F_u).max())
 
 
-def fixed_wrench(model: Model, name: str, F_u: np.ndarray) -> np.ndarray:
-    """Return the resultant of a body's coupling forces about the origin of G, in axes of G, shape (6,)."""
+def fixed_wrench(model: Model, name: str, q: np.ndarray, F_u: np.ndarray) -> np.ndarray:
+    """Return the resultant of a body's coupling forces about the origin of G, in axes of G, shape (6,).
+
+    The forces act where the interfaces are: a partly released one is off its undeformed place.
+    """
     terms = model.flexible_terms(name)
     start = model.free_count + model.driven_count
     total = np.zeros(6)
     for frame in terms.body.interfaces:
-        wrench = np.zeros(6)
         columns = [c - terms.body.free_count + terms.fixed.start - start for c in frame.fixed_columns]
+        motion = frame.motion[:, : terms.body.free_count] @ q[terms.eta]
+        wrench = np.zeros(6)
         wrench[list(frame.fixed_components)] = F_u[columns]
+        # a moment that holds some slopes does no work on the others: M . T dtheta = lambda . dtheta
+        wrench[3:] = np.linalg.solve(model.slopes.tangent(motion[3:]).T, wrench[3:])
         total[:3] += wrench[:3]
-        total[3:] += wrench[3:] + np.cross(frame.position, wrench[:3])
+        total[3:] += wrench[3:] + np.cross(frame.position + motion[:3], wrench[:3])
     return total
 
 
@@ -91,7 +100,7 @@ def test_coupling_forces_are_what_the_balance_of_the_body_needs(scene: str, seed
     reactions = joint_reactions(model, T, q, u, du)
     for number, body in enumerate(model.bodies):
         if body.flexible:
-            wrench = fixed_wrench(model, body.name, F_u)
+            wrench = fixed_wrench(model, body.name, q, F_u)
             in_plane = [0, 1, 5] if "planar" in scene else list(range(6))  # a planar interface has no other components
             scale = abs(reactions[number]).max()
             # accelerations of a stiff body differ by 1e-12 between the routes
@@ -161,12 +170,15 @@ def balance_by_finite_differences(
     return np.concatenate((origin.A_NF.T @ force, origin.A_NF.T @ moment))
 
 
-@pytest.mark.parametrize("interfaces", [None, BOTH_ENDS, THREE_HINGES], ids=["clamped", "both ends", "three hinges"])
+@pytest.mark.parametrize(
+    "interfaces",
+    [None, BOTH_ENDS, THREE_HINGES, ONE_BY_ONE, SLIDER],
+    ids=["clamped", "both ends", "three hinges", "one by one", "slider"],
+)
 @pytest.mark.parametrize("seed", range(2))
 def test_coupling_forces_balance_the_motion_of_every_mass_point(interfaces: dict | None, seed: int) -> None:
     scene = flexible_scene(seed, interfaces=interfaces, loads=False)
-    arm = scene._entries[1]
-    member = kf.System.__mro__[0] and [kf.system.FlexibleMember(scene, 1, "arm", None, arm.flexible)][0]
+    member = FlexibleMember(scene, 1, "arm", None, scene._entries[1].flexible)
     at_node, at_tip = np.array([1.0, -2.0, 0.5]), np.array([0.3, 0.2, -0.7])
     scene.add_force(member.node(4), at_node)
     scene.add_force(member.interface("tip"), at_tip)
@@ -178,7 +190,7 @@ def test_coupling_forces_balance_the_motion_of_every_mass_point(interfaces: dict
     loads = [(1, body.node_frame(4), at_node), (1, body.interface("tip"), at_tip)]
     needed = balance_by_finite_differences(model, [1, 2], q, u, du, loads)
     # second differences with round-off 5e-11 of lengths of order 1, against accelerations of order 100
-    assert fixed_wrench(model, "arm", F_u) == pytest.approx(needed, abs=1e-8 * abs(needed).max())
+    assert fixed_wrench(model, "arm", q, F_u) == pytest.approx(needed, abs=1e-8 * abs(needed).max())
 
 
 def test_force_at_a_carrying_interface_is_the_reaction_of_what_it_carries() -> None:
@@ -204,9 +216,6 @@ def test_statically_clamped_at_both_ends_the_supports_share_the_weight() -> None
     scene.add_flexible_body("arm", body)
     model = scene.freeze()
     k = body.free_count
-    weight = -body.stiffness[:k, :k] @ np.zeros(k)
-    from kanefe.kane.assemble import assemble
-
     _, weight = assemble(model, 0.0, np.zeros(k), np.zeros(k))
     q = np.linalg.solve(body.stiffness[:k, :k], weight)
     _, F_u = recovered_forces(model, 0.0, q, np.zeros(k), np.zeros(k))
@@ -223,7 +232,7 @@ def test_coupling_matrix_moves_forces_to_the_origin_of_r() -> None:
     A = rotation_matrix(rng.standard_normal(4))
     positions = [rng.standard_normal(3), rng.standard_normal(3)]
     forces = rng.standard_normal(12)
-    matrix = coupling_matrix(A, positions, [tuple(range(6))] * 2)
+    matrix = coupling_matrix(A, positions, [np.eye(6)] * 2)
     force = A @ forces[:3] + A @ forces[6:9]
     moment = sum(np.cross(r, A @ f) for r, f in zip(positions, (forces[:3], forces[6:9]), strict=True))
     moment += A @ forces[3:6] + A @ forces[9:]
@@ -233,16 +242,23 @@ def test_coupling_matrix_moves_forces_to_the_origin_of_r() -> None:
 def test_a_hinge_has_no_moment_columns() -> None:
     rng = np.random.default_rng(1)
     A, r = rotation_matrix(rng.standard_normal(4)), rng.standard_normal(3)
-    hinge = coupling_matrix(A, [r], [(0, 1, 2)])
-    clamped = coupling_matrix(A, [r], [tuple(range(6))])
+    hinge = coupling_matrix(A, [r], [unit_wrenches((0, 1, 2), np.eye(3))])
+    clamped = coupling_matrix(A, [r], [unit_wrenches(tuple(range(6)), np.eye(3))])
+    assert clamped == pytest.approx(np.block([[A, np.zeros((3, 3))], [skew(r) @ A, A]]), abs=1e-15)
     assert hinge.shape == (6, 3)
     assert np.array_equal(hinge, clamped[:, :3])
-    assert hinge == pytest.approx(np.vstack((A, skew(r) @ A)), abs=1e-15)
-    about_z = coupling_matrix(A, [r], [(0, 1, 2, 3, 4)])
-    assert np.array_equal(about_z, np.delete(clamped, 5, axis=1))
+    about_z = coupling_matrix(A, [r], [unit_wrenches((0, 1, 2, 3, 4), np.eye(3))])
+    assert np.array_equal(about_z, clamped[:, :5])
     model = flexible_scene(0, interfaces=THREE_HINGES).freeze()
     assert model.fixed_count == 9
     assert [f.fixed_components for f in model.flexible_terms("arm").body.interfaces] == [(0, 1, 2)] * 3
+
+
+@pytest.mark.parametrize("slopes", SLOPE_MEASURES)
+def test_moments_that_hold_slopes_do_no_work_on_released_ones(slopes: str) -> None:
+    tangent = slope_measure(slopes).tangent(np.array([0.0, 0.6, -0.4]))
+    moments = unit_wrenches((3,), tangent)[3:]
+    assert moments.T @ tangent == pytest.approx(np.array([[1.0, 0.0, 0.0]]), abs=1e-14)
 
 
 def test_scenes_without_fixed_interfaces_have_no_coupling_forces() -> None:

@@ -82,7 +82,7 @@ def test_a_picture_that_cannot_be_is_refused(arguments, message, tmp_path):
 
 
 def test_a_file_that_cannot_be_drawn_to_is_refused(tmp_path):
-    with pytest.raises(kf.ModelError, match="'doc' is none of.*png"):
+    with pytest.raises(kf.ModelError, match=r"'doc' is none of.*png"):
         pendulum().plot("energy", path=tmp_path / "a.doc")
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(kf.FileError, match=r"cannot write .*a.png"):

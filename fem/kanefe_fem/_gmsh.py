@@ -6,13 +6,15 @@ import contextlib
 import mmap
 import os
 import re
+import signal
+import sys
 import threading
 import uuid
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.finite_element_model import Cells
 from kanefe_fem.mesh import Mesh
 from kanefe_fem.mesh_checks import MeshWarning, refuse_shape
-from kanefe_fem.shapes import is_supported, shape
+from kanefe_fem.shapes import is_supported, row_numbers, shape
 
 _KINDS = {
     1: "line",
@@ -89,10 +91,9 @@ def check_complete(path: Path) -> None:
     if path.stat().st_size == 0:
         raise FileError(f"{path.name} is empty. {remedy}")
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        head = re.match(rb"\s*\$MeshFormat\s+([0-9.]+)\s+([01])\s", data[:200])
-        if head is None:
+        version = _msh_version(path)
+        if not version:
             raise FileError(f"{path.name} is not a gmsh mesh: it does not begin with $MeshFormat. {remedy}")
-        version = head.group(1).decode()
         if version not in ("2", "2.0", "2.1", "2.2", "4.1"):
             raise FileError(f"{path.name} has the mesh format {version}; 2.2 and 4.1 are supported. {remedy}")
         position = 0
@@ -105,6 +106,13 @@ def check_complete(path: Path) -> None:
         tail = data[max(0, len(data) - 200) :]
         if re.search(rb"\$End\w+\s*\Z", tail) is None:
             raise FileError(f"{path.name} is truncated: it ends inside a section. {remedy}")
+
+
+def _msh_version(path: Path) -> str:
+    """Return the version in the head of a .msh file, "" if it has none."""
+    with path.open("rb") as stream:
+        head = re.match(rb"\s*\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
+    return head.group(1).decode() if head else ""
 
 
 @contextlib.contextmanager
@@ -129,7 +137,7 @@ def _session() -> Iterator[Any]:
     finally:
         gmsh.logger.stop()
         if mine:
-            gmsh.finalize()
+            _finalise(gmsh)
         else:
             if name in gmsh.model.list():
                 gmsh.model.setCurrent(name)
@@ -140,6 +148,13 @@ def _session() -> Iterator[Any]:
 
 
 def _import_gmsh() -> ModuleType:
+    """Import gmsh without letting it take the interrupt signal (Ctrl-C), as versions before 4.9 do on import."""
+    if "gmsh" in sys.modules:
+        return sys.modules["gmsh"]
+    handler, install = signal.getsignal(signal.SIGINT), signal.signal
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if not in_main_thread:
+        signal.signal = lambda number, handler: None  # else the import fails: only the main thread may do this
     try:
         import gmsh
     except (ImportError, OSError) as problem:  # OSError: a shared library of the wheel is missing
@@ -149,7 +164,26 @@ def _import_gmsh() -> ModuleType:
             "sudo apt-get install python3-gmsh, or pip install gmsh with sudo apt-get install libglu1-mesa libxcursor1 "
             f"libxft2 libxinerama1 libgomp1 ({problem})",
         ) from problem
+    finally:
+        signal.signal = install
+        if in_main_thread and handler is not None:
+            signal.signal(signal.SIGINT, handler)
+    if hasattr(gmsh, "oldsig"):
+        gmsh.oldsig = None  # there is nothing to restore
     return gmsh
+
+
+def _finalise(gmsh: Any) -> None:
+    """Finalise gmsh; older versions set a signal handler here, which only the main thread may do."""
+    handler = getattr(gmsh, "oldsig", None)
+    if handler is None:
+        gmsh.finalize()
+        return
+    gmsh.oldsig = None
+    try:
+        gmsh.finalize()
+    finally:
+        gmsh.oldsig = handler
 
 
 def _is_initialised(gmsh: Any) -> bool:
@@ -203,12 +237,11 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     if not len(nodes):
         raise MeshError(f"{source} has no nodes. Remedy: mesh the geometry before saving it")
     numbers = _Renumbering(np.asarray(tags, dtype=np.int64), source)
-    groups: dict[int, dict[str, list[Block]]] = {}
-    for dimension in range(4):
-        groups[dimension] = _physical_groups(gmsh, dimension, source)
     dimension = next((d for d in (3, 2, 1) if len(gmsh.model.mesh.getElements(d)[0])), 0)
     if dimension == 0:
         raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
+    file = _Source(source, path.suffix.lower() == ".msh" and _msh_version(path).startswith("2"))
+    groups = {d: _physical_groups(gmsh, d, d == dimension > 1, file) for d in range(4)}
 
     def blocks(d: int) -> dict[str, tuple[Cells, ...]]:
         return {
@@ -234,6 +267,13 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     )
 
 
+class _Source(NamedTuple):
+    """The file that is read."""
+
+    name: str
+    is_version_2: bool
+
+
 class _Renumbering:
     """Node tags, which may be any numbers, to row numbers of the node array."""
 
@@ -253,25 +293,29 @@ class _Renumbering:
         return self._order[place]
 
 
-def _physical_groups(gmsh: Any, dimension: int, source: str) -> dict[str, list[Block]]:
+def _physical_groups(gmsh: Any, dimension: int, body: bool, source: _Source) -> dict[str, list[Block]]:
     """Return, by group name, the elements of the group's entities; groups of one name are one."""
-    found: dict[str, list[Block]] = {}
-    owner: dict[int, str] = {}
-    highest = dimension == max((d for d, _ in gmsh.model.getEntities()), default=0) and dimension > 1
+    owners: dict[int, list[str]] = {}
     for _, tag in gmsh.model.getPhysicalGroups(dimension):
         name = gmsh.model.getPhysicalName(dimension, tag) or str(tag)
-        pieces = found.setdefault(name, [])
         for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag):
-            if highest and owner.setdefault(int(entity), name) != name:
-                what = {2: "surface", 3: "volume"}[dimension]
-                raise MeshError(
-                    f"{source}: {what} {entity} is in two groups, {owner[int(entity)]!r} and {name!r}. "
-                    f"Remedy: a cell has one material, so put each {what} in one physical {what}"
-                )
-            kinds, _, node_tags = gmsh.model.mesh.getElements(dimension, entity)
-            for kind, ids in zip(kinds, node_tags, strict=True):
-                per_element = gmsh.model.mesh.getElementProperties(kind)[3]
-                pieces.append((int(kind), np.asarray(ids, dtype=np.int64).reshape(-1, per_element)))
+            names = owners.setdefault(int(entity), [])
+            if name not in names:
+                names.append(name)
+    found: dict[str, list[Block]] = {}
+    for entity, names in owners.items():
+        if body and len(names) > 1:
+            what = {2: "surface", 3: "volume"}[dimension]
+            raise MeshError(
+                f"{source.name}: {what} {entity} is in two groups, {names[0]!r} and {names[1]!r}. "
+                f"Remedy: a cell has one material, so put each {what} in one physical {what}"
+            )
+        for kind, ids in _elements(gmsh, dimension, entity):
+            kept = ids if body else _without_copies(ids, names, source)
+            for name in names:
+                found.setdefault(name, []).append((kind, kept))
+        for name in names:
+            found.setdefault(name, [])
     merged = {}
     for name, pieces in found.items():
         kinds = sorted({kind for kind, _ in pieces})
@@ -279,15 +323,32 @@ def _physical_groups(gmsh: Any, dimension: int, source: str) -> dict[str, list[B
     return merged
 
 
-def _lines_without_group(gmsh: Any, numbers: _Renumbering, source: str) -> dict[str, tuple[Cells, ...]]:
-    """Return all line elements of a mesh without line groups, under the empty name."""
-    kinds, _, node_tags = gmsh.model.mesh.getElements(1)
+def _elements(gmsh: Any, dimension: int, entity: int = -1) -> list[Block]:
+    """Return the elements of an entity (-1: of all)."""
+    kinds, _, node_tags = gmsh.model.mesh.getElements(dimension, entity)
     blocks = []
     for kind, ids in zip(kinds, node_tags, strict=True):
         per_element = gmsh.model.mesh.getElementProperties(kind)[3]
-        ids = numbers(np.asarray(ids, dtype=np.int64)).reshape(-1, per_element)
-        blocks.append(_cells(gmsh, int(kind), ids, f"{source}: lines"))
-    return {"": tuple(blocks)}
+        blocks.append((int(kind), np.asarray(ids, dtype=np.int64).reshape(-1, per_element)))
+    return blocks
+
+
+def _without_copies(ids: np.ndarray, names: list[str], source: _Source) -> np.ndarray:
+    """Return facets or lines once each: the format 2.2 repeats an element for each of its groups."""
+    _, first, counts = np.unique(row_numbers(np.sort(ids, axis=1)), return_index=True, return_counts=True)
+    if source.is_version_2 and len(names) > 1 and (counts != len(names)).any():
+        # gmsh knows the groups of an entity only, and this file gives its elements different ones
+        raise MeshError(
+            f"{source.name}: elements of one elementary entity are in different groups ({', '.join(map(repr, names))}), "
+            "which gmsh cannot keep apart. Remedy: number the elementary entities (second tag of an element) apart"
+        )
+    return ids[np.sort(first)]
+
+
+def _lines_without_group(gmsh: Any, numbers: _Renumbering, source: str) -> dict[str, tuple[Cells, ...]]:
+    """Return all line elements of a mesh without line groups, under the empty name."""
+    blocks = _elements(gmsh, 1)
+    return {"": tuple(_cells(gmsh, kind, numbers(ids), f"{source}: lines") for kind, ids in blocks)}
 
 
 def _cells(gmsh: Any, kind: int, nodes: np.ndarray, label: str) -> Cells:

@@ -191,12 +191,6 @@ def to_order(mesh: Mesh, order: int) -> Mesh:
     """
     target = kind_of_order(mesh.kind, order)
     cells, nodes, table = _lift_cells(mesh, target)
-    groups: dict[str, dict[str, tuple[Cells, ...]]] = {}
-    for name in ("facets", "lines"):
-        groups[name] = {
-            group: tuple(_lift_along(block, order, table) for block in blocks)
-            for group, blocks in getattr(mesh, name).items()
-        }
     used = np.zeros(len(nodes) + 1, dtype=bool)
     used[cells] = True
     renumber = np.where(used, np.cumsum(used) - 1, -1)
@@ -204,12 +198,22 @@ def to_order(mesh: Mesh, order: int) -> Mesh:
     ends = np.cumsum([len(block.nodes) for block in mesh.cell_blocks])[:-1]
     pieces = iter(np.split(renumber[cells], ends))
     new_cells = {name: tuple(Cells(target, next(pieces)) for _ in blocks) for name, blocks in mesh.cells.items()}
-    new_groups = {
-        kind: {name: tuple(_renumbered(b, renumber) for b in blocks) for name, blocks in by_name.items()}
-        for kind, by_name in groups.items()
-    }
+
+    def along(groups: Blocks) -> dict[str, tuple[Cells, ...]]:
+        return {
+            name: tuple(_renumbered(_lift_along(block, order, table), renumber) for block in blocks)
+            for name, blocks in groups.items()
+        }
+
     points = {name: renumber[ids][renumber[ids] >= 0] for name, ids in mesh.points.items()}
-    return replace(mesh, nodes=nodes[used[:-1]], cells=new_cells, points=points, **new_groups)
+    return replace(
+        mesh,
+        nodes=nodes[used[:-1]],
+        cells=new_cells,
+        facets=along(mesh.facets),
+        lines=along(mesh.lines),
+        points=points,
+    )
 
 
 def _lift_cells(mesh: Mesh, target: str) -> tuple[np.ndarray, np.ndarray, dict[int, tuple[np.ndarray, np.ndarray]]]:

@@ -157,8 +157,8 @@ def check_plane(mesh: Mesh) -> None:
     if np.ptp(z) > 1e-9 * max(extent(mesh), np.abs(z).max()):
         raise MeshError(
             f"{mesh.source}: the mesh has surfaces only, and they do not lie in a plane z = constant (z from "
-            f"{z.min():g} to {z.max():g} m). Shells are not supported. Remedy: for a solid, mesh the volume (in 3D) and give "
-            "it a physical volume; for a plane body, draw it in x and y"
+            f"{z.min():g} to {z.max():g} m). Shells are not supported. Remedy: for a solid, mesh the volume in 3D and "
+            "give it a physical volume; for a plane body, draw it in x and y"
         )
 
 

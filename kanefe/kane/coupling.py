@@ -17,8 +17,10 @@ from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
 from kanefe.model import BodyTerms, FlexibleTerms, Model
 
 
-def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], components: list[tuple[int, ...]]) -> Matrix:
+def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], wrenches_G: list[Matrix]) -> Matrix:
     """Return [R<-G] of Eq. 34: wrench about R's origin from the nodal coupling forces, shape (6, forces).
+
+    R feels its negative (Eq. 31-33).
 
     Parameters
     ----------
@@ -26,18 +28,26 @@ def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], components: list[tu
         From the axes of G to those of R.
     positions_R : list of ndarray
         Position of each interface from R's origin in components of R, m.
-    components : list of tuple of int
-        For each interface, which of its six components carry a force. The columns of released ones are zero in the
-        paper; here they are left out. A hinge has no moment columns.
+    wrenches_G : list of ndarray, shape (6, forces of the interface)
+        Force and moment in axes of G of each unit coupling force: see `unit_wrenches`. The paper's columns of released
+        components are zero; here they are left out: a hinge has no moment columns.
     """
-    blocks = []
-    for r, kept in zip(positions_R, components, strict=True):
-        block = np.zeros((6, 6))
-        block[:3, :3] = A_RG
-        block[3:, :3] = skew(r) @ A_RG
-        block[3:, 3:] = A_RG
-        blocks.append(block[:, list(kept)])
-    return np.hstack(blocks) if blocks else np.zeros((6, 0))
+    blocks = [np.zeros((6, 0))]
+    for r, wrench in zip(positions_R, wrenches_G, strict=True):
+        force, moment = A_RG @ wrench[:3], A_RG @ wrench[3:]
+        blocks.append(np.vstack((force, skew(r) @ force + moment)))
+    return np.hstack(blocks)
+
+
+def unit_wrenches(components: tuple[int, ...], tangent: Matrix) -> Matrix:
+    """Return force and moment in axes of G of unit coupling forces of one interface, shape (6, forces).
+
+    Forces are along the axes of G. A moment holds one slope, theta_i, and does no work on the others: with
+    ``w = T dtheta`` it is column i of T^-T, the axis itself while the released slopes are small.
+    """
+    full = np.eye(6)
+    full[3:, 3:] = np.linalg.inv(tangent).T
+    return full[:, list(components)]
 
 
 def carrier_frame(
@@ -70,16 +80,16 @@ def coupling_force_columns(
     G = motions[model.index(body.name)]
     R = carrier_frame(model, body, terms, motions, G)
     A_RG = R.A_NF.T @ G.A_NF
-    columns, positions, kept = [], [], []
+    columns, positions, wrenches = [], [], []
     for frame in fixed_interfaces(terms):
         n = interface_motion(G, frame, terms, q, u, model.slopes)
-        # The interface does not move in G where it is fixed; its forces are in the axes of G.
         A_Gn = G.A_NF.T @ n.A_NF
-        rows = np.vstack((A_Gn @ n.V, A_Gn @ n.W))[list(frame.fixed_components)]
-        columns.append(rows.T)
+        theta = frame.motion[3:, : terms.body.free_count] @ q[terms.eta]
+        wrench = unit_wrenches(frame.fixed_components, model.slopes.tangent(theta))
+        columns.append(np.vstack((A_Gn @ n.V, A_Gn @ n.W)).T @ wrench)
         positions.append(R.A_NF.T @ (n.p_NoFo_N - R.p_NoFo_N))
-        kept.append(frame.fixed_components)
-    reaction = np.hstack((R.V.T, R.W.T)) @ coupling_matrix(A_RG, positions, kept)
+        wrenches.append(wrench)
+    reaction = np.hstack((R.V.T, R.W.T)) @ coupling_matrix(A_RG, positions, wrenches)
     return np.hstack(columns) - reaction
 
 
@@ -88,21 +98,29 @@ def fixed_interfaces(terms: FlexibleTerms) -> list[InterfaceFrame]:
     return [frame for frame in terms.body.interfaces if frame.fixed_components]
 
 
+def _all_coupling_force_columns(model: Model, motions: list[FrameMotion], q: Vector, full: Vector) -> Matrix:
+    """Return the generalised forces of unit coupling forces of all bodies, shape (columns, fixed)."""
+    start = model.free_count + model.driven_count
+    B = np.zeros((start + model.fixed_count, model.fixed_count))
+    for body in model.bodies:
+        if body.flexible is not None and body.flexible.body.fixed_count:
+            where = slice(body.flexible.fixed.start - start, body.flexible.fixed.stop - start)
+            B[:, where] = coupling_force_columns(model, body, body.flexible, motions, q, full)
+    return B
+
+
 def accelerations_and_coupling_forces(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
     """Return du (free,) and F_u (fixed,) solved together, as the paper has it (Eq. 39 with rows du = 0).
 
-    F_u are the forces (N) and moments (N m) on the flexible bodies at their fixed interface components, in G.
+    F_u are the forces (N) and moments (N m) on the flexible bodies at their fixed interface components, in G (for
+    the axes of moments beside finite released slopes see `unit_wrenches`).
     """
     columns = model.free_count + model.driven_count + model.fixed_count
     full = all_speeds(model, t, u)
     motions = sweep_outward(model, t, q, full, columns)
     M, F = assemble(model, t, q, u, columns=columns, motions=motions)
-    B = np.zeros((columns, model.fixed_count))
+    B = _all_coupling_force_columns(model, motions, q, full)
     start = model.free_count + model.driven_count
-    for body in model.bodies:
-        if body.flexible is not None and body.flexible.body.fixed_count:
-            where = slice(body.flexible.fixed.start - start, body.flexible.fixed.stop - start)
-            B[:, where] = coupling_force_columns(model, body, body.flexible, motions, q, full)
     _, driven_rates = model.driven_speeds(t)
     free, driven, fixed = model.free_count, model.driven_count, model.fixed_count
     unknown = np.r_[:free, start : start + fixed]
@@ -124,9 +142,16 @@ def recovered_forces(model: Model, t: float, q: Vector, u: Vector, du: Vector) -
     du : ndarray, shape (free,)
         Accelerations of the free speeds at this state.
     """
-    columns = model.free_count + model.driven_count + model.fixed_count
-    M, F = assemble(model, t, q, u, columns=columns)
-    _, driven_rates = model.driven_speeds(t)
     known = model.free_count + model.driven_count
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full, known + model.fixed_count)
+    M, F = assemble(model, t, q, u, columns=known + model.fixed_count, motions=motions)
+    _, driven_rates = model.driven_speeds(t)
     residual = M[model.free_count :, :known] @ np.concatenate((du, driven_rates)) - F[model.free_count :]
-    return residual[: model.driven_count], residual[model.driven_count :]
+    driving, fixed = residual[: model.driven_count], residual[model.driven_count :]
+    if not model.fixed_count:
+        return driving, fixed
+    # The identity at zero deformation. A partly released interface moves off its undeformed place and turns, and its
+    # forces act where it is.
+    B = _all_coupling_force_columns(model, motions, q, full)[known:]
+    return driving, np.asarray(np.linalg.solve(B, fixed))

@@ -9,10 +9,11 @@ import numpy as np
 
 from kanefe.given_matrices import model_from_matrices
 from kanefe.joints import Planar
+from kanefe.model import FlexibleTerms
 from kanefe.reduction import flexible_body
 from kanefe.system import System
 from kanefe.verify.case import Case, Check, Reference
-from kanefe.verify.scenes import states_at
+from kanefe.verify.scenes import State, states_at, zero_crossings
 
 STIFFNESS, LENGTH, RATE = 100.0, 1.0, 5.0
 
@@ -40,5 +41,12 @@ def spinning_dumbbell(reference: Reference) -> Iterator[Check]:
         )
         for column, quantity in enumerate(("length [m]", "rate of the length [m/s]", "angle [rad]")):
             yield Check.absolute(f"{quantity} to t = 5 s, {form}", found[:, column], expected[:, column], 1e-7)
+
+        def rate(state: State, stretch: np.ndarray = stretch, terms: FlexibleTerms = terms) -> float:
+            return float(stretch @ state[2][terms.speeds])
+
+        turn = next(zero_crossings(model, rate, stop=1.0, rtol=RTOL))
+        greatest = LENGTH + stretch @ states_at(model, [turn], RTOL)[0][1][terms.eta]
+        yield Check.absolute(f"greatest length [m], {form}", greatest, reference.values["r_max"][0], 1e-7)
 
 CASES = (Case("E04", spinning_dumbbell),)

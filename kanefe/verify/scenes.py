@@ -19,12 +19,12 @@ State = tuple[float, np.ndarray, np.ndarray]
 """Time in s, coordinates q and free speeds u."""
 
 
-def states_at(model: Model, times: Sequence[float], rtol: float, atol: float | None = None) -> list[State]:
-    """Run a model once by the explicit method from t = 0; return its states at these times (s), multiples of one step."""
+def states_at(
+    model: Model, times: Sequence[float], rtol: float, atol: float | None = None, method: str = "dop853"
+) -> list[State]:
+    """Run a model once from t = 0 and return its states at these times (s), multiples of a common step."""
     step = _common_step(times)
-    run = integrate(
-        model, (0.0, max(times)), rtol=rtol, atol=atol, method="dop853", output_step=step, progress=False
-    )
+    run = integrate(model, (0.0, max(times)), rtol=rtol, atol=atol, method=method, output_step=step, progress=False)
     rows = [round(t / step) for t in times]
     return [(float(run.times[i]), run.coordinates[i], run.speeds[i]) for i in rows]
 

@@ -103,7 +103,7 @@ def equivalent_cuboid(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.
     Examples
     --------
     >>> equivalent_cuboid(12.0, np.diag([13.0, 10.0, 5.0]))[0].round(12).tolist()
-    [3.0, 2.0, 1.0]
+    [1.0, 2.0, 3.0]
     """
     moments, axes = np.linalg.eigh(inertia)
     order = np.argsort(np.argmax(abs(axes), axis=0), kind="stable")  # keeps the box's axes near the body's own

@@ -72,7 +72,8 @@ def hub_under_torque(reference: Reference) -> Iterator[Check]:
 def spinning_rod(reference: Reference) -> Iterator[Check]:
     """E01c: a free round rod that spins about its axis and precesses by the inertia of twisting."""
     rod = straight_beam(1.0, SolidCircle(0.04), STEEL, elements=20, start=(-0.5, 0.0, 0.0))
-    body = beam_body(rod, {}, reduction=CraigBampton(modes=2))
+    # The first pair of bending modes is even about the middle, where spinning loads are odd; the second can take part.
+    body = beam_body(rod, {}, reduction=CraigBampton(modes=4))
     yield Check.relative("mass [kg]", body.mass, reference.values["m"], 1e-12)
     yield Check.relative("principal moments of inertia [kg m2]", np.diag(body.inertia), reference.values["J"], 1e-12)
     scene = System()
