@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 what=${1:-test}
 python=/usr/bin/python3
 # OpenBLAS is 5 to 6 times faster here than Debian's default BLAS; its serial build does not fight with MPI over the cores.
-packages=(python3 python3-venv python3-dolfinx python3-dolfinx-real python3-gmsh libopenblas0-serial gcc libc6-dev)
+packages=(python3 python3-venv python3-dolfinx python3-dolfinx-real python3-gmsh python3-h5py libopenblas0-serial gcc libc6-dev)
 elsewhere="elsewhere 'pip install .' in an environment of Python 3.11-3.13 gives everything but mesh assembly, then: kanefe demo --body beam"
 
 check_system() {
@@ -40,10 +40,28 @@ for name, version in sorted({(d.metadata["Name"].lower(), d.version) for d in di
 PYTHON
 }
 
+# Debian's h5py goes by a name that pip does not know (h5py.-debian-h5py-serial), and PyPI's brings a second HDF5 that
+# cannot live in one process with dolfinx's: so it is taken off the list. $1 is an extra.
+write_requirements() {
+  "$python" - "$1" <<'PYTHON'
+import re, sys, tomllib
+
+project = tomllib.load(open("pyproject.toml", "rb"))["project"]
+for requirement in project["dependencies"] + project["optional-dependencies"][sys.argv[1]]:
+    if re.split(r"[^\w-]", requirement)[0] not in ("h5py", project["name"]):
+        print(requirement)
+PYTHON
+}
+
+install_project() {
+  write_requirements "$1" >".venv/requirements-$1.txt"
+  pip_install .venv/bin/python -c .venv/constraints.txt -r ".venv/requirements-$1.txt"
+}
+
 check_environment() {
   quietly check .venv/bin/python -c '
-import numpy, scipy, dolfinx, gmsh, petsc4py
-for module in (numpy, scipy, dolfinx, gmsh):
+import numpy, scipy, dolfinx, gmsh, h5py, petsc4py
+for module in (numpy, scipy, dolfinx, gmsh, h5py):
     if not module.__file__.startswith("/usr/lib/"):
         raise SystemExit(f"{module.__name__} comes from {module.__file__}, not from Debian")
 ' || die "the environment .venv is not sound; run 'make clean' and this again, and if it stays so: apt-get install --reinstall python3-numpy python3-dolfinx"
@@ -57,7 +75,7 @@ wanted=$(fingerprint .ci/setup.sh pyproject.toml)
 if [ "$what" = dev ]; then
   up_to_date .venv .kanefe-dev "$wanted" && exit 0
   say "adding ruff, mypy and pre-commit to .venv"
-  pip_install .venv/bin/python -c .venv/constraints.txt -e '.[dev]'
+  install_project dev
   echo "$wanted" >.venv/.kanefe-dev
   exit 0
 fi
@@ -72,7 +90,8 @@ make_environment "$python" .venv --system-site-packages
 write_constraints >.venv/constraints.txt
 grep -q '^numpy==' .venv/constraints.txt || die "$python has no numpy of Debian's; repair it with: apt-get install --reinstall python3-numpy"
 say "Debian's versions are kept: $(tr '\n' ' ' <.venv/constraints.txt)"
-pip_install .venv/bin/python -c .venv/constraints.txt -e '.[test]'
+install_project test
+pip_install .venv/bin/python -c .venv/constraints.txt --no-deps -e .
 check_environment
 echo "$wanted" >.venv/.kanefe-test
 say "set-up done in $SECONDS s"

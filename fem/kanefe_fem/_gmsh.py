@@ -154,7 +154,7 @@ def _import_gmsh() -> ModuleType:
     handler, install = signal.getsignal(signal.SIGINT), signal.signal
     in_main_thread = threading.current_thread() is threading.main_thread()
     if not in_main_thread:
-        signal.signal = lambda number, handler: None  # else the import fails: only the main thread may do this
+        signal.signal = lambda number, handler: None  # type: ignore[assignment]  # else the import fails: only the main thread may do this
     try:
         import gmsh
     except (ImportError, OSError) as problem:  # OSError: a shared library of the wheel is missing
@@ -339,8 +339,8 @@ def _without_copies(ids: np.ndarray, names: list[str], source: _Source) -> np.nd
     if source.is_version_2 and len(names) > 1 and (counts != len(names)).any():
         # gmsh knows the groups of an entity only, and this file gives its elements different ones
         raise MeshError(
-            f"{source.name}: elements of one elementary entity are in different groups ({', '.join(map(repr, names))}), "
-            "which gmsh cannot keep apart. Remedy: number the elementary entities (second tag of an element) apart"
+            f"{source.name}: elements of one elementary entity are in different groups "
+            f"({', '.join(map(repr, names))}), which gmsh cannot keep apart. Remedy: number the elementary entities (second tag of an element) apart"
         )
     return ids[np.sort(first)]
 

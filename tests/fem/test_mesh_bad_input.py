@@ -1,0 +1,480 @@
+"""Bad meshes, materials and calls: each is refused with its name, its place and a remedy, before dolfinx sees it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fem_meshes import STEEL, box, shown, write_msh2
+
+from kanefe.errors import FileError, MeshError, MissingDependency, ModelError
+from kanefe.finite_element_model import Cells
+from kanefe_fem import _fenicsx
+from kanefe_fem.material import AccuracyWarning, Material, UnitWarning, warn_of_units
+from kanefe_fem.mesh import Mesh, read_mesh
+from kanefe_fem.mesh_checks import MeshWarning, check_mesh
+from kanefe_fem.solid import check_interfaces, solid_body, solid_model
+
+TETRA = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+
+
+def one_block(kind, nodes, cells, dimension=3):
+    return Mesh(np.array(nodes, float), dimension, {"bar": (Cells(kind, np.array(cells)),)}, source="test")
+
+
+@pytest.fixture
+def no_assembly(monkeypatch):
+    """Make any call of the assembler fail the test: bad input must be found before."""
+
+    def fail(*args, **kwargs):
+        pytest.fail("the assembler was called with bad input")
+
+    monkeypatch.setattr(_fenicsx, "assemble", fail)
+
+
+@pytest.mark.usefixtures("no_assembly")
+class TestMesh:
+    def test_no_group_of_cells(self):
+        with pytest.raises(MeshError) as error:
+            solid_model(replace(box("tetra", (2, 1, 1), (1, 1, 1)), cells={}), STEEL)
+        shown(error, "no cell belongs to a physical volume")
+
+    @pytest.mark.parametrize("where", [np.nan, np.inf])
+    def test_coordinates_that_are_not_finite(self, where):
+        mesh = box("tetra", (2, 1, 1), (1, 1, 1))
+        nodes = np.array(mesh.nodes)
+        nodes[5, 1] = where
+        with pytest.raises(MeshError) as error:
+            solid_model(replace(mesh, nodes=nodes), STEEL)
+        shown(error, "node 5", "finite")
+
+    def test_node_numbers_that_do_not_exist(self):
+        with pytest.raises(MeshError) as error:
+            solid_model(one_block("tetra", TETRA, [[0, 1, 2, 4]]), STEEL)
+        shown(error, "node 4", "only 4 nodes")
+
+    @pytest.mark.parametrize(
+        ("kind", "count", "word"),
+        [
+            ("wedge", 6, "prisms"),
+            ("pyramid", 5, "prisms or pyramids"),
+            ("hexahedron20", 20, "Mesh.SecondOrderIncomplete = 0"),
+            ("tetra20", 20, "Mesh.ElementOrder"),
+        ],
+    )
+    def test_shapes_that_are_not_supported(self, kind, count, word):
+        nodes = np.random.default_rng(1).random((count, 3))
+        with pytest.raises(MeshError) as error:
+            solid_model(one_block(kind, nodes, [range(count)]), STEEL)
+        shown(error, kind, "'bar'", word)
+
+    def test_mixed_shapes(self):
+        tets, hexes = box("tetra", (1, 1, 1), (1, 1, 1)), box("hexahedron", (1, 1, 1), (1, 1, 1))
+        mesh = replace(tets, cells={"a": tets.cell_blocks, "b": hexes.cell_blocks})
+        with pytest.raises(MeshError) as error:
+            solid_model(mesh, {"a": STEEL, "b": STEEL})
+        shown(error, "mixes shapes", "tetra in group 'a'", "hexahedron in group 'b'")
+
+    def test_a_cell_in_two_groups(self):
+        mesh = box("tetra", (2, 1, 1), (1, 1, 1))
+        block = mesh.cell_blocks[0]
+        both = replace(mesh, cells={"a": (block,), "b": (Cells("tetra", block.nodes[3:5]),)})
+        with pytest.raises(MeshError) as error:
+            solid_model(both, {"a": STEEL, "b": STEEL})
+        shown(error, "'a' and 'b'", "two groups")
+
+    def test_a_cell_twice(self):
+        with pytest.raises(MeshError) as error:
+            solid_model(one_block("tetra", TETRA, [[0, 1, 2, 3], [1, 2, 0, 3]]), STEEL)
+        shown(error, "there 2 times", "(0.25, 0.25, 0.25)")
+
+    def test_a_flat_cell(self):
+        nodes = [*TETRA, [1, 1, 0], [1, 0.5, 0]]
+        with pytest.raises(MeshError) as error:
+            solid_model(one_block("tetra", nodes, [[0, 1, 2, 3], [1, 2, 4, 5]]), STEEL)
+        shown(error, "vanishes in cell 1", "'bar'", "(0.75, 0.625, 0)")
+
+    def test_a_cell_turned_partly_inside_out(self):
+        mesh = box("hexahedron", (2, 1, 1), (2, 1, 1))
+        cells = mesh.connectivity.copy()
+        cells[1, [0, 6]] = cells[1, [6, 0]]
+        with pytest.raises(MeshError) as error:
+            solid_model(one_block("hexahedron", mesh.nodes, cells), STEEL)
+        shown(error, "changes its sign inside cell 1", "(1.5, 0.5, 0.5)")
+
+    def test_a_curved_cell_that_folds(self):
+        mesh = box("tetra", (1, 1, 1), (1, 1, 1)).with_order(2)
+        nodes = np.array(mesh.nodes)
+        nodes[mesh.connectivity[0, 4]] += 0.4  # a mid-side node past the corner
+        with pytest.raises(MeshError) as error:
+            solid_model(replace(mesh, nodes=nodes), STEEL)
+        shown(error, "Jacobian", "HighOrderOptimize")
+
+    @pytest.mark.parametrize("kind", ["tetra", "hexahedron", "triangle", "quad"])
+    @pytest.mark.parametrize("order", [1, 2])
+    def test_cells_that_are_merely_inside_out_are_turned(self, kind, order):
+        d = 3 if kind in ("tetra", "hexahedron") else 2
+        mesh = check_mesh(box(kind, (2, 1, 2)[:d], (1, 1, 1)[:d]).with_order(order))
+        nodes = np.array(mesh.nodes)
+        nodes[:, 0] *= -1.0
+        mirrored = check_mesh(replace(mesh, nodes=nodes))
+        again = check_mesh(mirrored)
+        assert not np.array_equal(mirrored.connectivity, mesh.connectivity)
+        np.testing.assert_array_equal(again.connectivity, mirrored.connectivity)
+        np.testing.assert_array_equal(np.sort(mirrored.connectivity), np.sort(mesh.connectivity))
+
+    def test_parts_that_are_not_connected(self):
+        one = box("tetra", (2, 1, 1), (1, 1, 1))
+        far = np.array(one.nodes) + [5.0, 0, 0]
+        cells = np.vstack([one.connectivity, one.connectivity[:3] + len(one.nodes)])
+        with pytest.raises(MeshError) as error:
+            solid_model(one_block("tetra", np.vstack([one.nodes, far]), cells), STEEL)
+        shown(error, "2 parts", "12 cells around (0.5", "3 cells around (5.")
+
+    def test_coincident_nodes_that_were_not_merged(self):
+        one = box("hexahedron", (2, 1, 1), (1, 1, 1))
+        nodes = np.vstack([one.nodes, np.array(one.nodes) + [1.0, 0, 0]])
+        cells = np.vstack([one.connectivity, one.connectivity + len(one.nodes)])
+        with pytest.raises(MeshError) as error:
+            solid_model(one_block("hexahedron", nodes, cells), STEEL)
+        shown(error, "2 parts", "4 nodes lie on another one", "merge them")
+
+    def test_a_crack_is_only_warned_of(self):
+        one = box("hexahedron", (2, 2, 1), (1, 1, 1))
+        nodes, cells = np.array(one.nodes), one.connectivity.copy()
+        split = np.flatnonzero(np.isclose(nodes[:, 0], 0.5) & np.isclose(nodes[:, 1], 1.0))
+        for i, old in enumerate(split):
+            cells[-1][cells[-1] == old] = len(nodes) + i
+        mesh = one_block("hexahedron", np.vstack([nodes, nodes[split]]), cells)
+        with pytest.warns(MeshWarning, match="2 nodes lie on another one"):
+            check_mesh(mesh)
+
+    def test_a_surface_that_is_not_plane(self):
+        nodes = np.array(box("quad", (2, 2), (1, 1)).nodes)
+        nodes[:, 2] = nodes[:, 0] ** 2
+        mesh = replace(box("quad", (2, 2), (1, 1)), nodes=nodes)
+        with pytest.raises(MeshError) as error:
+            solid_model(mesh, STEEL, plane="stress", thickness=0.1)
+        shown(error, "plane z = constant", "Shells")
+
+    def test_a_mesh_of_lines(self):
+        mesh = Mesh(np.array(TETRA, float), 1, {}, lines={"boom": (Cells("line", np.array([[0, 1]])),)})
+        with pytest.raises(MeshError) as error:
+            solid_model(mesh, STEEL)
+        shown(error, "only lines", "beam")
+
+
+@pytest.mark.usefixtures("no_assembly")
+class TestCall:
+    mesh = box("tetra", (2, 1, 1), (1.0, 0.1, 0.1))
+
+    def test_an_unknown_interface(self):
+        with pytest.raises(ModelError) as error:
+            solid_body(self.mesh, STEEL, {"root": "clamped", "tipp": "rigid"})
+        shown(error, "'tipp'", "root, tip")
+
+    def test_a_group_of_cells_as_an_interface(self):
+        with pytest.raises(ModelError) as error:
+            check_interfaces(self.mesh, {"bar": "clamped"})
+        shown(error, "'bar' is a group of cells")
+
+    def test_an_interface_without_facets(self):
+        mesh = replace(self.mesh, facets={"root": (), "tip": self.mesh.facets["tip"]})
+        with pytest.raises(MeshError) as error:
+            solid_body(mesh, STEEL, {"root": "clamped"})
+        shown(error, "'root' has no facets")
+
+    def test_an_interface_off_the_body(self):
+        nodes = np.vstack([self.mesh.nodes, np.array(TETRA, float) + 3.0])
+        n = len(self.mesh.nodes)
+        mesh = replace(self.mesh, nodes=nodes, facets={"root": (Cells("triangle", np.array([[n, n + 1, n + 2]])),)})
+        with pytest.raises(MeshError) as error:
+            solid_body(mesh, STEEL, {"root": "clamped"})
+        shown(error, "'root'", "not on the body")
+
+    def test_materials_and_groups_that_do_not_match(self):
+        two = replace(self.mesh, cells={"a": self.mesh.cell_blocks, "b": ()})
+        two = replace(
+            two,
+            cells={
+                "a": (Cells("tetra", self.mesh.connectivity[:6]),),
+                "b": (Cells("tetra", self.mesh.connectivity[6:]),),
+            },
+        )
+        for materials, words in (
+            ({}, ("group 'bar' has no material",)),
+            ({"bar": STEEL, "bat": STEEL}, ("'bat'", "no such group", "'bar'")),
+            ({"bar": 210e9}, ("'bar'", "210")),
+        ):
+            with pytest.raises(ModelError) as error:
+                solid_model(self.mesh, materials)
+            shown(error, *words)
+        for materials, words in ((STEEL, ("one material", "'a', 'b'")), ({"a": STEEL}, ("'b' has no material",))):
+            with pytest.raises(ModelError) as error:
+                solid_model(two, materials)
+            shown(error, *words)
+
+    def test_plane_and_thickness_where_they_do_not_belong(self):
+        plate = box("quad", (2, 2), (1, 1))
+        for mesh, options, words in (
+            (self.mesh, {"plane": "stress"}, ("has volumes",)),
+            (self.mesh, {"thickness": 0.1}, ("has volumes",)),
+            (plate, {}, ("plane=None",)),
+            (plate, {"plane": "flat", "thickness": 1.0}, ("plane='flat'",)),
+            (plate, {"plane": "stress"}, ("thickness=None",)),
+            (plate, {"plane": "stress", "thickness": -1.0}, ("thickness=-1.0",)),
+            (self.mesh, {"order": 3}, ("order=3",)),
+        ):
+            with pytest.raises(ModelError) as error:
+                solid_model(mesh, STEEL, **options)
+            shown(error, *words)
+
+
+class TestMaterial:
+    @pytest.mark.parametrize(
+        ("values", "word"),
+        [
+            ((0.0, 0.3, 1.0), "E = 0"),
+            ((-1.0, 0.3, 1.0), "E = -1"),
+            ((1e9, 0.5, 1.0), "nu = 0.5"),
+            ((1e9, 0.7, 1.0), "nu = 0.7"),
+            ((1e9, -1.0, 1.0), "nu = -1"),
+            ((1e9, 0.3, 0.0), "rho = 0"),
+            ((1e9, 0.3, -5.0), "rho = -5"),
+            ((np.nan, 0.3, 1.0), "E = nan"),
+            ((1e9, np.inf, 1.0), "nu = inf"),
+            ((1e9, 0.3, np.inf), "rho = inf"),
+            ((None, 0.3, 1.0), "E is None"),
+            ((1e9, 0.3, "7850"), "rho is '7850'"),
+        ],
+    )
+    def test_values_out_of_range(self, values, word):
+        with pytest.raises(ModelError) as error:
+            Material(*values, name="putty")
+        shown(error, "putty", word)
+
+    def test_it_is_frozen_and_knows_its_moduli(self):
+        with pytest.raises(AttributeError):
+            STEEL.E = 1.0
+        # bulk modulus by two ways
+        assert STEEL.lame + 2 / 3 * STEEL.shear_modulus == pytest.approx(STEEL.E / (3 * (1 - 2 * STEEL.nu)), rel=1e-14)
+
+    @pytest.mark.parametrize(
+        ("material", "size", "mass", "word"),
+        [
+            (STEEL, 1000.0, 1.0, "mesh in mm"),
+            (STEEL, 150.0, 1e9, "mass is 1e\\+09 kg"),
+            (Material(210e3, 0.3, 7850.0), 1.0, 1.0, "E in MPa"),
+            (Material(210e9, 0.3, 7.85), 1.0, 1.0, "rho in g/cm3"),
+            (Material(210e3, 0.3, 7.85e-9), 1.0, 1.0, "t/mm3"),
+            (STEEL, 1e-6, 1e-9, "in size"),
+        ],
+    )
+    def test_mixed_up_units_are_warned_of(self, material, size, mass, word):
+        with pytest.warns(UnitWarning, match=word):
+            warn_of_units("bar", material, size, mass)
+
+    @pytest.mark.parametrize(
+        "material",
+        [STEEL, Material(2e6, 0.45, 1100.0), Material(1e12, 0.1, 3500.0), Material(10e9, 0.3, 500.0)],
+        ids=["steel", "rubber", "diamond", "wood"],
+    )
+    @pytest.mark.parametrize("size", [1e-4, 1.0, 110.0])
+    def test_what_exists_is_not_warned_of(self, material, size, recwarn):
+        warn_of_units("bar", material, size, material.rho * size**3 / 100)
+        assert not recwarn.list
+
+    @pytest.mark.usefixtures("no_assembly")
+    def test_a_mesh_in_millimetres_and_locking(self):
+        mm = box("tetra", (2, 1, 1), (1000.0, 100.0, 100.0))
+        with pytest.warns(UnitWarning, match="group 'bar' of tetra box"), pytest.raises(pytest.fail.Exception):
+            solid_model(mm, STEEL)
+        soft = Material(2e6, 0.49, 1100.0)
+        with pytest.warns(AccuracyWarning, match="locking"), pytest.raises(pytest.fail.Exception):
+            solid_model(box("tetra", (2, 1, 1), (1, 1, 1)), soft, order=1)
+
+
+class TestFiles:
+    def test_a_file_that_is_not_there(self, tmp_path):
+        for name in ("no.msh", "no.vtu"):
+            with pytest.raises(FileError) as error:
+                read_mesh(tmp_path / name)
+            shown(error, name)
+
+    @pytest.mark.parametrize("suffix", [".vtu", ".inp", ".xdmf", ".vtk", ".foo"])
+    @pytest.mark.parametrize("content", [b"", b"\x00\x01garbage\n\n", b"<VTKFile"])
+    def test_garbage_through_meshio(self, tmp_path, suffix, content):
+        path = tmp_path / f"bad{suffix}"
+        path.write_bytes(content)
+        with pytest.raises((FileError, MeshError)) as error:
+            read_mesh(path)
+        shown(error, path.name)
+
+    def test_a_truncated_vtu(self, tmp_path):
+        import meshio
+
+        mesh = box("tetra", (2, 1, 1), (1, 1, 1))
+        path = tmp_path / "bar.vtu"
+        meshio.Mesh(mesh.nodes, [("tetra", mesh.connectivity)]).write(path)
+        whole = path.read_bytes()
+        for part in (0.3, 0.6, 0.95):
+            path.write_bytes(whole[: int(part * len(whole))])
+            with pytest.raises(FileError) as error:
+                read_mesh(path)
+            shown(error, "bar.vtu")
+
+    def test_a_file_without_groups(self, tmp_path):
+        import meshio
+
+        mesh = box("tetra", (2, 1, 1), (1, 1, 1))
+        path = tmp_path / "bar.vtu"
+        meshio.Mesh(mesh.nodes, [("tetra", mesh.connectivity)]).write(path)
+        with pytest.raises(MeshError) as error:
+            read_mesh(path)
+        shown(error, "bar.vtu", "no cell belongs to a physical volume")
+
+    def test_order_of_the_geometry(self, tmp_path):
+        with pytest.raises(MeshError) as error:
+            read_mesh(tmp_path / "any.msh", order=3)
+        shown(error, "order 3")
+
+
+@pytest.mark.gmsh
+class TestGmshFiles:
+    @pytest.mark.parametrize("version", [2.2, 4.1])
+    @pytest.mark.parametrize("binary", [0, 1])
+    def test_a_truncated_msh_is_an_error_and_never_a_crash(self, geo, gmsh_session, tmp_path, version, binary):
+        gmsh = gmsh_session
+        gmsh.open(str(geo()))
+        gmsh.model.mesh.generate(3)
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.option.setNumber("Mesh.Binary", binary)
+        path = tmp_path / "bar.msh"
+        gmsh.write(str(path))
+        whole = path.read_bytes()
+        for size in {0, 5, 30, *np.linspace(40, len(whole) - 6, 25).astype(int)}:
+            path.write_bytes(whole[:size])
+            with pytest.raises(FileError) as error:
+                read_mesh(path)
+            shown(error, "bar.msh")
+
+    def test_lines_missing_inside_an_ascii_file(self, geo, gmsh_session, tmp_path):
+        # in a process of its own: should gmsh crash, the test says so
+        gmsh_session.open(str(geo()))
+        gmsh_session.model.mesh.generate(3)
+        path = tmp_path / "bar.msh"
+        gmsh_session.write(str(path))
+        lines = path.read_text().splitlines()
+        start = lines.index("$Elements")
+        path.write_text("\n".join(lines[: start + 20] + lines[start + 40 :]) + "\n")
+        script = (
+            "import sys\nfrom kanefe.errors import KanefeError\nfrom kanefe_fem.mesh import read_mesh\n"
+            "try:\n    read_mesh(sys.argv[1])\nexcept KanefeError as error:\n    print(type(error).__name__)\n"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=False, cwd=Path.cwd(),
+            env={**__import__("os").environ, "PYTHONPATH": ":".join(filter(None, sys.path))},
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.strip() in ("FileError", "MeshError")
+
+    def test_not_a_mesh_and_an_old_format(self, tmp_path):
+        path = tmp_path / "x.msh"
+        for text, word in (("hello\n", "$MeshFormat"), ("$MeshFormat\n1.0 0 8\n$EndMeshFormat\n", "1.0")):
+            path.write_text(text)
+            with pytest.raises(FileError) as error:
+                read_mesh(path)
+            shown(error, "x.msh", word)
+
+    @pytest.mark.parametrize("groups", ["", 'Physical Surface("root") = {out[5]};'])
+    def test_no_physical_volume(self, geo, groups):
+        with pytest.raises(MeshError) as error:
+            solid_model(geo(groups=groups), STEEL)
+        shown(error, "box.geo", "no cell belongs to a physical volume")
+
+    def test_a_volume_in_two_groups(self, geo):
+        with pytest.raises(MeshError) as error:
+            read_mesh(geo(groups='Physical Volume("a") = {out[1]}; Physical Volume("b") = {out[1]};'))
+        shown(error, "volume 1", "'a' and 'b'")
+
+    @pytest.mark.parametrize("version", [2.2, 4.1])
+    def test_a_volume_in_two_groups_of_a_file(self, geo, gmsh_session, tmp_path, version):
+        gmsh_session.open(str(geo(groups='Physical Volume("a") = {out[1]}; Physical Volume("b") = {out[1]};')))
+        gmsh_session.model.mesh.generate(3)
+        gmsh_session.option.setNumber("Mesh.MshFileVersion", version)
+        path = tmp_path / "two.msh"
+        gmsh_session.write(str(path))
+        with pytest.raises(MeshError) as error:
+            read_mesh(path)
+        shown(error, "two.msh", "'a' and 'b'")
+
+    def test_groups_that_gmsh_cannot_keep_apart(self, tmp_path):
+        elements = [(4, 1, (1, 2, 3, 4)), (2, 2, (1, 2, 3)), (2, 3, (1, 2, 4))]
+        names = [(3, 1, "bar"), (2, 2, "root"), (2, 3, "tip")]
+        path = write_msh2(tmp_path / "same.msh", TETRA, elements, names)
+        assert set(read_mesh(path).facets) == {"root", "tip"}
+        path.write_text(path.read_text().replace("2 2 3 3", "2 2 3 2"))  # "tip" on the entity of "root"
+        with pytest.raises(MeshError) as error:
+            read_mesh(path)
+        shown(error, "same.msh", "'root', 'tip'", "entit")
+
+    def test_prisms(self, geo):
+        with pytest.raises(MeshError) as error:
+            read_mesh(geo(prisms=True))
+        shown(error, "prisms", "wedge", "'bar'")
+
+    def test_serendipity(self, geo):
+        path = geo(hexes=True, options="Mesh.ElementOrder = 2; Mesh.SecondOrderIncomplete = 1;")
+        with pytest.raises(MeshError) as error:
+            read_mesh(path)
+        shown(error, "hexahedron20", "Mesh.SecondOrderIncomplete = 0")
+
+    def test_third_order(self, geo):
+        with pytest.raises(MeshError) as error:
+            read_mesh(geo(options="Mesh.ElementOrder = 3;"))
+        shown(error, "Mesh.ElementOrder = 1 or 2")
+
+    def test_a_source_with_an_error(self, tmp_path):
+        path = tmp_path / "bad.geo"
+        path.write_text("Point(1) = {0, 0, 0;\nVolume(1) = {7};\n")
+        with pytest.raises(FileError) as error:
+            read_mesh(path)
+        shown(error, "bad.geo")
+
+    @pytest.mark.parametrize(("text", "word"), [("x = 1\n", "build(gmsh)"), ("def build(:\n", "not a Python source")])
+    def test_python_sources(self, tmp_path, text, word):
+        path = tmp_path / "source.py"
+        path.write_text(text)
+        with pytest.raises(FileError, match="source.py") as error:
+            read_mesh(path)
+        assert word in str(error.value)
+
+    def test_a_fault_of_the_users_own_source_comes_through(self, tmp_path):
+        path = tmp_path / "source.py"
+        path.write_text("def build(gmsh):\n    1 / 0\n")
+        with pytest.raises(ZeroDivisionError):
+            read_mesh(path)
+        path.write_text("def build(gmsh):\n    gmsh.model.occ.addBox(0, 0, 0, 0, 0, 0)\n")
+        with pytest.raises(FileError, match="source.py"):
+            read_mesh(path)
+
+
+class TestMissing:
+    @pytest.mark.parametrize(("name", "remedy"), [("gmsh", "python3-gmsh"), ("meshio", "pip install meshio")])
+    def test_readers(self, tmp_path, monkeypatch, name, remedy):
+        path = tmp_path / {"gmsh": "a.msh", "meshio": "a.vtu"}[name]
+        path.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n$EndNodes\n$Elements\n$EndElements\n")
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(MissingDependency) as error:
+            read_mesh(path)
+        shown(error, name, remedy)
+
+    def test_dolfinx(self, monkeypatch):
+        monkeypatch.setitem(sys.modules, "dolfinx", None)
+        with pytest.raises(MissingDependency) as error:
+            solid_model(box("tetra", (2, 1, 1), (1, 1, 1)), STEEL)
+        shown(error, "python3-dolfinx", "kanefe[fenicsx]", "/usr/bin/python3")
