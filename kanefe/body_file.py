@@ -6,6 +6,7 @@ import json
 import os
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ def save_body(body: FlexibleBody, path: str | Path) -> None:
     Raises
     ------
     FileError
-        If the folder does not exist or cannot be written, or the disk is full.
+        If the folder cannot be written, or the disk is full.
     """
     header = {
         "format": FORMAT,
@@ -77,11 +78,15 @@ def load_body(path: str | Path) -> FlexibleBody:
         with np.load(path, allow_pickle=False) as file:
             header = json.loads(str(file["header"]))
             _check_header(header, path)
-            arrays = {name: file[name] for name in file.files}
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as error:
+            return _body(header, {name: file[name] for name in file.files})
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         if isinstance(error, FileError):
             raise
         raise FileError(f"{path} is truncated or is no saved body ({error}). Remedy: save the body again") from error
+
+
+def _body(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> FlexibleBody:
+    """Return the body of a file's header and arrays."""
     kind: Any = {"MassMoments": MassMoments, "NodalMoments": NodalMoments}[header["moments"]]
     moments = {n.removeprefix("moments_"): a for n, a in arrays.items() if n.startswith("moments_")}
     size = len(arrays["inertia_mass_indptr"]) - 1
@@ -127,15 +132,16 @@ def _check_header(header: dict[str, Any], path: Path) -> None:
 def write_whole(path: str | Path, write: Any) -> None:
     """Call ``write(file)`` on a temporary file beside `path` and put it in place only when it is complete.
 
+    The folder is made where it is missing.
+
     Raises
     ------
     FileError
-        If the folder does not exist or cannot be written, or the disk is full; `path` is as it was before.
+        If the folder cannot be written, or the disk is full; `path` is as it was before.
     """
     path = Path(path)
-    if not path.parent.is_dir():
-        raise FileError(f"cannot write {path}: there is no folder {path.parent}. Remedy: make it first")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     except OSError as error:
         raise FileError(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -155,7 +157,7 @@ def _read(path: str | Path, what: str) -> Any:
             return scipy.io.mmread(path)
         if path.suffix == ".npz":
             return sp.load_npz(path)
-    except (OSError, ValueError, KeyError, EOFError) as error:
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise FileError(f"cannot read the {what} from {path}: {error}. Remedy: export it again") from error
     raise FileError(f"the {what} cannot be read from a {path.suffix or 'nameless'} file. Remedy: .npz (scipy) or .mtx")
 

@@ -104,7 +104,7 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
     ------
     ModelError
         If a group or kind is unknown, a group has no nodes, two interfaces share nodes, or a patch cannot follow a
-        frame (collinear nodes without rotations).
+        frame (collinear nodes without rotations) or a component that is to be fixed.
     """
     if not isinstance(interfaces, Mapping):
         raise ModelError(
@@ -127,6 +127,13 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
             owner[int(node)] = name
         motion = rigid_motion(model.nodes[group.nodes], group.position, model.components)
         components = _followed_components(name, motion)
+        if isinstance(spec, Interface):
+            missing = [c for c in spec.fixed if COMPONENTS.index(c) not in components]
+            if missing:
+                raise ModelError(
+                    f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow. Remedy: leave out all but "
+                    f"{', '.join(COMPONENTS[c] for c in components)}, or give it more nodes"
+                )
         dofs = (np.asarray(group.nodes)[:, None] * width + np.arange(width)).ravel()
         blocks.append((dofs, motion[:, components]))
         fixed = tuple(i for i, c in enumerate(components) if COMPONENTS[c] in fixed_names)

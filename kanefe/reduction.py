@@ -154,6 +154,7 @@ def _unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int
     modes = modes[:, scale > 1e-12 * scale.max()]
     total = int(np.linalg.matrix_rank(modes / np.linalg.norm(modes, axis=0), tol=1e-9))
     if not len(ties.fixed):
+        _check_rigid_motions(model, modes / np.linalg.norm(modes, axis=0))
         return total
     held = np.vstack(
         [rigid_motion(t.position[None], model.nodes.mean(axis=0), t.names)[list(t.fixed)] for t in ties.ties]
@@ -169,6 +170,16 @@ def _unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int
             "one of them 'clamped', fix more components, or fix none and give the body a free joint"
         )
     return 0
+
+
+def _check_rigid_motions(model: FiniteElementModel, modes: np.ndarray) -> None:
+    """Check that the stiffness of a floating body does not resist rigid motions (unit columns) of its nodes."""
+    resistance = np.linalg.norm(model.stiffness @ modes, axis=0).max() / spla.norm(model.stiffness, np.inf)
+    if resistance > 1e-6:  # matrices exported with seven digits pass
+        raise ModelError(
+            f"K resists rigid motions of the nodes ({resistance:.2g} of its largest row), but the body floats. "
+            "Remedy: check the order of the nodes and that the model is unsupported, or clamp an interface"
+        )
 
 
 def _unreduced_basis(ties: InterfaceTies, size: int) -> tuple[np.ndarray, np.ndarray]:
@@ -266,25 +277,30 @@ def _orthonormal_modes(free: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rig
     if free.shape[1] == 0:
         return free
     stiffness, mass = free.T @ (K @ free), free.T @ (M @ free)
+    massless = ModelError(
+        "the mass matrix of the reduced coordinates is not positive definite: some motion of the body has no mass. "
+        "Remedy: give every degree of freedom mass (rotary_inertia of beams), or ask for fewer modes"
+    )
+    if np.diag(mass).min() <= 0:
+        raise massless
     scale = 1.0 / np.sqrt(np.diag(mass))
     try:
         squares, vectors = scipy.linalg.eigh(stiffness * np.outer(scale, scale), mass * np.outer(scale, scale))
     except np.linalg.LinAlgError as error:
-        raise ModelError(
-            "the mass matrix of the reduced coordinates is not positive definite: some motion of the body has no mass. "
-            "Remedy: give every degree of freedom mass (rotary_inertia of beams), or ask for fewer modes"
-        ) from error
+        raise massless from error
     if rigid_count:
         if rigid_count >= len(squares):
             raise ModelError(
                 f"the body floats and has {len(squares)} coordinates, {rigid_count} of them rigid: none is "
                 "left. Remedy: more modes"
             )
-        if abs(squares[:rigid_count]).max() > 1e-6 * squares[rigid_count]:
+        # Of the eigenvalues of two sparse matrices, those below the round-off of their entries are zeros.
+        noise = 1e-14 * float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
+        if abs(squares[:rigid_count]).max() > 1e-6 * squares[rigid_count] or squares[rigid_count] < noise:
             raise ModelError(
                 f"K does not leave the {rigid_count} rigid motions free (w^2 = {squares[rigid_count - 1]:.3g} against "
-                f"{squares[rigid_count]:.3g} of the first elastic mode). Remedy: check the order of the "
-                "nodes, or clamp an interface"
+                f"{squares[rigid_count]:.3g} of the first elastic mode), or leaves more free. Remedy: check the order of "
+                "the nodes and the mesh for loose parts, or clamp an interface"
             )
     return free @ (scale[:, None] * vectors[:, rigid_count:])
 

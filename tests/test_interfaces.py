@@ -17,10 +17,11 @@ from kanefe.reduction import flexible_body
 CLAMPED = {"root": "clamped", "tip": "rigid"}
 
 
-def with_group(model: FiniteElementModel, name: str, nodes: list[int]) -> FiniteElementModel:
-    numbers = np.array(nodes, dtype=int)
-    position = model.nodes[numbers].mean(axis=0) if nodes else np.zeros(3)
-    return replace(model, groups={**model.groups, name: NodeGroup(numbers, position)})
+def with_groups(model: FiniteElementModel, **groups: list[int]) -> FiniteElementModel:
+    """Return the model with more groups, each at the mean of its nodes."""
+    numbers = {name: np.array(nodes, dtype=int) for name, nodes in groups.items()}
+    added = {name: NodeGroup(n, model.nodes[n].mean(axis=0) if len(n) else np.zeros(3)) for name, n in numbers.items()}
+    return replace(model, groups={**model.groups, **added})
 
 
 @pytest.mark.parametrize("reduction", [None, kf.CraigBampton(modes=2)], ids=str)
@@ -83,7 +84,7 @@ def test_clamped_at_a_hinge_and_a_slider_is_held() -> None:
 @pytest.mark.parametrize(
     ("interfaces", "message"),
     [
-        ({"rooot": "clamped"}, r"no group of facets or nodes called 'rooot'\. Remedy: .*\(middle, root, tip\)"),
+        ({"rooot": "clamped"}, r"no group of facets or nodes called 'rooot'\. Remedy: .*\(empty, line, middle, root, shared, tip\)"),
         ({"root": "clammped"}, r"interface 'root' cannot be 'clammped'\. Remedy: one of clamped, rigid, hinged"),
         ({"root": "clamped", "empty": "rigid"}, r"interface 'empty' has no nodes\. Remedy: give its physical group"),
         (
@@ -95,10 +96,10 @@ def test_clamped_at_a_hinge_and_a_slider_is_held() -> None:
     ],
 )
 def test_bad_interfaces_are_named(interfaces: dict, message: str) -> None:
-    model = with_group(with_group(lattice_model(0), "empty", []), "shared", [2, 4, 5])
+    model = lattice_model(0)
     nodes = model.nodes.copy()
-    nodes[3], nodes[4] = nodes[0] + [0.1, 0.1, 0.1], nodes[0] + [0.3, 0.3, 0.3]
-    model = with_group(replace(model, nodes=nodes), "line", [0, 3, 4])
+    nodes[4], nodes[5] = nodes[0] + [0.1, 0.1, 0.1], nodes[0] + [0.3, 0.3, 0.3]
+    model = with_groups(replace(model, nodes=nodes), empty=[], shared=[2, 4, 5], line=[0, 4, 5])
     with pytest.raises(ModelError, match=message):
         flexible_body(model, interfaces)
 
@@ -111,7 +112,7 @@ def test_unknown_components_are_refused(fixed: object) -> None:
 
 def test_fixing_what_the_nodes_do_not_have_is_refused() -> None:
     # "middle" has no rotation: fixing it would be silently without effect
-    with pytest.raises(ModelError, match=r"'middle'.*rz"):
+    with pytest.raises(ModelError, match=r"interface 'middle' fixes rz, which its nodes cannot follow\. Remedy: .* x, y, z"):
         flexible_body(lattice_model(0), {"root": "clamped", "middle": kf.Interface(("x", "rz"))})
 
 

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from kanefe_fem.beam_mesh import beam_model_from_mesh as beam_model_from_mesh
     from kanefe_fem.beams import beam_body as beam_body
     from kanefe_fem.beams import beam_model as beam_model
     from kanefe_fem.beams import straight_beam as straight_beam
@@ -32,6 +33,7 @@ _HOMES = {
     "Tube": "sections",
     "beam_body": "beams",
     "beam_model": "beams",
+    "beam_model_from_mesh": "beam_mesh",
     "read_mesh": "mesh",
     "solid_body": "solid",
     "solid_model": "solid",

@@ -149,20 +149,22 @@ def _session() -> Iterator[Any]:
 
 def _import_gmsh() -> ModuleType:
     """Import gmsh without letting it take the interrupt signal (Ctrl-C), as versions before 4.9 do on import."""
-    if "gmsh" in sys.modules:
-        return sys.modules["gmsh"]
+    loaded = sys.modules.get("gmsh")
+    if loaded is not None:
+        return loaded
     handler, install = signal.getsignal(signal.SIGINT), signal.signal
     in_main_thread = threading.current_thread() is threading.main_thread()
     if not in_main_thread:
-        signal.signal = lambda number, handler: None  # type: ignore[assignment]  # else the import fails: only the main thread may do this
+        # only the main thread may set a handler: the import would fail
+        signal.signal = lambda number, handler: None  # type: ignore[assignment]
     try:
         import gmsh
     except (ImportError, OSError) as problem:  # OSError: a shared library of the wheel is missing
         raise MissingDependency(
             "gmsh",
             "read_mesh (.msh, .geo, .py)",
-            "sudo apt-get install python3-gmsh, or pip install gmsh with sudo apt-get install libglu1-mesa libxcursor1 "
-            f"libxft2 libxinerama1 libgomp1 ({problem})",
+            "sudo apt-get install python3-gmsh, or pip install gmsh with sudo apt-get install libgl1 libglu1-mesa "
+            f"libxcursor1 libxft2 libxinerama1 libgomp1 ({problem})",
         ) from problem
     finally:
         signal.signal = install
@@ -340,7 +342,8 @@ def _without_copies(ids: np.ndarray, names: list[str], source: _Source) -> np.nd
         # gmsh knows the groups of an entity only, and this file gives its elements different ones
         raise MeshError(
             f"{source.name}: elements of one elementary entity are in different groups "
-            f"({', '.join(map(repr, names))}), which gmsh cannot keep apart. Remedy: number the elementary entities (second tag of an element) apart"
+            f"({', '.join(map(repr, names))}), which gmsh cannot keep apart. Remedy: number the elementary entities "
+            "(second tag of an element) apart"
         )
     return ids[np.sort(first)]
 

@@ -8,32 +8,33 @@ and at each station points in the section that carry its second moments exactly,
     (+-a, 0), (0, +-b) in local (y, z), a quarter of the mass each, a = sqrt(2 I_z / A), b = sqrt(2 I_y / A)
 
 so that mass, first moments, inertia and rotary inertia of the sections are exact.
+
+Static deflections under loads at nodes are exact with one element. Frequencies converge with order 4 in the length h
+of an element for Euler-Bernoulli bending (relative error (k h)^4/1440 at the wave number k), and with order 2 for
+stretch and twist ((k h)^2/24) and for Timoshenko bending, whose shear strain is constant in an element.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import scipy
 import scipy.sparse as sp
 
-from kanefe.errors import MeshError, ModelError
-from kanefe.finite_element_model import COMPONENTS, Cells, FiniteElementModel, MassField, NodeGroup
+from kanefe.errors import ModelError
+from kanefe.finite_element_model import COMPONENTS, Cells, FiniteElementModel, MassField
 from kanefe_fem import beam_elements as be
+from kanefe_fem.beam_checks import Groups, check_elements, check_groups, check_nodes, per_element
 from kanefe_fem.sections import CrossSection
 
 if TYPE_CHECKING:
     from kanefe.flexible import FlexibleBody
     from kanefe_fem.material import Material
-    from kanefe_fem.mesh import Mesh
 
 Theory = Literal["timoshenko", "euler-bernoulli"]
-Groups = Mapping[str, int | Sequence[int]]
 
 AXIAL_STATIONS = 4
 ENDS: Groups = {"root": 0, "tip": -1}
@@ -100,12 +101,12 @@ def beam_model(
     18
     """
     started = time.perf_counter()
-    points = _check_nodes(nodes, planar)
-    connectivity = _check_elements(elements, points)
-    sections, materials = _per_element(section, material, len(connectivity))
+    points = check_nodes(nodes, planar)
+    connectivity = check_elements(elements, points)
+    sections, materials = per_element(section, material, len(connectivity))
     if theory not in ("timoshenko", "euler-bernoulli"):
         raise ModelError(f"unknown beam theory {theory!r}. Remedy: 'timoshenko' or 'euler-bernoulli'")
-    node_groups = _check_groups(groups, points)
+    node_groups = check_groups(groups, points)
 
     axes = _element_axes(points, connectivity, sections, orientation, planar)
     properties = _element_properties(points, connectivity, sections, materials, theory)
@@ -182,7 +183,7 @@ def straight_beam(
     >>> sorted(beam.groups)
     ['root', 'tip']
     """
-    if not np.isscalar(length) or not np.isfinite(length) or length <= 0.0:
+    if not hasattr(length, "__float__") or np.ndim(length) or not 0.0 < float(length) < np.inf:
         raise ModelError(f"straight_beam: length = {length!r} must be positive and finite. Remedy: give it in m")
     if not isinstance(elements, (int, np.integer)) or elements < 1:
         raise ModelError(f"straight_beam: elements = {elements!r} must be a whole number of at least 1")
@@ -202,121 +203,6 @@ def straight_beam(
         orientation=orientation,
         rotary_inertia=rotary_inertia,
     )
-
-
-def beam_model_from_mesh(
-    mesh: Mesh | str | Path,
-    sections: Mapping[str, CrossSection],
-    materials: Material | Mapping[str, Material],
-    *,
-    theory: Theory = "timoshenko",
-    planar: bool = False,
-    orientation: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
-    rotary_inertia: bool = True,
-) -> FiniteElementModel:
-    """Return the model of a frame whose beams are the line elements (of order 1) of a mesh.
-
-    The groups of the model are the mesh's groups of points that lie on beams.
-
-    Parameters
-    ----------
-    mesh : Mesh, str or Path
-        From `kanefe_fem.mesh.read_mesh`, or the file.
-    sections : mapping of str to CrossSection
-        Section of each group of lines. In a mesh of lines only every group must have one; in a mesh that also has
-        surfaces or volumes the lines of other groups are left out.
-    materials : Material or mapping of str to Material
-        For all, or by group.
-    orientation : array_like, shape (3,), or mapping of str to such, optional
-        As in `beam_model`, for all or by group; every group of `sections` if by group.
-    theory, planar, rotary_inertia
-        As in `beam_model`.
-
-    Returns
-    -------
-    FiniteElementModel
-        As from `beam_model`; nodes that no beam uses are dropped.
-
-    Raises
-    ------
-    ModelError
-        If a group has no section, material or orientation, or as `beam_model` (with the numbers of the model).
-    MeshError
-        If there is no such group of lines, the lines are of order 2, or a line lies in two of the groups.
-
-    Examples
-    --------
-    >>> frame = beam_model_from_mesh("frame.msh", {"legs": Tube(0.05, 0.003)}, steel)  # doctest: +SKIP
-    """
-    from kanefe_fem.mesh import read_mesh
-
-    if isinstance(mesh, (str, Path)):
-        mesh = read_mesh(mesh)
-    lines = {name: _lines_of(mesh, name) for name in sections}
-    if not lines:
-        raise ModelError(f"no sections for {mesh.source}. Remedy: one for each group of lines ({_known(mesh.lines)})")
-    left_out = sorted(set(mesh.lines) - set(sections))
-    if mesh.dimension == 1 and left_out:
-        raise ModelError(f"the group of lines {left_out[0]!r} of {mesh.source} has no section. Remedy: add one")
-    by_group: dict[str, Mapping[str, Any]] = {"section": sections}
-    for what, given in (("material", materials), ("orientation", orientation)):
-        by_group[what] = given if isinstance(given, Mapping) else dict.fromkeys(sections, given)
-        for name in sections:
-            if name not in by_group[what]:
-                raise ModelError(
-                    f"the group of lines {name!r} has no {what}. Remedy: one for each group, or one for all"
-                )
-
-    def spread(what: str) -> list[Any]:
-        return [by_group[what][name] for name, table in lines.items() for _ in table]
-
-    table = np.concatenate(list(lines.values()))
-    _refuse_shared_lines(table, np.repeat(list(lines), [len(block) for block in lines.values()]), mesh.source)
-    used, numbers = np.unique(table, return_inverse=True)
-    points = {name: np.searchsorted(used, np.intersect1d(nodes, used)) for name, nodes in mesh.points.items()}
-    model = beam_model(
-        mesh.nodes[used],
-        numbers.reshape(table.shape),
-        spread("section"),
-        spread("material"),
-        theory=theory,
-        planar=planar,
-        orientation=None if orientation is None else np.array(spread("orientation"), dtype=float),
-        rotary_inertia=rotary_inertia,
-        groups={name: nodes.tolist() for name, nodes in points.items() if nodes.size},
-    )
-    source = {"source": "kanefe_fem.beams.beam_model_from_mesh", "mesh": mesh.source, **mesh.provenance}
-    return replace(model, provenance={**model.provenance, **source})
-
-
-def _lines_of(mesh: Mesh, name: str) -> np.ndarray:
-    """Return the nodes of a group of straight lines, shape (m, 2)."""
-    if name not in mesh.lines:
-        raise MeshError(
-            f"{mesh.source} has no group of lines called {name!r}. Remedy: one of those it has ({_known(mesh.lines)}), "
-            "or name a physical curve so"
-        )
-    blocks = mesh.lines[name]
-    curved = [block.kind for block in blocks if block.kind != "line"]
-    if curved:
-        raise MeshError(f"the lines of group {name!r} are of kind {curved[0]!r}. Remedy: mesh with order 1 for beams")
-    return np.concatenate([block.nodes for block in blocks])
-
-
-def _refuse_shared_lines(table: np.ndarray, owner: np.ndarray, source: str) -> None:
-    _, first, inverse = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_inverse=True)
-    other = np.flatnonzero(owner[first[inverse.ravel()]] != owner)
-    if other.size:
-        line = other[0]
-        raise MeshError(
-            f"the line between nodes {table[line].tolist()} of {source} is in the groups "
-            f"{str(owner[first[inverse.ravel()[line]]])!r} and {str(owner[line])!r}. "
-            "Remedy: give a section to one of them only"
-        )
-
-
-def _known(names: Mapping[str, Any]) -> str:
-    return ", ".join(sorted(names)) or "none"
 
 
 def beam_body(
@@ -344,103 +230,6 @@ def beam_body(
     from kanefe.reduction import flexible_body
 
     return flexible_body(model, interfaces, reduction=reduction, damping=damping)
-
-
-def _check_nodes(nodes: Any, planar: bool) -> np.ndarray:
-    """Return the nodes as floats of shape (n, 3)."""
-    points = np.array(nodes, dtype=float)
-    if points.ndim != 2 or points.shape[1] not in ((2, 3) if planar else (3,)) or len(points) < 2:
-        wanted = "(n, 2) or (n, 3)" if planar else "(n, 3)"
-        raise ModelError(f"nodes has shape {points.shape}; a beam model needs {wanted}, n >= 2. Remedy: one row a node")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if bad.size:
-        raise ModelError(f"node {bad[0]} has the position {points[bad[0]]}. Remedy: give finite coordinates in m")
-    if points.shape[1] == 2:
-        points = np.column_stack([points, np.zeros(len(points))])
-    out_of_plane = np.flatnonzero(points[:, 2] != 0.0) if planar else np.empty(0, dtype=int)
-    if out_of_plane.size:
-        raise ModelError(
-            f"node {out_of_plane[0]} has z = {points[out_of_plane[0], 2]:g} m, but a planar model lies in the plane "
-            "z = 0 of G. Remedy: put it there, or planar=False"
-        )
-    return points
-
-
-def _check_elements(elements: Any, points: np.ndarray) -> np.ndarray:
-    """Return the elements as integers of shape (m, 2): known nodes, no zero length, no doubles, one connected part."""
-    table = np.array(elements)
-    if table.ndim != 2 or table.shape[1] != 2 or len(table) == 0:
-        raise ModelError(f"elements has shape {table.shape}, not (m, 2). Remedy: two node numbers for each element")
-    if not np.issubdtype(table.dtype, np.integer):
-        raise ModelError(f"elements has numbers of type {table.dtype}. Remedy: whole node numbers, from 0")
-    table = table.astype(np.int64)
-    unknown = np.flatnonzero(((table < 0) | (table >= len(points))).any(axis=1))
-    if unknown.size:
-        raise ModelError(
-            f"element {unknown[0]} has the nodes {table[unknown[0]].tolist()}, but the nodes are 0 to "
-            f"{len(points) - 1}. Remedy: count them from 0"
-        )
-    span = np.ptp(points, axis=0).max()
-    length = np.linalg.norm(points[table[:, 1]] - points[table[:, 0]], axis=1)
-    empty = np.flatnonzero(length <= 1e-12 * span)
-    if empty.size:
-        raise ModelError(
-            f"element {empty[0]} (nodes {table[empty[0]].tolist()}) has no length. Remedy: merge its nodes, or move one"
-        )
-    _, first, counts = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_counts=True)
-    if (counts > 1).any():
-        double = first[np.argmax(counts > 1)]
-        raise ModelError(f"the element between nodes {table[double].tolist()} is given twice. Remedy: keep one")
-    _check_connected(table, len(points))
-    return table
-
-
-def _check_connected(table: np.ndarray, count: int) -> None:
-    unused = np.setdiff1d(np.arange(count), table)
-    if unused.size:
-        raise ModelError(
-            f"node {unused[0]} ({unused.size} in all) belongs to no element. Remedy: remove it, or connect it"
-        )
-    graph = sp.coo_matrix((np.ones(len(table)), (table[:, 0], table[:, 1])), shape=(count, count))
-    parts, label = sp.csgraph.connected_components(graph, directed=False)
-    if parts > 1:
-        raise ModelError(
-            f"the frame falls into {parts} unconnected parts: node {np.argmax(label != label[0])} is not connected to "
-            "node 0. Remedy: share the nodes where beams meet, or make one body of each part"
-        )
-
-
-def _per_element(section: Any, material: Any, count: int) -> tuple[list[CrossSection], list[Material]]:
-    """Return one section and one material for each element."""
-    table: dict[str, list[Any]] = {}
-    needed = {"section": ("A", "I_y", "I_z", "J", "shear_y", "shear_z"), "material": ("E", "shear_modulus", "rho")}
-    for name, given in (("section", section), ("material", material)):
-        several = isinstance(given, (Sequence, np.ndarray)) and not isinstance(given, str)
-        items = list(given) if several else [given] * count
-        if len(items) != count:
-            raise ModelError(f"{len(items)} {name}s for {count} elements. Remedy: one for all, or one for each element")
-        for number, item in enumerate(items):
-            missing = [attribute for attribute in needed[name] if not hasattr(item, attribute)]
-            if missing:
-                raise ModelError(
-                    f"the {name} of element {number} is {item!r}, which has no {missing[0]}. "
-                    f"Remedy: {'a section of kanefe_fem.sections' if name == 'section' else 'kanefe_fem.Material'}"
-                )
-        table[name] = items
-    return table["section"], table["material"]
-
-
-def _check_groups(groups: Groups, points: np.ndarray) -> dict[str, NodeGroup]:
-    """Return the named groups of nodes; the reference point is the mean position."""
-    result = {}
-    for name, given in groups.items():
-        numbers = np.atleast_1d(np.asarray(given))
-        known = np.issubdtype(numbers.dtype, np.integer) and numbers.ndim == 1 and numbers.size > 0
-        if not known or (numbers < -len(points)).any() or (numbers >= len(points)).any():
-            raise ModelError(f"group {name!r} has the nodes {given!r}. Remedy: numbers from 0 to {len(points) - 1}")
-        numbers = np.unique(numbers % len(points))
-        result[name] = NodeGroup(numbers, points[numbers].mean(axis=0))
-    return result
 
 
 def _element_axes(

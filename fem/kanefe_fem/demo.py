@@ -151,7 +151,7 @@ def _print_body(arm: kf.FlexibleBody, is_known: bool) -> None:
     for name, unit, value, reference in zip(
         ("mass", "centre of mass x", "inertia J_zz"), ("kg", "m", "kg m2"), values, exact, strict=True
     ):
-        against = f"   geometry {reference:.6f}   ({100 * (value / reference - 1):+.4f} %)" if is_known else ""
+        against = f"   geometry {reference:.6f}   ({100 * abs(value / reference - 1):.4f} % apart)" if is_known else ""
         _row(name, f"{value:.6f} {unit}{against}")
     _row("first frequencies", ", ".join(f"{f:.1f}" for f in arm.frequencies[:5]) + " Hz (root clamped, tip free)")
 
@@ -166,7 +166,8 @@ def _print_run(result: kf.Result, forces: np.ndarray) -> None:
     worst = float(np.abs(energy.balance_error).max())
     _row(
         "energy",
-        f"motor {energy.work[-1]:.3f} J, damping {energy.dissipated[-1]:.3f} J, kinetic {energy.kinetic[-1]:.3f} J",
+        f"motor up to {energy.work.max():.3f} J, elastic up to {energy.elastic.max():.3f} J, "
+        f"damping took {energy.dissipated[-1]:.4f} J",
     )
     _row("energy balance", f"error at most {worst:.2e} J, {100 * worst / flow:.3f} % of the largest flow")
     force, moment = np.linalg.norm(forces[:, :3], axis=1).max(), np.linalg.norm(forces[:, 3:], axis=1).max()

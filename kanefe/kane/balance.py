@@ -26,6 +26,13 @@ def joint_reactions(model: Model, t: float, q: Vector, u: Vector, du: Vector) ->
         Accelerations of the free speeds at this state.
     """
     full, motions, rates = _state(model, t, q, u, du)
+    return _sweep_inward(model, t, q, full, motions, rates)
+
+
+def _sweep_inward(
+    model: Model, t: float, q: Vector, full: Vector, motions: list[FrameMotion], rates: Vector
+) -> list[Vector]:
+    """Return the wrench on each body from its joint: its own demand and, moved inward, those of its children."""
     wrenches = [
         body_demand(model, body, frame, t, q, full, rates) for body, frame in zip(model.bodies, motions, strict=True)
     ]
@@ -40,8 +47,8 @@ def carried_wrench(
     model: Model, number: int, interface: InterfaceFrame, t: float, q: Vector, u: Vector, du: Vector
 ) -> Vector:
     """Return the wrench (6,) on a flexible body from what its interface carries, about the interface, in axes of G."""
-    reactions = joint_reactions(model, t, q, u, du)
-    full, motions, _ = _state(model, t, q, u, du)
+    full, motions, rates = _state(model, t, q, u, du)
+    reactions = _sweep_inward(model, t, q, full, motions, rates)
     terms = model.bodies[number].flexible
     if terms is None:
         raise TypeError("an interface belongs to a flexible body")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -35,6 +37,14 @@ class Reference:
     values: Any
     tolerance: str
     source: str
+
+    def allows(self, tolerance: float) -> bool:
+        """Tell whether a tolerance is one of those that the reference states, or tighter than all of them."""
+        numbers = re.findall(r"(\d+(?:\.\d+)?(?:e-?\d+)?)(%?)", self.tolerance)
+        stated = [float(number) * (0.01 if percent else 1.0) for number, percent in numbers]
+        # what is not small is a count of elements, a modulus, a time
+        stated = [number for number in stated if number < 0.1]
+        return bool(stated) and (tolerance <= min(stated) or any(math.isclose(tolerance, s) for s in stated))
 
 
 @dataclass(frozen=True)

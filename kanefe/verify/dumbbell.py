@@ -45,8 +45,9 @@ def spinning_dumbbell(reference: Reference) -> Iterator[Check]:
         def rate(state: State, stretch: np.ndarray = stretch, terms: FlexibleTerms = terms) -> float:
             return float(stretch @ state[2][terms.speeds])
 
-        turn = next(zero_crossings(model, rate, stop=1.0, rtol=RTOL))
+        (turn,) = zero_crossings(model, rate, 1, stop=1.0, rtol=RTOL)
         greatest = LENGTH + stretch @ states_at(model, [turn], RTOL)[0][1][terms.eta]
         yield Check.absolute(f"greatest length [m], {form}", greatest, reference.values["r_max"][0], 1e-7)
+
 
 CASES = (Case("E04", spinning_dumbbell),)

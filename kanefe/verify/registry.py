@@ -11,6 +11,7 @@ from importlib.metadata import entry_points
 from kanefe.errors import ModelError
 from kanefe.verify import dumbbell, rigid, rotations
 from kanefe.verify.case import Case
+from kanefe.verify.references import load_references
 
 GROUP = "kanefe.verification"
 
@@ -21,7 +22,7 @@ def registered_cases() -> tuple[Case, ...]:
     Raises
     ------
     ModelError
-        If the module of a plugin has no cases.
+        If the module of a plugin has no cases, or a case has no reference.
     """
     cases = [*rigid.CASES, *rotations.CASES, *dumbbell.CASES]
     for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name):
@@ -32,6 +33,11 @@ def registered_cases() -> tuple[Case, ...]:
                 "Remedy: update or remove the package it comes from"
             )
         cases += added
+    for case in cases:
+        if case.id not in load_references():
+            raise ModelError(
+                f"the verification case {case.id!r} has no reference. Remedy: update or remove its package"
+            )
     return tuple(sorted(cases, key=lambda case: case.id))
 
 

@@ -14,7 +14,9 @@ from typing import TextIO
 
 from kanefe.errors import FileError
 
-QUANTITY_WIDTH = 68
+QUANTITY_WIDTH = 92
+WIDTHS = (16, 16, 8, 9, 7)
+"""Of the columns of numbers."""
 
 
 @dataclass(frozen=True)
@@ -61,15 +63,10 @@ class Table:
         """Print a line about a case that has no numbers."""
         print(f"{case:5} {text}", file=self.stream, flush=True)
 
-    def _print(
-        self, case: str, quantity: str, value: str, reference: str, error: str, tolerance: str, seconds: str, mark: str = ""
-    ) -> None:
-        print(
-            f"{case:5} {quantity:{QUANTITY_WIDTH}} {value:>16} {reference:>16} {error:>8} {tolerance:>9} "
-            f"{seconds:>7}{mark}",
-            file=self.stream,
-            flush=True,
-        )
+    def _print(self, case: str, quantity: str, *rest: str) -> None:
+        columns = [f"{text:>{width}}" for text, width in zip(rest, WIDTHS, strict=False)]
+        mark = "".join(rest[len(WIDTHS) :])
+        print(f"{case:5} {quantity:{QUANTITY_WIDTH}} {' '.join(columns)}{mark}", file=self.stream, flush=True)
 
 
 def check_json_path(path: str) -> None:
@@ -108,7 +105,7 @@ def write_json(rows: Sequence[Row], path: str) -> None:
     target = Path(path)
     temporary = None
     try:
-        with tempfile.NamedTemporaryFile("w", dir=target.parent, prefix=".verify-", delete=False, encoding="utf-8") as file:
+        with tempfile.NamedTemporaryFile("w", dir=target.parent, delete=False, encoding="utf-8") as file:
             temporary = Path(file.name)
             file.write(text)
             file.flush()
@@ -118,4 +115,6 @@ def write_json(rows: Sequence[Row], path: str) -> None:
     except OSError as problem:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
-        raise FileError(f"cannot write {path}: {problem}. Remedy: free some space, or choose another folder") from problem
+        raise FileError(
+            f"cannot write {path}: {problem}. Remedy: free some space, or choose another folder"
+        ) from problem

@@ -11,7 +11,7 @@ from typing import TextIO
 from numpy.linalg import LinAlgError
 
 from kanefe.errors import KanefeError, MissingDependency
-from kanefe.verify.case import Case, Check
+from kanefe.verify.case import Case, Check, Reference
 from kanefe.verify.references import load_references
 from kanefe.verify.registry import select_cases
 from kanefe.verify.report import Row, Table, check_json_path, write_json
@@ -80,7 +80,8 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None) -> int:
 
 def run_case(case: Case) -> Iterator[Row | NotRun]:
     """Run one case and yield its rows as they come; an error of the run is a row that did not pass."""
-    checks = iter(case.run(load_references()[case.id]))
+    reference = load_references()[case.id]
+    checks = _checks(case, reference)
     while True:
         started = time.perf_counter()
         try:
@@ -88,13 +89,19 @@ def run_case(case: Case) -> Iterator[Row | NotRun]:
         except MissingDependency as problem:
             yield NotRun(case.id, problem.package, str(problem))
             return
-        except (KanefeError, LinAlgError, ArithmeticError) as problem:
+        except (KanefeError, LinAlgError, ArithmeticError, ValueError) as problem:
             quantity = f"ended by {type(problem).__name__}: {problem}"
             yield _row(case, Check(quantity, float("nan"), float("nan"), float("nan"), 0.0), started)
             return
         if check is None:
             return
+        if not reference.allows(check.tolerance):
+            raise ValueError(f"{case.id}, {check.quantity}: {check.tolerance:g} is not a tolerance of the reference")
         yield _row(case, check, started)
+
+
+def _checks(case: Case, reference: Reference) -> Iterator[Check]:
+    yield from case.run(reference)  # also starts a plain function at the first `next`, where its errors are caught
 
 
 def _row(case: Case, check: Check, started: float) -> Row:

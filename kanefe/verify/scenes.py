@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import scipy.linalg
 from scipy.optimize import brentq
 
+from kanefe.errors import SimulationError
 from kanefe.integrate.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import all_speeds, assemble
@@ -35,15 +36,26 @@ def state_after(model: Model, t: float, rtol: float) -> State:
 
 
 def zero_crossings(
-    model: Model, quantity: Callable[[State], float], stop: float, rtol: float, samples: int = 200
-) -> Iterator[float]:
-    """Yield the times in (0, stop) at which a quantity of the state changes sign, refined by runs that end there."""
+    model: Model, quantity: Callable[[State], float], count: int, stop: float, rtol: float, samples: int = 200
+) -> list[float]:
+    """Return the first times in (0, stop) at which a quantity changes sign, refined by runs that end there.
+
+    Raises
+    ------
+    SimulationError
+        If it changes sign less often.
+    """
     times = np.linspace(0.0, stop, samples + 1)[1:]
     states = states_at(model, times.tolist(), rtol)
     values = [quantity(state) for state in states]
-    for i in range(samples - 1):
-        if values[i] * values[i + 1] < 0:
-            yield float(brentq(lambda t: quantity(state_after(model, t, rtol)), times[i], times[i + 1], xtol=1e-12))
+    changes = [i for i in range(samples - 1) if values[i] * values[i + 1] < 0][:count]
+    if len(changes) < count:
+        raise SimulationError(f"the motion turns {len(changes)} times in {stop:g} s where {count} are expected")
+
+    def value(t: float) -> float:
+        return quantity(state_after(model, t, rtol))
+
+    return [float(brentq(value, times[i], times[i + 1], xtol=1e-12)) for i in changes]
 
 
 def frame_at(model: Model, name: str, state: State) -> FrameMotion:
@@ -80,7 +92,7 @@ def natural_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _common_step(times: Sequence[float]) -> float:
-    """Return the largest step in whole nanoseconds of which all times are multiples; the time itself if there is one."""
+    """Return the largest step of which all times are multiples, in whole nanoseconds; the time itself if alone."""
     if len(times) == 1:
         return times[0]
     return math.gcd(*(round(t * 1e9) for t in times)) * 1e-9

@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from kanefe_fem import _fenicsx
+
 GEO_BOX = """
 SetFactory("Built-in");
 h = {h};
@@ -20,7 +22,9 @@ out[] = Extrude {{0, 0, 0.08}} {{ Surface{{1}}; Layers{{2}}; {recombine_volume} 
 {groups}
 {options}
 """
-GEO_GROUPS = 'Physical Volume("bar") = {out[1]}; Physical Surface("root") = {out[5]}; Physical Surface("tip") = {out[3]};'
+GEO_GROUPS = (
+    'Physical Volume("bar") = {out[1]}; Physical Surface("root") = {out[5]}; Physical Surface("tip") = {out[3]};'
+)
 
 
 @pytest.fixture
@@ -51,3 +55,13 @@ def gmsh_session() -> Any:
     gmsh.option.setNumber("General.Terminal", 0)
     yield gmsh
     gmsh.finalize()
+
+
+@pytest.fixture
+def no_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make any call of the assembler fail the test: bad input must be found before."""
+
+    def fail(*args: Any, **kwargs: Any) -> None:
+        pytest.fail("the assembler was called with bad input")
+
+    monkeypatch.setattr(_fenicsx, "assemble", fail)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fem_meshes import box, write_msh2
 
+from fem_meshes import box, write_msh2
 from kanefe.finite_element_model import Cells
 from kanefe_fem.mesh import Mesh, read_mesh
 from kanefe_fem.mesh_checks import MeshWarning
@@ -116,9 +116,10 @@ class TestGmsh:
                 path = tmp_path / f"box-{version}-{binary}.msh"
                 gmsh.write(str(path))
                 meshes.append(read_mesh(path))
-        assert meshes[0].kind == {(0, 1): "tetra", (0, 2): "tetra10", (1, 1): "hexahedron", (1, 2): "hexahedron27"}[
-            int(hexes), order
-        ]
+        assert (
+            meshes[0].kind
+            == {(0, 1): "tetra", (0, 2): "tetra10", (1, 1): "hexahedron", (1, 2): "hexahedron27"}[int(hexes), order]
+        )
         assert volume(meshes[0]) == pytest.approx(0.3 * 0.1 * 0.08, rel=1e-12)
         assert area(meshes[0], "tip") == pytest.approx(0.1 * 0.08, rel=1e-12)
         for other in meshes[1:]:
@@ -131,12 +132,16 @@ class TestGmsh:
 
         if suffix == ".xdmf":
             pytest.importorskip("h5py")
-        order = 2 if suffix == ".vtu" else 1  # Abaqus has no hexahedra of 27 nodes; meshio's XDMF reader no mixed order 2
+        order = (
+            2 if suffix == ".vtu" else 1
+        )  # Abaqus has no hexahedra of 27 nodes; meshio's XDMF reader no mixed order 2
         ours = read_mesh(geo(hexes=hexes), order=order)
         numbers = {"bar": 1, "root": 2, "tip": 3}
         blocks = [(name, b) for groups in (ours.cells, ours.facets) for name, bs in groups.items() for b in bs]
         data = {"group": [np.full(len(b.nodes), numbers[name]) for name, b in blocks]}
-        sets = {name: [np.arange(len(b.nodes)) if n == name else np.array([], int) for n, b in blocks] for name in numbers}
+        sets = {
+            name: [np.arange(len(b.nodes)) if n == name else np.array([], int) for n, b in blocks] for name in numbers
+        }
         path = tmp_path / f"box{suffix}"
         cells = [(b.kind, b.nodes) for _, b in blocks]
         if suffix == ".inp":
@@ -265,7 +270,7 @@ class TestGmsh:
 
     def test_cells_of_no_group_are_left_out_with_a_warning(self, geo):
         path = geo(
-            groups=GEO_GROUPS_FIRST + 'more[] = Extrude {0, 0, 0.08} { Surface{out[0]}; Layers{2}; };',
+            groups=GEO_GROUPS_FIRST + "more[] = Extrude {0, 0, 0.08} { Surface{out[0]}; Layers{2}; };",
         )
         with pytest.warns(MeshWarning, match="belong to no physical group"):
             mesh = read_mesh(path)
@@ -284,5 +289,6 @@ class TestGmsh:
 
 GEO_GROUPS_FIRST = 'Physical Volume("bar") = {out[1]};'
 GROUPS_SHARED = (
-    'Physical Volume("bar") = {out[1]}; Physical Surface("tip") = {out[3]}; Physical Surface("ends") = {out[3], out[5]};'
+    'Physical Volume("bar") = {out[1]}; Physical Surface("tip") = {out[3]}; '
+    'Physical Surface("ends") = {out[3], out[5]};'
 )

@@ -1,1 +1,4 @@
-"""The plugin's verification cases for ``kanefe verify``: `beams` needs numpy and scipy alone, `solids` a mesh assembler."""
+"""The plugin's verification cases for ``kanefe verify``.
+
+`beams` needs numpy and scipy alone, `solids` a mesh assembler.
+"""

@@ -84,8 +84,11 @@ def timoshenko_clamped_free(reference: Reference) -> Iterator[Check]:
 
 def timoshenko_clamped_pinned(reference: Reference) -> Iterator[Check]:
     """B02b: a thick beam clamped or pinned at both ends."""
-    clamped, pinned = {"root": "clamped", "tip": "clamped"}, {"root": PINNED, "tip": Interface(fixed=("y",))}
-    yield from _timoshenko(reference, {"clamped-clamped": clamped, "pinned-pinned": pinned})
+    supports: dict[str, dict[str, str | Interface]] = {
+        "clamped-clamped": {"root": "clamped", "tip": "clamped"},
+        "pinned-pinned": {"root": PINNED, "tip": Interface(fixed=("y",))},
+    }
+    yield from _timoshenko(reference, supports)
 
 
 def _timoshenko(reference: Reference, supports: dict[str, dict[str, str | Interface]]) -> Iterator[Check]:

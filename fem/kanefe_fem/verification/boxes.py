@@ -28,8 +28,9 @@ def box_mesh(
     if kind == "hexahedron":
         cells = bricks
         ends = {"root": index[0], "tip": index[-1]}
+        corners = [corner[:2] for corner in _CORNERS[:4]]
         facets = {
-            name: (Cells("quad", np.column_stack([_shifted(face, c).ravel() for c in ((0, 0), (1, 0), (1, 1), (0, 1))])),)
+            name: (Cells("quad", np.column_stack([_shifted(face, corner).ravel() for corner in corners])),)
             for name, face in ends.items()
         }
         return Mesh(nodes, 3, {"body": (Cells(kind, cells),)}, facets, source="a box")

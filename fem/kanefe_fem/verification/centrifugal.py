@@ -75,8 +75,8 @@ def centrifugal_statics(reference: Reference, bar: Bar, label: str) -> Iterator[
 def _equilibria(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Return eta under the load on the undeformed bar, and eta in equilibrium with the load it then feels.
 
-    At rest in the spinning frame the elastic rows are ``F(eta) = load(eta) - K eta``. The load grows with the stretch by
-    some 6e-4 of K, so that ``eta += K^-1 F(eta)`` converges at once; its first step is the first answer.
+    At rest in the spinning frame the elastic rows are ``F(eta) = load(eta) - K eta``. The load grows with the stretch
+    by some 6e-4 of K, so that ``eta += K^-1 F(eta)`` converges at once; its first step is the first answer.
     """
     terms = model.flexible_terms("bar")
     k = terms.body.free_count
@@ -90,7 +90,7 @@ def _equilibria(model: Model) -> tuple[np.ndarray, np.ndarray]:
         # round-off of K^-1 stops it: condition number 1e5
         if np.linalg.norm(steps[-1]) <= 1e-10 * np.linalg.norm(q[terms.eta]):
             return steps[0], q[terms.eta]
-    raise SimulationError("the equilibrium of the spinning bar was not found. Remedy: report this as an error of kanefe")
+    raise SimulationError("the spinning bar found no equilibrium. Remedy: report this as an error of kanefe")
 
 
 def _end(body: FlexibleBody, eta: np.ndarray, start: bool = False) -> float:

@@ -1,0 +1,78 @@
+"""The sparse solver: MUMPS for large matrices, SuperLU for small ones, and a refusal of what is not held."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from fem_meshes import shown
+from kanefe.errors import ModelError
+from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
+from kanefe_fem.material import Material
+from kanefe_fem.solid import solid_model
+
+pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
+
+ARM = Path(__file__).parents[2] / "meshes" / "arm.msh"
+
+
+@pytest.fixture(scope="module")
+def model():
+    return solid_model(ARM, Material(E=70e9, nu=0.33, rho=2700.0))
+
+
+@pytest.fixture(scope="module")
+def held(model):
+    fixed = (3 * model.groups["root"].nodes[:, None] + np.arange(3)).reshape(-1)
+    free = np.setdiff1d(np.arange(model.size), fixed)
+    return model.stiffness[free][:, free].tocsc()
+
+
+class TestFactorise:
+    def test_it_solves_for_one_and_for_many(self, held):
+        assert held.shape[0] > SMALL
+        factor = factorise(held)
+        assert isinstance(factor, MumpsFactor)
+        rhs = np.random.default_rng(0).standard_normal((held.shape[0], 5))
+        kept = rhs.copy()
+        many = factor.solve(rhs)
+        one = factor.solve(rhs[:, 2])
+        np.testing.assert_array_equal(rhs, kept)
+        assert many.shape == rhs.shape
+        assert one.shape == (held.shape[0],)
+        # backward error of a direct solver
+        assert np.abs(held @ many - rhs).max() < 1e-12 * abs(held).max() * np.abs(many).max()
+        np.testing.assert_allclose(many[:, 2], one, rtol=0, atol=1e-10 * np.abs(one).max())
+        np.testing.assert_allclose(factor.solve(np.asfortranarray(rhs)), many, rtol=0, atol=1e-10 * np.abs(many).max())
+
+    def test_small_matrices_go_to_superlu_with_the_same_result(self, held):
+        small = held[:600][:, :600].tocsc()
+        factor = factorise(small)
+        assert not isinstance(factor, MumpsFactor)
+        rhs = np.ones((600, 2))
+        ours, theirs = factor.solve(rhs), MumpsFactor(small).solve(rhs)
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * np.abs(theirs).max())
+
+    def test_a_body_that_is_not_held_is_refused(self, model):
+        with pytest.raises(ModelError) as error:
+            factorise(model.stiffness.tocsc())
+        shown(error, "insufficiently supported")
+
+    @pytest.mark.parametrize("held_nodes", [1, 2])
+    def test_a_body_that_can_still_turn_is_refused(self, model, held_nodes):
+        nodes = model.groups["root"].nodes[:held_nodes]
+        free = np.setdiff1d(np.arange(model.size), (3 * nodes[:, None] + np.arange(3)).reshape(-1))
+        with pytest.raises(ModelError) as error:
+            factorise(model.stiffness[free][:, free].tocsc())
+        shown(error, "insufficiently supported")
+
+    def test_an_indefinite_matrix_and_an_empty_row_are_refused(self, held):
+        shifted = held - 0.5 * held.diagonal().max() * sp.identity(held.shape[0])
+        with pytest.raises(ModelError):
+            MumpsFactor(shifted)
+        mask = sp.diags(np.r_[0.0, np.ones(held.shape[0] - 1)])
+        with pytest.raises(ModelError):
+            MumpsFactor(mask @ held @ mask)

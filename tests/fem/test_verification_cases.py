@@ -1,0 +1,43 @@
+"""The plugin's verification cases pass, and none of the references is left without a case."""
+
+import numpy as np
+import pytest
+
+from kanefe.verify.runner import run_case
+from kanefe_fem.mesh_checks import check_mesh
+from kanefe_fem.shapes import measures
+from kanefe_fem.verification import beams, solids
+from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
+
+
+def assert_passes(case):
+    rows = list(run_case(case))
+    assert rows
+    assert [row for row in rows if not row.passed] == []
+
+
+@pytest.mark.parametrize("case", beams.CASES, ids=lambda case: case.id)
+def test_case_of_beams_passes(case):
+    assert_passes(case)
+
+
+@pytest.mark.fenicsx
+@pytest.mark.parametrize("case", solids.CASES, ids=lambda case: case.id)
+def test_case_of_solids_passes(case):
+    assert_passes(case)
+
+
+@pytest.mark.parametrize("kind", ["hexahedron", "tetra"])
+def test_box_is_filled_once(kind):
+    """The cells' volumes add up to the box; `check_mesh` refuses gaps and inverted cells."""
+    mesh = check_mesh(box_mesh((1.0, 0.2, 0.1), (3, 2, 2), kind, start=(-0.5, 0.0, 0.0)))
+    volume = sum(float(measures(b.kind, mesh.nodes[b.nodes])[0].sum()) for b in mesh.cell_blocks)
+    assert volume == pytest.approx(0.02, rel=1e-14)
+    assert mesh.cell_count == 12 * (6 if kind == "tetra" else 1)
+    np.testing.assert_allclose(mesh.nodes.min(axis=0), (-0.5, 0.0, 0.0), atol=1e-15)
+
+
+def test_rectangle_has_its_ends():
+    mesh = check_mesh(rectangle_mesh(2.0, 0.1, 4))
+    for name, x in (("root", 0.0), ("tip", 2.0)):
+        np.testing.assert_array_equal(mesh.nodes[mesh.facets[name][0].nodes.ravel(), 0], x)
