@@ -14,7 +14,7 @@ from kanefe.integrate.run import Trajectory, integrate
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.model import Model
 
-SPAN = 0.6
+SPAN = 0.35
 CB = kf.CraigBampton(modes=2)
 
 
