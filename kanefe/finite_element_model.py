@@ -83,7 +83,7 @@ class MassField:
 
 @dataclass(frozen=True, eq=False)
 class FiniteElementModel:
-    """Full-order matrices of one flexible body in its mesh frame G.
+    """Full-order matrices of one flexible body in its mesh frame G (Eq. 21).
 
     Attributes
     ----------

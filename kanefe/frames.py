@@ -2,10 +2,10 @@
 
 Notation
 --------
-A name carries quantity, frames and components: ``A_AB`` maps components in frame B to components in frame A, so that
-``A_AC = A_AB @ A_BC``; ``p_AoBo_N`` is the position of B's origin from A's origin, in components of N; ``w_AB_B`` is
-the angular velocity of B seen from A, in components of B. Frames: N inertial, R rigid body, G mesh frame of a
-flexible body, n interface or node.
+A name carries quantity, frames and components, as the super- and subscripts of the paper do (Eq. 1, 2): ``A_AB`` maps
+components in frame B to components in frame A, so that ``A_AC = A_AB @ A_BC``; ``p_AoBo_N`` is the position of B's
+origin from A's origin, in components of N; ``w_AB_B`` is the angular velocity of B seen from A, in components of B.
+Frames: N inertial, R rigid body, G mesh frame of a flexible body, n interface or node.
 
 The paper names the matrix of Eq. 6 and Eq. 8 ``T_(b<-a)`` and that of Eq. 7 the other way round; all of them are
 ``A_ab`` here (see EQUATIONS.md).
@@ -60,9 +60,17 @@ def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
     return np.concatenate(([math.cos(angle / 2)], math.sin(angle / 2) * unit_vector(axis, "the axis of a rotation")))
 
 
+def numbers(value: object) -> np.ndarray:
+    """Return a new array of floats; NaN, of shape (), where `value` is none, so that the caller's check names it."""
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        return np.array(np.nan)
+
+
 def unit_vector(v: Vector | Sequence[float], what: str) -> Vector:
     """Return v / |v|; raise a ModelError that names `what` if v has no length or is not three finite numbers."""
-    array = np.asarray(v, dtype=float)
+    array = numbers(v)
     if array.shape != (3,) or not np.all(np.isfinite(array)) or np.linalg.norm(array) < 1e-300:
         raise ModelError(f"{what} must be three finite numbers with a length above zero, not {v!r}")
     return array / np.linalg.norm(array)

@@ -131,8 +131,8 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
             missing = [c for c in spec.fixed if COMPONENTS.index(c) not in components]
             if missing:
                 raise ModelError(
-                    f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow. Remedy: leave out all but "
-                    f"{', '.join(COMPONENTS[c] for c in components)}, or give it more nodes"
+                    f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow. Remedy: leave out "
+                    f"all but {', '.join(COMPONENTS[c] for c in components)}, or give it more nodes"
                 )
         dofs = (np.asarray(group.nodes)[:, None] * width + np.arange(width)).ravel()
         blocks.append((dofs, motion[:, components]))

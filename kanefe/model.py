@@ -190,5 +190,6 @@ class Model:
 
     def driven_speeds(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the driven joint speeds and their rates at time t, each (driven,)."""
-        motions = [b.joint.motion for b in self.bodies if b.joint.motion is not None]
-        return np.array([float(m.velocity(t)) for m in motions]), np.array([float(m.acceleration(t)) for m in motions])
+        driven = [(b.joint.motion, b.name) for b in self.bodies if b.joint.motion is not None]
+        speeds = np.array([motion.at("velocity", t, name) for motion, name in driven])
+        return speeds, np.array([motion.at("acceleration", t, name) for motion, name in driven])

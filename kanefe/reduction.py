@@ -299,8 +299,8 @@ def _orthonormal_modes(free: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rig
         if abs(squares[:rigid_count]).max() > 1e-6 * squares[rigid_count] or squares[rigid_count] < noise:
             raise ModelError(
                 f"K does not leave the {rigid_count} rigid motions free (w^2 = {squares[rigid_count - 1]:.3g} against "
-                f"{squares[rigid_count]:.3g} of the first elastic mode), or leaves more free. Remedy: check the order of "
-                "the nodes and the mesh for loose parts, or clamp an interface"
+                f"{squares[rigid_count]:.3g} of the first elastic mode), or leaves more free. Remedy: check the "
+                "order of the nodes and the mesh for loose parts, or clamp an interface"
             )
     return free @ (scale[:, None] * vectors[:, rigid_count:])
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import skew
+from kanefe.frames import numbers, skew
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +60,12 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
     ModelError
         If the mass is negative, or the inertia is not symmetric, not positive or breaks the triangle inequality.
     """
-    if not (np.isfinite(mass) and mass >= 0):
+    if numbers(mass).shape != () or not (np.isfinite(numbers(mass)) and mass >= 0):
         raise ModelError(f"mass of body {name!r} must be finite and >= 0 kg, not {mass!r}")
-    center = np.asarray(com, dtype=float)
+    center = numbers(com)
     if center.shape != (3,) or not np.all(np.isfinite(center)):
         raise ModelError(f"com of body {name!r} must be three finite numbers in m, not {com!r}")
-    array = np.asarray(inertia, dtype=float)
+    array = numbers(inertia)
     if array.shape in ((), (3,)):
         array = np.eye(3) * array
     if array.shape != (3, 3) or not np.all(np.isfinite(array)):

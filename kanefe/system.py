@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.flexible import FlexibleBody, InterfaceFrame
+from kanefe.frames import numbers
 from kanefe.freeze import BodyEntry, build_model
 from kanefe.joints import Fixed, Joint
 from kanefe.loads import JointLoad, PointLoad
@@ -218,7 +219,7 @@ class System:
         """
         entry = self._target(target)
         label = f"the torque on {_frame_name(target)}"
-        sample = np.asarray(torque(0.0) if callable(torque) else torque, dtype=float)
+        sample = numbers(torque(0.0) if callable(torque) else torque)
         if sample.shape == (3,):
             function = _vector_function(torque, label)
             entry.loads.append((PointLoad(label, function, True, np.zeros(3), follows), target.interface_frame))
@@ -232,6 +233,8 @@ class System:
                 f"{label} is one number, but its {entry.joint.kind} joint has no single free axis. "
                 "Remedy: give three components, or a revolute joint that is not driven"
             )
+        if not np.isfinite(sample):
+            raise ModelError(f"{label} must be a finite number or three, not {sample} (at t = 0)")
         constant = float(sample)
         value: Callable[[float], Any] = torque if callable(torque) else lambda t: constant
         entry.joint_loads.append(JointLoad(label, value))
@@ -274,13 +277,13 @@ class System:
             raise ModelError(f"joint of body {name!r} must be a Joint, such as Revolute('z'), not {joint!r}")
         if parent is not None:
             self._check_parent(name, parent)
-        e = np.asarray(orientation, dtype=float)
+        e = numbers(orientation)
         if e.shape != (4,) or not np.all(np.isfinite(e)) or np.linalg.norm(e) < 1e-12:
             raise ModelError(f"orientation of body {name!r} must be four Euler parameters, not {orientation!r}")
         count = flexible.free_count if flexible else 0
         starts = []
         for what, value in (("modal_coordinates", eta), ("modal_speeds", deta)):
-            array = np.zeros(count) if value is None else np.array(value, dtype=float)
+            array = np.zeros(count) if value is None else numbers(value)
             if array.shape != (count,) or not np.all(np.isfinite(array)):
                 raise ModelError(
                     f"{what} of body {name!r} must be {count} finite numbers, shape {array.shape} was given"
@@ -310,6 +313,11 @@ class System:
                 f"parent of body {name!r}: {frame.name} of {parent.name!r} has no rotation of its own. "
                 "Remedy: an interface"
             )
+        if frame is not None and not frame.motion[3:].any():
+            raise ModelError(
+                f"parent of body {name!r}: interface {frame.name!r} of {parent.name!r} is a node without a rotation of "
+                "its own, which what it carries could follow. Remedy: an interface of three nodes or more"
+            )
 
     def _target(self, target: Frame) -> BodyEntry:
         if not isinstance(target, Frame):
@@ -320,7 +328,7 @@ class System:
 
 
 def _three(value: Sequence[float], what: str) -> np.ndarray:
-    array = np.array(value, dtype=float)
+    array = numbers(value)
     if array.shape != (3,) or not np.all(np.isfinite(array)):
         raise ModelError(f"{what} must be three finite numbers, not {value!r}")
     return array

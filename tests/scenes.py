@@ -141,7 +141,9 @@ def _place(rng: np.random.Generator) -> dict:
 def _loads(scene: kf.System, rng: np.random.Generator, *targets: object) -> None:
     for target in targets:
         force, torque = rng.standard_normal(3), rng.standard_normal(3)
-        scene.add_force(target, lambda t, f=force: f * np.cos(t), point=rng.uniform(-0.2, 0.2, 3), follows=bool(rng.integers(2)))
+        scene.add_force(
+            target, lambda t, f=force: f * np.cos(t), point=rng.uniform(-0.2, 0.2, 3), follows=bool(rng.integers(2))
+        )
         scene.add_torque(target, torque, follows=bool(rng.integers(2)))
 
 
@@ -154,7 +156,13 @@ def rigid_scene(seed: int, slopes: str = "rotation-vector") -> kf.System:
     for i, joint in enumerate(joints):
         parent = bodies[int(rng.integers(len(bodies)))]
         body = scene.add_rigid_body(
-            f"b{i}", 1.0 + i, random_inertia(rng), com=rng.uniform(-0.2, 0.2, 3), parent=parent, joint=joint, **_place(rng)
+            f"b{i}",
+            1.0 + i,
+            random_inertia(rng),
+            com=rng.uniform(-0.2, 0.2, 3),
+            parent=parent,
+            joint=joint,
+            **_place(rng),
         )
         bodies.append(body)
     _loads(scene, rng, bodies[1], bodies[-1])
@@ -191,13 +199,22 @@ def chain_scene(seed: int, slopes: str = "rotation-vector", **body: object) -> k
     rng = np.random.default_rng(seed)
     scene = kf.System(gravity=rng.standard_normal(3), slopes=slopes)
     base = scene.add_rigid_body("base", 3.0, random_inertia(rng), joint=kf.Revolute(unit_axis(rng), motion=swing(rng)))
-    first = scene.add_flexible_body("first", lattice_body(seed, **body), parent=base, joint=kf.Revolute("y"), **_place(rng))
+    first = scene.add_flexible_body(
+        "first", lattice_body(seed, **body), parent=base, joint=kf.Revolute("y"), **_place(rng)
+    )
     second = scene.add_flexible_body(
-        "second", lattice_body(seed + 1, **body), parent=first.interface("tip"), joint=kf.Revolute("z", motion=swing(rng)),
+        "second",
+        lattice_body(seed + 1, **body),
+        parent=first.interface("tip"),
+        joint=kf.Revolute("z", motion=swing(rng)),
         **_place(rng),
-    )  # fmt: skip
-    tip = scene.add_rigid_body("tip", 0.3, random_inertia(rng, 0.01), parent=second.interface("tip"), joint=kf.Prismatic("x"))
-    scene.add_rigid_body("ball", 0.2, random_inertia(rng, 0.01), parent=first.interface("tip"), joint=kf.Free(), **_place(rng))
+    )
+    tip = scene.add_rigid_body(
+        "tip", 0.3, random_inertia(rng, 0.01), parent=second.interface("tip"), joint=kf.Prismatic("x")
+    )
+    scene.add_rigid_body(
+        "ball", 0.2, random_inertia(rng, 0.01), parent=first.interface("tip"), joint=kf.Free(), **_place(rng)
+    )
     _loads(scene, rng, tip, first.interface("tip"), base)
     scene.add_torque(first, lambda t: 0.5 - t)
     return scene
@@ -208,7 +225,9 @@ def planar_scene(seed: int, **body: object) -> kf.System:
     rng = np.random.default_rng(seed)
     scene = kf.System(gravity=(0.3, -2.0, 0.0))
     cart = scene.add_rigid_body("cart", 3.0, 0.2, joint=kf.Planar(), com=(0.1, 0.05, 0.0))
-    arm = scene.add_flexible_body("arm", lattice_body(seed, planar=True, **body), parent=cart, joint=kf.Revolute("z"), at=(0.2, 0, 0))
+    arm = scene.add_flexible_body(
+        "arm", lattice_body(seed, planar=True, **body), parent=cart, joint=kf.Revolute("z"), at=(0.2, 0, 0)
+    )
     tip = scene.add_rigid_body("tip", 0.4, 0.01, parent=arm.interface("tip"), com=(0.1, 0.0, 0.0))
     scene.add_force(tip, (*rng.standard_normal(2), 0.0))
     return scene
@@ -220,7 +239,9 @@ def floating_scene(seed: int, slopes: str = "rotation-vector", **body: object) -
     scene = kf.System(gravity=rng.standard_normal(3), slopes=slopes)
     options = {"interfaces": {"tip": "rigid"}, "reduction": kf.CraigBampton(modes=4), **body}
     arm = scene.add_flexible_body("arm", lattice_body(seed, **options), joint=kf.Free(), **_place(rng))
-    tip = scene.add_rigid_body("tip", 0.4, random_inertia(rng, 0.01), parent=arm.interface("tip"), joint=kf.Revolute("z"))
+    tip = scene.add_rigid_body(
+        "tip", 0.4, random_inertia(rng, 0.01), parent=arm.interface("tip"), joint=kf.Revolute("z")
+    )
     _loads(scene, rng, tip, arm.interface("tip"))
     return scene
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import tempfile
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -12,19 +13,21 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scenes import flexible_scene, lattice_body, random_state
 
 import kanefe as kf
 from kanefe.errors import FileError
 from kanefe.finite_element_model import Cells
 from kanefe.kane.assemble import assemble
+from scenes import flexible_scene, lattice_body, random_state
 
 BODIES = {
     "reduced": lambda: lattice_body(0, reduction=kf.CraigBampton(modes=3), damping=kf.ModalDamping(0.02)),
     "unreduced": lambda: lattice_body(1),
     "nodal form": lambda: lattice_body(2, rotations=True),
     "floating, planar": lambda: lattice_body(3, {}, planar=True, reduction=kf.CraigBampton(modes=2)),
-    "with cells": lambda: replace(lattice_body(4), cells=(Cells("line", np.array([[0, 1], [1, 2]])), Cells("vertex", np.array([[3]])))),
+    "with cells": lambda: replace(
+        lattice_body(4), cells=(Cells("line", np.array([[0, 1], [1, 2]])), Cells("vertex", np.array([[3]])))
+    ),
 }
 
 
@@ -114,7 +117,10 @@ def test_a_damaged_file_is_named(position: float, tmp_path: Path) -> None:
     ("change", "message"),
     [
         ({"version": 99}, r"has format version 99, this kanefe reads version \d+\. Remedy: make the body again"),
-        ({"format": "something else"}, r"is no saved flexible body\. Remedy: give the file that FlexibleBody\.save wrote"),
+        (
+            {"format": "something else"},
+            r"is no saved flexible body\. Remedy: give the file that FlexibleBody\.save wrote",
+        ),
         ({"moments": "Other"}, "is no saved body .* Remedy: save the body again"),
         ({"free_count": None}, "is no saved body .* Remedy: save the body again"),
     ],
@@ -166,7 +172,9 @@ def test_a_full_disk_leaves_the_old_file(where: str, tmp_path: Path, monkeypatch
         monkeypatch.setattr(np, "savez_compressed", full_disk)
     else:
         monkeypatch.setattr(os, where, full_disk)
-    with pytest.raises(FileError, match=r"cannot write .*arm\.npz: No space left .* untouched\. Remedy: free some space"):
+    with pytest.raises(
+        FileError, match=r"cannot write .*arm\.npz: No space left .* untouched\. Remedy: free some space"
+    ):
         lattice_body(5).save(str(path))
     monkeypatch.undo()
     assert path.read_bytes() == content
@@ -199,8 +207,6 @@ def test_a_folder_that_is_a_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import tempfile
-
     def refuse(*arguments: object, **options: object) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 

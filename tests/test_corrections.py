@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import derivatives, flexible_scene, lattice_body, lattice_model, random_inertia, random_state, unit_axis
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -24,13 +23,19 @@ from kanefe.frames import (
     skew,
 )
 from kanefe.kane.assemble import accelerations, all_speeds, assemble
-from kanefe.kane.coupling import accelerations_and_coupling_forces, carrier_frame, coupling_force_columns, coupling_matrix
+from kanefe.kane.coupling import (
+    accelerations_and_coupling_forces,
+    carrier_frame,
+    coupling_force_columns,
+    coupling_matrix,
+)
 from kanefe.kane.energy import momenta
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities, rigid_inertia
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.model import Model
 from kanefe.rigid import rigid_mass
 from kanefe.slopes import tait_bryan_angles, tait_bryan_euler_parameters
+from scenes import derivatives, flexible_scene, lattice_body, lattice_model, random_inertia, random_state, unit_axis
 
 ROUND_OFF = 1e-13
 SEED = 6
@@ -194,7 +199,9 @@ def test_eq_35_needs_v_and_w_side_by_side() -> None:
     J = body_partial_velocities(body.flexible, G)
     at_interface = J[:3] - skew(frame.position) @ J[3:6], J[3:6]
     motion = np.vstack(at_interface) + frame.motion @ J[6:]
-    assert motion.T - reaction == pytest.approx(coupling_force_columns(model, body, body.flexible, motions, q, full), abs=ROUND_OFF)
+    assert motion.T - reaction == pytest.approx(
+        coupling_force_columns(model, body, body.flexible, motions, q, full), abs=ROUND_OFF
+    )
     free = slice(0, model.free_count)
     assert abs(reaction[free]).max() > 0.1
     assert (motion.T - reaction)[free] == pytest.approx(np.zeros((model.free_count, 6)), abs=ROUND_OFF)
@@ -284,7 +291,9 @@ def test_stiffness_damping_is_right_in_eq_27_only_at_zero_deformation() -> None:
 def test_our_damping_keeps_the_momenta_of_a_free_scene(damping: object) -> None:
     scene = kf.System()
     arm = scene.add_flexible_body("arm", lattice_body(3, damping=damping), joint=kf.Free())
-    scene.add_rigid_body("tip", 0.5, 0.01, parent=arm.interface("tip"), joint=kf.Revolute(unit_axis(np.random.default_rng(1))))
+    scene.add_rigid_body(
+        "tip", 0.5, 0.01, parent=arm.interface("tip"), joint=kf.Revolute(unit_axis(np.random.default_rng(1)))
+    )
     model = scene.freeze()
     q, u = random_state(model, 2)
     du = accelerations(model, 0.0, q, u)

@@ -6,16 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scenes import (
-    chain_scene,
-    derivatives,
-    flexible_scene,
-    floating_scene,
-    path,
-    planar_scene,
-    random_state,
-    rigid_scene,
-)
 
 import kanefe as kf
 from kanefe.damping import RayleighDamping
@@ -27,6 +17,16 @@ from kanefe.kane.kinematics import interface_motion, sweep_outward
 from kanefe.model import Model
 from kanefe.slopes import SLOPE_MEASURES, slope_measure
 from kanefe.system import FlexibleMember
+from scenes import (
+    chain_scene,
+    derivatives,
+    flexible_scene,
+    floating_scene,
+    path,
+    planar_scene,
+    random_state,
+    rigid_scene,
+)
 
 T = 0.4
 CB = kf.CraigBampton(modes=4)
@@ -115,10 +115,14 @@ def test_joint_reactions_give_the_motors_their_forces(scene: str) -> None:
     du = accelerations(model, T, q, u)
     driving, _ = recovered_forces(model, T, q, u, du)
     for body, reaction in zip(model.bodies, joint_reactions(model, T, q, u, du), strict=True):
-        V, W = body.joint.partial_velocities(q[body.coordinates] if not body.is_driven else np.array([body.joint.motion.position(T)]))
+        V, W = body.joint.partial_velocities(
+            q[body.coordinates] if not body.is_driven else np.array([body.joint.motion.position(T)])
+        )
         if not len(body.joint.speed_names):
             continue
-        _, A_FM = body.joint.pose(q[body.coordinates] if not body.is_driven else np.array([body.joint.motion.position(T)]))
+        _, A_FM = body.joint.pose(
+            q[body.coordinates] if not body.is_driven else np.array([body.joint.motion.position(T)])
+        )
         along = (A_FM.T @ V).T @ reaction[:3] + (A_FM.T @ W).T @ reaction[3:]
         motor = sum(load.value(T) for load in body.joint_loads)
         expected = driving[body.speeds.start - model.free_count] + motor if body.is_driven else motor
@@ -126,7 +130,12 @@ def test_joint_reactions_give_the_motors_their_forces(scene: str) -> None:
 
 
 def balance_by_finite_differences(
-    model: Model, numbers: list[int], q: np.ndarray, u: np.ndarray, du: np.ndarray, loads: list[tuple[int, object, np.ndarray]]
+    model: Model,
+    numbers: list[int],
+    q: np.ndarray,
+    u: np.ndarray,
+    du: np.ndarray,
+    loads: list[tuple[int, object, np.ndarray]],
 ) -> np.ndarray:
     """Return the wrench on the first body, about its origin in its axes, that the motion of some bodies needs.
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse as sp
-from scenes import flexible_scene, lattice_body, lattice_model, random_state
 
 import kanefe as kf
 from kanefe.errors import ModelError
+from kanefe.kane.active import elastic_forces
 from kanefe.kane.energy import dissipated_power
 from kanefe.reduction import flexible_body
+from scenes import flexible_scene, lattice_body, lattice_model, random_state
 
 CB = kf.CraigBampton(modes=3)
 
@@ -53,7 +55,9 @@ def test_modal_ratios_appear_and_the_last_goes_on(reduction: Any) -> None:
 
 def test_a_damped_mode_decays_at_its_ratio() -> None:
     scene = kf.System()
-    scene.add_flexible_body("arm", lattice_body(0, reduction=CB, damping=kf.ModalDamping(0.05)), modal_coordinates=[0.01] + [0] * 8)
+    scene.add_flexible_body(
+        "arm", lattice_body(0, reduction=CB, damping=kf.ModalDamping(0.05)), modal_coordinates=[0.01] + [0] * 8
+    )
     f = scene.freeze().flexible_terms("arm").body.frequencies[0]
     w, z = 2 * np.pi * f, 0.05
     result = scene.simulate((0.0, 2.0 / f), rtol=1e-10, method="dop853")
@@ -75,14 +79,14 @@ def test_a_given_matrix_is_projected(kind: str) -> None:
 
 
 def test_the_model_s_own_damping_is_taken_by_default() -> None:
-    from dataclasses import replace
-
     model = lattice_model(0)
     C = 0.01 * model.stiffness
     body = flexible_body(replace(model, damping=C), {"root": "clamped"})
     k = body.free_count
     assert body.damping == pytest.approx(0.01 * body.stiffness[:k, :k], abs=1e-12)
-    assert np.any(flexible_body(replace(model, damping=C), {"root": "clamped"}, damping=kf.ModalDamping(0.0)).damping) == 0
+    assert (
+        np.any(flexible_body(replace(model, damping=C), {"root": "clamped"}, damping=kf.ModalDamping(0.0)).damping) == 0
+    )
 
 
 def test_undamped_scenes_run_no_damping_code() -> None:
@@ -104,8 +108,6 @@ def test_power_is_never_positive_and_none_without_deformation(damping: Any) -> N
 def test_damping_is_internal_its_forces_have_no_resultant() -> None:
     # What damping takes from the motion it hands on through the structure: the supports of a body that only deforms at
     # a steady rate, without mass, feel C and K alike; with zero elastic force they feel the damping of the shape.
-    from kanefe.kane.active import elastic_forces
-
     model = flexible_scene(0, damping=kf.RayleighDamping(stiffness=0.01)).freeze()
     terms = model.flexible_terms("arm")
     rng = np.random.default_rng(0)
@@ -121,10 +123,16 @@ def test_damping_is_internal_its_forces_have_no_resultant() -> None:
     [
         (lambda: kf.RayleighDamping(mass=-1.0), r"the mass factor must be finite and >= 0, not -1\.0"),
         (lambda: kf.RayleighDamping(stiffness=np.nan), "the stiffness factor must be finite and >= 0, not nan"),
-        (lambda: kf.RayleighDamping.fit((10.0, 10.0), (0.1, 0.1)), "two ratios at two different frequencies above zero"),
+        (
+            lambda: kf.RayleighDamping.fit((10.0, 10.0), (0.1, 0.1)),
+            "two ratios at two different frequencies above zero",
+        ),
         (lambda: kf.RayleighDamping.fit((0.0, 10.0), (0.1, 0.1)), "two ratios at two different frequencies above zero"),
         (lambda: kf.RayleighDamping.fit((1.0, 10.0, 20.0), (0.1, 0.1, 0.1)), "two ratios at two different frequencies"),
-        (lambda: kf.RayleighDamping.fit((10.0, 100.0), (0.5, 0.001)), "negative Rayleigh factor .* Remedy: closer ratios"),
+        (
+            lambda: kf.RayleighDamping.fit((10.0, 100.0), (0.5, 0.001)),
+            "negative Rayleigh factor .* Remedy: closer ratios",
+        ),
         (lambda: kf.ModalDamping(-0.1), r"modal damping ratios must be finite and >= 0, not -0\.1"),
         (lambda: kf.ModalDamping(()), "modal damping ratios must be finite and >= 0"),
         (lambda: kf.ModalDamping(np.nan), "modal damping ratios must be finite and >= 0, not nan"),
@@ -135,7 +143,10 @@ def test_damping_is_internal_its_forces_have_no_resultant() -> None:
         (lambda: lattice_body(0, damping=0.02), r"damping=0\.02 is no damping\. Remedy: ModalDamping\(0\.02\)"),
         (lambda: lattice_body(0, damping=np.eye(3)), r"damping matrix has shape \(3, 3\), the model has 27 degrees"),
         (lambda: lattice_body(0, damping=-np.eye(27)), "feeds energy in .* Remedy: check its signs"),
-        (lambda: lattice_body(0, damping=np.triu(np.ones((27, 27)))), "not symmetric or not finite. Remedy: pass its symmetric"),
+        (
+            lambda: lattice_body(0, damping=np.triu(np.ones((27, 27)))),
+            "not symmetric or not finite. Remedy: pass its symmetric",
+        ),
         (lambda: lattice_body(0, damping=np.diag([np.nan] * 27)), "not symmetric or not finite"),
     ],
 )

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import derivatives, unit_axis
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from kanefe import frames
 from kanefe.errors import ModelError
+from scenes import derivatives, unit_axis
 
 # Products of a few numbers of size one: round-off of a dozen operations.
 ROUND_OFF = 1e-14

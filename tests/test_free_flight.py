@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from scenes import lattice_body, random_inertia, random_state
 
 import kanefe as kf
 from kanefe.integrate.run import Trajectory, integrate
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.model import Model
+from kanefe.system import RigidBody
+from scenes import lattice_body, random_inertia, random_state
 
 SPAN = 0.35
 CB = kf.CraigBampton(modes=2)
 
 
 def scene_of(
-    body: kf.FlexibleBody, slopes: str = "rotation-vector", gravity: tuple[float, float, float] = (0, 0, 0), tip: bool = True
+    body: kf.FlexibleBody,
+    slopes: str = "rotation-vector",
+    gravity: tuple[float, float, float] = (0, 0, 0),
+    tip: bool = True,
 ) -> kf.System:
     """Return a free body, held at G or floating, with a rigid body on a hinge at its tip."""
     scene = kf.System(gravity=gravity, slopes=slopes)
@@ -43,7 +48,9 @@ SCENES: dict[str, Callable[[], kf.System]] = {
     "clamped in G": lambda: scene_of(lattice_body(1, reduction=CB)),
     "clamped in G, Tait-Bryan slopes": lambda: scene_of(lattice_body(1, reduction=CB), "tait-bryan"),
     "floating": lambda: scene_of(lattice_body(2, {"tip": "rigid"}, reduction=kf.CraigBampton(modes=3))),
-    "floating, both ends": lambda: scene_of(lattice_body(2, {"tip": "rigid", "root": "rigid"}, reduction=kf.CraigBampton(modes=1))),
+    "floating, both ends": lambda: scene_of(
+        lattice_body(2, {"tip": "rigid", "root": "rigid"}, reduction=kf.CraigBampton(modes=1))
+    ),
     "floating, alone": lambda: scene_of(lattice_body(3, {}, reduction=kf.CraigBampton(modes=6)), tip=False),
     "unreduced": lambda: scene_of(lattice_body(4, interior=1)),
     "planar, unreduced": planar_scene,
@@ -51,9 +58,7 @@ SCENES: dict[str, Callable[[], kf.System]] = {
 
 
 def excited(model: Model, seed: int = 1) -> Model:
-    """Return the model started far from rest: nodes displaced by a tenth of the body's length, tumbling at some rad/s."""
-    from dataclasses import replace
-
+    """Return the model started far from rest: nodes displaced by a tenth of the length, tumbling at some rad/s."""
     q, u = random_state(model, seed, amplitude=0.1, speed=0.5)
     joint = model.bodies[0].speeds
     u[joint] *= 4.0
@@ -87,7 +92,9 @@ def test_free_flight_keeps_energy_and_momenta(scene: str) -> None:
     model = excited(SCENES[scene]().freeze())
     run = tight(model)
     # the scene is strained and turned enough for every nonlinear term to matter
-    assert elastic_energy(model, run.coordinates[0]) > 0.02 * kinetic_energy(model, 0.0, run.coordinates[0], run.speeds[0])
+    assert elastic_energy(model, run.coordinates[0]) > 0.02 * kinetic_energy(
+        model, 0.0, run.coordinates[0], run.speeds[0]
+    )
     energy, linear, angular = invariants(model, run)
     # relative tolerance of a step 1e-12, some hundred steps
     assert drift(energy) < 1e-10
@@ -109,11 +116,10 @@ def test_drift_falls_with_the_tolerance() -> None:
 def test_a_wrong_angular_velocity_of_the_interface_would_show() -> None:
     # With slopes read as a rotation, but their rates taken for the angular velocity, energy is lost at second order:
     # the tangent map is needed. (Guards the test above against slopes too small to matter.)
-    from dataclasses import replace
-
     model = excited(SCENES["clamped in G"]().freeze())
     naive = replace(
-        model, slopes=replace(model.slopes, tangent=lambda theta: np.eye(3), remainder=lambda theta, dtheta: np.zeros(3))
+        model,
+        slopes=replace(model.slopes, tangent=lambda theta: np.eye(3), remainder=lambda theta, dtheta: np.zeros(3)),
     )
     assert drift(invariants(naive, tight(naive))[0]) > 1e-4
 
@@ -171,8 +177,6 @@ def test_work_of_loads_and_drives_is_accounted_for() -> None:
 
 def test_a_motor_inside_a_free_scene_does_work_but_changes_no_momentum() -> None:
     scene = scene_of(lattice_body(1, reduction=CB))
-    from kanefe.system import RigidBody
-
     scene.add_torque(RigidBody(scene, 1, "tip"), lambda t: 0.5 * np.cos(7 * t))
     model = excited(scene.freeze())
     run = tight(model)

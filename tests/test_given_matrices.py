@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse as sp
-from scenes import lattice_model
 
 import kanefe as kf
 from kanefe.errors import FileError, KanefeError, ModelError
@@ -19,6 +18,7 @@ from kanefe.reduction import flexible_body
 from kanefe_fem.beams import straight_beam
 from kanefe_fem.material import Material
 from kanefe_fem.sections import Rectangle
+from scenes import lattice_model
 
 LATTICE = lattice_model(0)
 GROUPS = {name: group.nodes.tolist() for name, group in LATTICE.groups.items()}
@@ -140,23 +140,44 @@ def shuffled(nodes: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: given(nodes=np.zeros((9, 2))), r"nodes must be finite numbers of shape \(n, 3\) in m, not of shape \(9, 2\)"),
+        (
+            lambda: given(nodes=np.zeros((9, 2))),
+            r"nodes must be finite numbers of shape \(n, 3\) in m, not of shape \(9, 2\)",
+        ),
         (lambda: given(nodes=LATTICE.nodes * np.nan), "nodes must be finite numbers"),
         (lambda: given(components=("x", "y", "w")), "components must be different names among x, y, z, rx, ry, rz"),
         (lambda: given(components=("x", "x", "z")), "components must be different names"),
-        (lambda: given(nodes=LATTICE.nodes[:8]), r"mass matrix has shape \(27, 27\), nodes and components give 24 .* Remedy"),
+        (
+            lambda: given(nodes=LATTICE.nodes[:8]),
+            r"mass matrix has shape \(27, 27\), nodes and components give 24 .* Remedy",
+        ),
         (lambda: given(K=np.eye(26)), r"the stiffness matrix has shape \(26, 26\)"),
         (lambda: given(damping=np.eye(3)), r"the damping matrix has shape \(3, 3\)"),
         (lambda: given(changed(LATTICE.mass, (2, 2, np.nan))), "the mass matrix has 1 entries that are not finite"),
-        (lambda: given(K=changed(LATTICE.stiffness, (0, 1, np.inf))), "the stiffness matrix has 1 entries that are not finite"),
-        (lambda: given(K=np.triu(LATTICE.stiffness.toarray())), "stiffness matrix is not symmetric.* Remedy: export the full"),
+        (
+            lambda: given(K=changed(LATTICE.stiffness, (0, 1, np.inf))),
+            "the stiffness matrix has 1 entries that are not finite",
+        ),
+        (
+            lambda: given(K=np.triu(LATTICE.stiffness.toarray())),
+            "stiffness matrix is not symmetric.* Remedy: export the full",
+        ),
         (lambda: given(changed(LATTICE.mass, (0, 5, 0.5))), "the mass matrix is not symmetric"),
         (lambda: given(-LATTICE.mass), "the mass matrix has a negative diagonal entry"),
         (lambda: given(changed(LATTICE.mass, (4, 4, -0.1))), r"negative diagonal entry \(-0\.1, row 4\)"),
         (lambda: given(0 * LATTICE.mass), r"mass by its matrix is .* it must be above zero"),
-        (lambda: given(changed(LATTICE.mass, (4, 4, 5.0))), "differs between directions: .* Remedy: check the order of comp"),
-        (lambda: given(expected_mass=2000.0), r"mass by its matrix is 2 kg, 2000 kg was expected\. Remedy: check units"),
-        (lambda: given(nodes=shuffled(LATTICE.nodes)), "resists the rigid rotation .* nodes and matrix are in the same order"),
+        (
+            lambda: given(changed(LATTICE.mass, (4, 4, 5.0))),
+            "differs between directions: .* Remedy: check the order of comp",
+        ),
+        (
+            lambda: given(expected_mass=2000.0),
+            r"mass by its matrix is 2 kg, 2000 kg was expected\. Remedy: check units",
+        ),
+        (
+            lambda: given(nodes=shuffled(LATTICE.nodes)),
+            "resists the rigid rotation .* nodes and matrix are in the same order",
+        ),
         (
             lambda: given(K=LATTICE.stiffness + sp.identity(27)),
             "resists the rigid translation .* Remedy: .*exported unsupported",
@@ -175,7 +196,7 @@ def test_bad_input_is_named(make: Any, message: str) -> None:
 def test_an_order_of_dofs_by_component_is_detected() -> None:
     # All x, then all y, then all z, as some programs export.
     order = np.arange(27).reshape(9, 3).T.ravel()
-    with pytest.raises(ModelError, match="differs between directions|resists the rigid|belong to no body"):
+    with pytest.raises(ModelError, match=r"differs between directions|resists the rigid|belong to no body"):
         given(LATTICE.mass[order][:, order], LATTICE.stiffness[order][:, order])
 
 
@@ -234,7 +255,9 @@ def test_mechanisms_are_detected_in_large_models() -> None:
     K = model.stiffness.toarray()
     half = 6 * 40
     # cut the beam in two: the element between nodes 39 and 40 goes
-    element = straight_beam(1.0 / 80, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=1).stiffness
+    element = straight_beam(
+        1.0 / 80, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=1
+    ).stiffness
     K[half - 6 : half + 6, half - 6 : half + 6] -= element.toarray()
     with pytest.raises(ModelError, match="leaves more than the 6 rigid motions free"):
         kf.model_from_matrices(model.mass, sp.csr_matrix(K), model.nodes, components=model.components)

@@ -1,4 +1,4 @@
-"""Inertia of flexible bodies: exact moments, the nodal form, and both routes against each other (Eq. 17, 29, 37, 38)."""
+"""Inertia of flexible bodies: exact moments, the nodal form, and both routes to it (Eq. 17, 29, 37, 38)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import chain_scene, flexible_scene, floating_scene, lattice_body, lattice_model, planar_scene, random_state, rigid_scene
 
 import kanefe as kf
 from kanefe.frames import cross, rotation_matrix, skew
@@ -20,6 +19,16 @@ from kanefe.reduction import flexible_body
 from kanefe_fem.beams import beam_model, straight_beam
 from kanefe_fem.material import Material
 from kanefe_fem.sections import Rectangle, Tube
+from scenes import (
+    chain_scene,
+    flexible_scene,
+    floating_scene,
+    lattice_body,
+    lattice_model,
+    planar_scene,
+    random_state,
+    rigid_scene,
+)
 
 CB = kf.CraigBampton(modes=4)
 SCENES: dict[str, Callable[[int], kf.System]] = {
@@ -173,7 +182,7 @@ def test_frame_of_beams_has_the_wrench_of_the_rigid_body(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_spun_stiff_frame_pulls_at_its_root_as_the_rigid_body(seed: int) -> None:
     # So stiff (1e9 times steel) that its deformation is below 1e-12 m: what is left is the rigid body.
-    model, mass, first, inertia = space_frame(E=2e20)
+    model, _mass, first, inertia = space_frame(E=2e20)
     rng = np.random.default_rng(seed)
     axis, rate, e = rng.standard_normal(3), 7.0, rng.standard_normal(4)
     axis /= np.linalg.norm(axis)

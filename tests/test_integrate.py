@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import lattice_body
 
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError
@@ -15,6 +14,7 @@ from kanefe.kane.energy import kinetic_energy, momenta
 from kanefe_fem.beams import beam_body, straight_beam
 from kanefe_fem.material import Material
 from kanefe_fem.sections import Rectangle
+from scenes import lattice_body
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
@@ -28,7 +28,9 @@ def double_pendulum() -> kf.System:
 
 def tumbling() -> kf.System:
     scene = kf.System()
-    scene.add_rigid_body("body", 1.0, (0.3, 0.5, 0.7), joint=kf.Free(angular_velocity=(0.1, 3.0, 0.2), velocity=(1, 0, 0)))
+    scene.add_rigid_body(
+        "body", 1.0, (0.3, 0.5, 0.7), joint=kf.Free(angular_velocity=(0.1, 3.0, 0.2), velocity=(1, 0, 0))
+    )
     return scene
 
 
@@ -53,15 +55,17 @@ def final(scene: kf.System, span: tuple[float, float] = (0.0, 1.0), **options: A
 def test_generalised_alpha_is_of_order_two(scene: str) -> None:
     make = SCENES[scene]
     reference = final(make(), rtol=1e-12, method="dop853")
-    tolerances = np.array([1e-4, 1e-5, 1e-6])
-    runs = [integrate(make().freeze(), (0.0, 1.0), output_step=1.0, rtol=r, method="generalised-alpha") for r in tolerances]
+    tolerances = np.array([1e-6, 1e-7, 1e-8])
+    runs = [
+        integrate(make().freeze(), (0.0, 1.0), output_step=1.0, rtol=r, method="generalised-alpha") for r in tolerances
+    ]
     errors = np.array([abs(run.coordinates[-1] - reference).max() for run in runs])
     steps = np.array([run.statistics["steps"] for run in runs])
-    # The step follows a local error h^3 ~ rtol, and the method is of order two: steps ~ rtol^(-1/3), error ~ rtol^(2/3).
-    # Steps that start small and end on the last output blur both by some percent.
-    assert np.polyfit(np.log(tolerances), np.log(steps), 1)[0] == pytest.approx(-1 / 3, abs=0.06)
-    assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(2 / 3, abs=0.12)
-    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(-2.0, abs=0.35)
+    # The step follows a local error h^3 ~ rtol of an order-2 method: steps ~ rtol^(-1/3), error ~ rtol^(2/3).
+    # A start with small steps and the end on the last output blur the count of steps by some percent.
+    assert np.polyfit(np.log(tolerances), np.log(steps), 1)[0] == pytest.approx(-1 / 3, abs=0.04)
+    assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(2 / 3, abs=0.05)
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(-2.0, abs=0.25)
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -75,8 +79,8 @@ def test_dop853_reaches_its_tolerance(scene: str) -> None:
 
 
 def steel_bar() -> kf.System:
-    model = straight_beam(1.0, Rectangle(0.03, 0.04), STEEL, elements=20)
-    body = beam_body(model, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(up_to_frequency=1.2e5))
+    model = straight_beam(0.3, Rectangle(0.01, 0.02), STEEL, elements=10)
+    body = beam_body(model, {"root": "clamped"})
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
     scene.add_flexible_body("bar", body, joint=kf.Revolute("y"))
     return scene
@@ -229,7 +233,10 @@ def test_a_scene_at_rest_stays_at_rest() -> None:
         ({"output_step": 0.0}, r"output_step must be above zero s, not 0\.0"),
         ({"output_step": np.nan}, "output_step must be above zero s, not nan"),
         ({"atol": 0.0}, r"atol must be above zero, not 0\.0"),
-        ({"atol": 1e-9, "method": "generalised-alpha"}, "atol has no meaning for generalised-alpha.* Remedy: leave it out"),
+        (
+            {"atol": 1e-9, "method": "generalised-alpha"},
+            "atol has no meaning for generalised-alpha.* Remedy: leave it out",
+        ),
     ],
 )
 def test_bad_options_are_named(options: dict, message: str) -> None:
@@ -242,7 +249,9 @@ def test_motion_without_inertia_is_named(method: str) -> None:
     scene = kf.System()
     hub = scene.add_rigid_body("hub", 1.0, 0.1, joint=kf.Revolute("z"))
     scene.add_rigid_body("pin", 0.0, 0.0, parent=hub, joint=kf.Revolute("x"))
-    with pytest.raises(SimulationError, match=r"mass matrix is singular: .* pin: rate \[rad/s\]\. Remedy: give a body there"):
+    with pytest.raises(
+        SimulationError, match=r"mass matrix is singular: .* pin: rate \[rad/s\]\. Remedy: give a body there"
+    ):
         scene.simulate((0.0, 1.0), method=method)
 
 
@@ -257,7 +266,9 @@ def test_a_load_that_turns_nan_is_named_with_its_time(kind: str, method: str) ->
         return value if kind == "motor" else (0.0, 0.0, value)
 
     (scene.add_force if kind == "force" else scene.add_torque)(wheel, load)
-    named = rf"the {'force' if kind == 'force' else 'torque'} on 'wheel' must give .* at t = 0\.[5-9]\d* s it gave .*nan"
+    named = (
+        rf"the {'force' if kind == 'force' else 'torque'} on 'wheel' must give .* at t = 0\.[5-9]\d* s it gave .*nan"
+    )
     with pytest.raises(ModelError, match=named):
         scene.simulate((0.0, 1.0), method=method)
 
@@ -271,7 +282,7 @@ def test_a_motion_that_turns_nan_is_named_with_its_time(which: str, method: str)
     scene = kf.System()
     hub = scene.add_rigid_body("hub", 1.0, 0.5, joint=kf.Revolute("z", motion=kf.Motion(**functions)))
     scene.add_rigid_body("arm", 1.0, 0.5, parent=hub, at=(1, 0, 0), com=(0.5, 0, 0), joint=kf.Revolute("z", speed=1.0))
-    with pytest.raises(ModelError, match=rf"motion of body 'hub'.* {which} .* at t = 0\.[5-9]\d* s"):
+    with pytest.raises(ModelError, match=rf"motion of body 'hub'.* {which} at t = 0\.[5-9]\d* s"):
         scene.simulate((0.0, 1.0), method=method)
 
 
@@ -294,8 +305,8 @@ def test_an_error_of_a_user_s_function_comes_through_unchanged(method: str) -> N
 def test_a_load_without_bound_ends_the_run_with_advice(method: str) -> None:
     scene = kf.System()
     wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))
-    scene.add_torque(wheel, lambda t: 1.0 / (0.5 - t) ** 3 if t != 0.5 else 1e300)
-    with pytest.raises(SimulationError, match=r"at t = 0\.(5|49)\d* s.* Remedy: check loads"):
+    scene.add_torque(wheel, lambda t: 1.0 if t < 0.5 else 1e100)
+    with pytest.raises(SimulationError, match=r"at t = 0\.(5|49\d*) s.* Remedy: check loads"):
         scene.simulate((0.0, 1.0), method=method, rtol=1e-6)
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import lattice_model
 
 import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.finite_element_model import FiniteElementModel, NodeGroup, rigid_motion
 from kanefe.interface_ties import tie_interfaces
 from kanefe.reduction import flexible_body
+from scenes import lattice_model
 
 CLAMPED = {"root": "clamped", "tip": "rigid"}
 
@@ -37,7 +37,9 @@ def test_a_patch_moves_as_a_rigid_body_with_its_frame(reduction: kf.CraigBampton
 
 
 @pytest.mark.parametrize("reduction", [None, kf.CraigBampton(modes=2)], ids=str)
-def test_fixed_components_are_the_last_coordinates_and_nothing_else_moves_them(reduction: kf.CraigBampton | None) -> None:
+def test_fixed_components_are_the_last_coordinates_and_nothing_else_moves_them(
+    reduction: kf.CraigBampton | None,
+) -> None:
     body = flexible_body(lattice_model(0), {"tip": kf.Interface(("z", "rx")), "root": "clamped"}, reduction=reduction)
     tip, root = body.interface("tip"), body.interface("root")
     k = body.free_count
@@ -84,14 +86,20 @@ def test_clamped_at_a_hinge_and_a_slider_is_held() -> None:
 @pytest.mark.parametrize(
     ("interfaces", "message"),
     [
-        ({"rooot": "clamped"}, r"no group of facets or nodes called 'rooot'\. Remedy: .*\(empty, line, middle, root, shared, tip\)"),
+        (
+            {"rooot": "clamped"},
+            r"no group of facets or nodes called 'rooot'\. Remedy: .*\(empty, line, middle, root, shared, tip\)",
+        ),
         ({"root": "clammped"}, r"interface 'root' cannot be 'clammped'\. Remedy: one of clamped, rigid, hinged"),
         ({"root": "clamped", "empty": "rigid"}, r"interface 'empty' has no nodes\. Remedy: give its physical group"),
         (
             {"root": "clamped", "shared": "rigid"},
             r"interfaces 'root' and 'shared' share node 2: .* Remedy: leave a row of elements",
         ),
-        ({"line": "clamped"}, r"nodes of interface 'line' lie on a line.* Remedy: give the interface a group of facets"),
+        (
+            {"line": "clamped"},
+            r"nodes of interface 'line' lie on a line.* Remedy: give the interface a group of facets",
+        ),
         ({"middle": "clamped"}, r"fixed in G \(middle\) leave 3 rigid motion"),
     ],
 )
@@ -112,7 +120,9 @@ def test_unknown_components_are_refused(fixed: object) -> None:
 
 def test_fixing_what_the_nodes_do_not_have_is_refused() -> None:
     # "middle" has no rotation: fixing it would be silently without effect
-    with pytest.raises(ModelError, match=r"interface 'middle' fixes rz, which its nodes cannot follow\. Remedy: .* x, y, z"):
+    with pytest.raises(
+        ModelError, match=r"interface 'middle' fixes rz, which its nodes cannot follow\. Remedy: .* x, y, z"
+    ):
         flexible_body(lattice_model(0), {"root": "clamped", "middle": kf.Interface(("x", "rz"))})
 
 

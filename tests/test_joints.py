@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import derivatives
 
 import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.frames import axial
 from kanefe.joints import Joint
+from scenes import derivatives
 
 JOINTS: list[Joint] = [
     kf.Fixed(),
@@ -38,7 +38,7 @@ def test_velocity_and_acceleration_match_the_pose(joint: Joint) -> None:
     Z, Y = joint.remainders(q, u)
     dp, ddp = derivatives(lambda t: joint.pose(moved(t))[0])
     dA, _ = derivatives(lambda t: joint.pose(moved(t))[1])
-    # order-8 differences, steps of 0.02: round-off 1e-14 / 0.02, and 1e-16 / 0.02^2 for second derivatives of lengths ~ 3
+    # order-8 differences, steps of 0.02: round-off 1e-15 / 0.02, and 1e-15 / 0.02^2 in second derivatives
     assert V @ u == pytest.approx(dp, abs=1e-11)
     assert V @ du + Z == pytest.approx(ddp, abs=1e-10)
     assert W @ u == pytest.approx(-0.5 * axial(dA @ joint.pose(q)[1].T), abs=1e-10)
@@ -79,12 +79,18 @@ def test_steady_motion() -> None:
     ("make", "message"),
     [
         (lambda: kf.Revolute("w"), "axis of a revolute joint: 'w' is not x, y, z or three numbers"),
-        (lambda: kf.Revolute((0, 0, 0)), "axis of a revolute joint must be three finite numbers with a length above zero"),
+        (
+            lambda: kf.Revolute((0, 0, 0)),
+            "axis of a revolute joint must be three finite numbers with a length above zero",
+        ),
         (lambda: kf.Prismatic((1, 0)), "axis of a prismatic joint must be three finite numbers"),
         (lambda: kf.Revolute("z", position=np.nan), "position of a revolute joint must be finite"),
         (lambda: kf.Prismatic("z", speed=np.inf), "speed of a prismatic joint must be finite"),
         (lambda: kf.Revolute("z", speed=1.0, motion=kf.Motion.steady(1.0)), "Remedy: leave out position and speed"),
-        (lambda: kf.Revolute("z", motion=kf.Motion(0.0, 1.0, 0.0)), "revolute joint: position of a Motion must be a function"),
+        (
+            lambda: kf.Revolute("z", motion=kf.Motion(0.0, 1.0, 0.0)),
+            "revolute joint: position of a Motion must be a function",
+        ),
         (
             lambda: kf.Revolute("z", motion=kf.Motion(lambda t: t, lambda t: np.nan, lambda t: 0.0)),
             r"velocity at t = 0\.0 s must be one finite number",
@@ -108,7 +114,10 @@ def test_bad_input_is_named(make: Any, message: str) -> None:
 @pytest.mark.parametrize(
     ("motion", "message"),
     [
-        (kf.Motion(lambda t: 3.0 * t, lambda t: 5.0, lambda t: 0.0), "the velocity of a Motion is 5, but its position changes at 3 a"),
+        (
+            kf.Motion(lambda t: 3.0 * t, lambda t: 5.0, lambda t: 0.0),
+            "the velocity of a Motion is 5, but its position changes at 3 a",
+        ),
         (
             kf.Motion(lambda t: np.sin(9 * t), lambda t: 9 * np.cos(9 * t), lambda t: 81 * np.sin(9 * t)),
             "the acceleration of a Motion is .* Remedy: give the time derivative of the velocity",

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scenes import chain_scene, derivatives, flexible_scene, floating_scene, path, planar_scene, random_state, rigid_scene
 
 import kanefe as kf
 from kanefe.frames import axial
@@ -14,6 +13,16 @@ from kanefe.kane.assemble import all_speeds
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
 from kanefe.model import Model
+from scenes import (
+    chain_scene,
+    derivatives,
+    flexible_scene,
+    floating_scene,
+    path,
+    planar_scene,
+    random_state,
+    rigid_scene,
+)
 
 T = 0.4
 CB = kf.CraigBampton(modes=3)
@@ -28,8 +37,8 @@ SCENES: dict[str, Callable[[str], kf.System]] = {
 }
 SLOPES = ("rotation-vector", "tait-bryan")
 
-# Order-8 differences with steps of 0.01 of functions whose rates are of order 1 to 10: truncation below 1e-10; round-off
-# of the second derivative 1e-15 / 0.01^2 times lengths of order 1.
+# Order-8 differences with steps of 0.01 of functions whose rates are of order 1 to 10: truncation below 1e-10;
+# round-off of the second derivative 1e-15 / 0.01^2 times lengths of order 1.
 STEP, TOLERANCE = 0.01, 2e-9
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse as sp
-from scenes import lattice_body, lattice_model
 
 import kanefe as kf
 from kanefe.errors import ModelError
@@ -19,6 +18,7 @@ from kanefe.reduction import flexible_body, splu_factorise
 from kanefe_fem.beams import straight_beam
 from kanefe_fem.material import Material
 from kanefe_fem.sections import Rectangle
+from scenes import lattice_body, lattice_model
 
 CLAMPED = {"root": "clamped", "tip": "rigid"}
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
@@ -108,9 +108,13 @@ def test_no_mode_below_the_frequency_leaves_the_constraint_modes() -> None:
 
 
 @pytest.mark.parametrize(
-    "reduction", [kf.CraigBampton(modes=5), kf.CraigBampton(modes=40), kf.CraigBampton(up_to_frequency=20000.0)], ids=repr
+    "reduction",
+    [kf.CraigBampton(modes=5), kf.CraigBampton(modes=40), kf.CraigBampton(up_to_frequency=20000.0)],
+    ids=repr,
 )
-@pytest.mark.parametrize("interfaces", [CLAMPED, {}, {"tip": "rigid"}], ids=["clamped", "floating", "floating with a tip"])
+@pytest.mark.parametrize(
+    "interfaces", [CLAMPED, {}, {"tip": "rigid"}], ids=["clamped", "floating", "floating with a tip"]
+)
 def test_one_factorisation_serves_everything(reduction: kf.CraigBampton, interfaces: dict) -> None:
     calls: list[tuple[int, int]] = []
 
@@ -148,7 +152,9 @@ def test_floating_body_with_interfaces_loses_the_rigid_part_of_its_constraint_mo
     body = flexible_body(model, {"tip": "rigid", "root": "rigid"}, reduction=kf.CraigBampton(modes=4))
     assert body.free_count == 12 + 4 - 6
     assert body.frequencies[0] > 0.1
-    assert body.frequencies[0] == pytest.approx(exact_frequencies(model, {"tip": "rigid", "root": "rigid"}, "")[6], rel=0.05)
+    assert body.frequencies[0] == pytest.approx(
+        exact_frequencies(model, {"tip": "rigid", "root": "rigid"}, "")[6], rel=0.05
+    )
 
 
 def test_the_same_model_gives_the_same_body() -> None:
@@ -187,7 +193,10 @@ def test_hinged_body_turns_about_its_point() -> None:
             r"floats and has 6 coordinates, 6 of them rigid: none is left\. Remedy: more modes",
         ),
         (lambda: flexible_body(beam(300), CLAMPED), r"unreduced body of 1806 degrees of freedom .* Remedy: reduction="),
-        (lambda: lattice_body(0, interior=0, reduction=kf.CraigBampton(modes=1)), "nothing is left to deform. Remedy: refine"),
+        (
+            lambda: lattice_body(0, interior=0, reduction=kf.CraigBampton(modes=1)),
+            "nothing is left to deform. Remedy: refine",
+        ),
     ],
 )
 def test_bad_input_is_named(make: Any, message: str) -> None:
@@ -200,9 +209,13 @@ def test_a_loose_node_is_found(interfaces: dict) -> None:
     model = lattice_model(0)
     # one more node in the air, with mass but no spring
     nodes = np.vstack((model.nodes, [[0.4, 0.3, 0.3]]))
-    K, M = (sp.block_diag((m, sp.csr_matrix(x * np.eye(3)))).tocsr() for m, x in ((model.stiffness, 0.0), (model.mass, 0.1)))
+    K, M = (
+        sp.block_diag((m, sp.csr_matrix(x * np.eye(3)))).tocsr() for m, x in ((model.stiffness, 0.0), (model.mass, 0.1))
+    )
     loose = replace(model, nodes=nodes, stiffness=K, mass=M, mass_field=None)
-    with pytest.raises(ModelError, match="Remedy: check the (mesh for loose parts|order of the nodes and the mesh for loose)"):
+    with pytest.raises(
+        ModelError, match=r"Remedy: check the (mesh for loose parts|order of the nodes and the mesh for loose)"
+    ):
         flexible_body(loose, interfaces, reduction=kf.CraigBampton(modes=1))
 
 
@@ -212,7 +225,9 @@ def test_a_floating_body_must_be_free(reduction: Any) -> None:
     wrong_order = replace(model, nodes=model.nodes[::-1].copy())
     grounded = replace(model, stiffness=model.stiffness + 0.5 * sp.identity(model.size, format="csr"))
     for wrong in (wrong_order, grounded):
-        with pytest.raises(ModelError, match="K resists rigid motions of the nodes .* Remedy: check the order of the nodes"):
+        with pytest.raises(
+            ModelError, match=r"K resists rigid motions of the nodes .* Remedy: check the order of the nodes"
+        ):
             flexible_body(wrong, {}, reduction=reduction)
 
 

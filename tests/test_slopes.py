@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import derivatives, unit_axis
 from scipy.spatial.transform import Rotation
 
 from kanefe.errors import ModelError
@@ -16,6 +15,7 @@ from kanefe.slopes import (
     tait_bryan_angles,
     tait_bryan_euler_parameters,
 )
+from scenes import derivatives, unit_axis
 
 # the closed forms and the series of the exponential meet at 1 rad: both sides of it are tried
 SIZES = [0.0, 1e-9, 1e-3, 0.5, 0.999999, 1.000001, 1.4]

@@ -311,6 +311,10 @@ def _compiling() -> Iterator[None]:
         raise
 
 
+# A filter acts on records of its own logger only, so that of setuptools' compiler has to be named too.
+_NOISY = (None, "UFL", "ffcx", "FFCX", "FFCx", "basix", "dolfinx", "compilers.C.base", "distutils", "setuptools")
+
+
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
     """Keep the compiler's chatter (below WARNING, from this thread) off the user's loggers."""
@@ -319,7 +323,7 @@ def _quiet() -> Iterator[None]:
     def important(record: logging.LogRecord) -> bool:
         return record.levelno >= logging.WARNING or record.thread != me
 
-    loggers = [logging.getLogger(name) for name in (None, "UFL", "ffcx", "FFCX", "FFCx", "basix", "dolfinx")]
+    loggers = [logging.getLogger(name) for name in _NOISY]
     for logger in loggers:
         logger.addFilter(important)
     try:

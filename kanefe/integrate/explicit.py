@@ -47,7 +47,10 @@ class ExplicitStepper:
         SimulationError
             If no step is small enough.
         """
+        before = self._solver.nfev
         message = self._solver.step()
+        # a try costs as many evaluations as the method has stages; scipy does not count the failed ones itself
+        self.rejected += (self._solver.nfev - before) // self._solver.n_stages - 1
         if self._solver.status == "failed":
             raise SimulationError(
                 f"the explicit method could not go on at t = {self.t:.6g} s: {message} "

@@ -109,6 +109,8 @@ class GeneralisedAlphaStepper:
         """Return (error, q, u, du, a) after a step of h, or None if the iteration does not converge."""
         model, dynamics = self._model, self._dynamics
         q0, u0 = dynamics.parts(self._state)
+        if not model.free_count:  # driven all through: nothing to solve for
+            return 0.0, q0, u0, self._du, self._a
         alpha_m, alpha_f, beta, gamma = self._alpha_m, self._alpha_f, self._beta, self._gamma
         ratio = (1 - alpha_f) / (1 - alpha_m)
         t = self.t + h

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -37,6 +38,21 @@ class Motion:
     def steady(cls, rate: float, start: float = 0.0) -> Motion:
         """Return the motion ``start + rate t`` (rad/s or m/s)."""
         return cls(lambda t: start + rate * t, lambda t: rate, lambda t: 0.0)
+
+    def at(self, name: str, t: float, body: str) -> float:
+        """Return the position, velocity or acceleration (by name) at time t.
+
+        Raises
+        ------
+        ModelError
+            If it is not finite; the message names the body and the time.
+        """
+        value = float(getattr(self, name)(t))
+        if not math.isfinite(value):
+            raise ModelError(
+                f"the motion of body {body!r} must give finite numbers; its {name} at t = {t:.6g} s is {value}"
+            )
+        return value
 
     def check(self, where: str, times: Sequence[float] = (0.0, 1e-3)) -> None:
         """Raise a ModelError if one of the functions gives no finite number, or rates that contradict the position."""

@@ -9,7 +9,7 @@ from kanefe.model import BodyTerms, FlexibleTerms, Model
 
 
 def elastic_forces(terms: FlexibleTerms, eta: Vector, deta: Vector) -> Vector:
-    """Return ``-K (q_n - q_n0) - C dq_n`` on the coordinates of the body (Eq. 28, 36).
+    """Return ``-K (q_n - q_n0) - C dq_n`` on the coordinates of the body (Eq. 19, 27, 28, 36).
 
     C acts on the rate of deformation in G, where Eq. 27 and 36 apply it to the absolute nodal velocity, which brakes
     rigid motion. The fixed components, where eta is extended by them, stay at zero.
@@ -36,7 +36,7 @@ def loaded_frames(
 
 
 def add_loads(model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector) -> None:
-    """Add ``V^T R + W^T T`` of the body's known forces to F (Eq. 11, 30, 35)."""
+    """Add ``V^T R + W^T T`` of the body's known forces to F (Eq. 11, 19, 30, 35)."""
     for load, frame in loaded_frames(model, body, motion, q, u):
         force, moment = load.wrench(t, frame)
         F += frame.V.T @ force + frame.W.T @ moment

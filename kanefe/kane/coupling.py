@@ -72,7 +72,7 @@ def carrier_frame(
 def coupling_force_columns(
     model: Model, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], q: Vector, u: Vector
 ) -> Matrix:
-    """Return the generalised forces of unit coupling forces of one body, shape (columns, forces) (Eq. 39).
+    """Return the generalised forces of unit coupling forces of one body, shape (columns, forces) (Eq. 35, 39).
 
     ``V^n^T - [V^T W^T] [R<-G]``: F_u acts on the interface nodes and, reversed, on R. In the coordinates of the chain
     the two cancel on every speed but the fixed ones.

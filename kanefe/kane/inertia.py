@@ -17,7 +17,7 @@ from kanefe.rigid import RigidMass
 
 
 def rigid_inertia(body: RigidMass, R: FrameMotion, gravity_R: Vector) -> tuple[Matrix, Vector]:
-    """Return M and F of a rigid body (Eq. 17, 37), about its centre of mass.
+    """Return M and F of a rigid body (Eq. 12, 17, 20, 37), about its centre of mass.
 
     The paper prints the gyroscopic moment as ``w~ I w~``; it is ``w~ I w``.
     """
@@ -36,7 +36,7 @@ def body_partial_velocities(terms: FlexibleTerms, G: FrameMotion) -> Matrix:
 def flexible_inertia(
     terms: FlexibleTerms, G: FrameMotion, gravity_G: Vector, eta: Vector, deta: Vector
 ) -> tuple[Matrix, Vector]:
-    """Return M and F of a flexible body from its mass moments: Eq. 38 summed over the mesh once and for all."""
+    """Return M and F of a flexible body from its mass moments (Eq. 12, 20, 38), summed over the mesh once."""
     moments = terms.free_moments if len(eta) == terms.body.free_count else terms.all_moments
     mass, bias = moments.terms(eta, deta, G.w)
     J = body_partial_velocities(terms, G)

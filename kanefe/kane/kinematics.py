@@ -74,7 +74,7 @@ def inertial_frame(columns: int) -> FrameMotion:
 
 
 def compose(F: FrameMotion, relative: RelativeMotion) -> FrameMotion:
-    """Return the motion of M from that of F and the motion of M seen from F (Eq. 13-16 along the chain).
+    """Return the motion of M from that of F and the motion of M seen from F (Eq. 3, 13-16).
 
     Differentiation of ``p_NoMo_N = p_NoFo_N + A_NF p`` with Eq. 8 gives velocities and, once more, the Coriolis and
     centripetal parts of the remainders.
@@ -112,7 +112,7 @@ def joint_motion(body: BodyTerms, t: float, q: Vector, u: Vector) -> RelativeMot
     if joint.motion is None:
         q_joint, u_joint = q[body.coordinates], u[body.speeds]
     else:
-        q_joint, u_joint = np.array([float(joint.motion.position(t))]), u[body.speeds]
+        q_joint, u_joint = np.array([joint.motion.at("position", t, body.name)]), u[body.speeds]
     p, A = joint.pose(q_joint)
     V, W = joint.partial_velocities(q_joint)
     Z, Y = joint.remainders(q_joint, u_joint)
