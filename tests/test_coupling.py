@@ -13,6 +13,7 @@ from kanefe.frames import rotation_matrix, skew
 from kanefe.kane.assemble import accelerations, all_speeds, assemble
 from kanefe.kane.balance import carried_wrench, joint_reactions
 from kanefe.kane.coupling import accelerations_and_coupling_forces, coupling_matrix, recovered_forces, unit_wrenches
+from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities
 from kanefe.kane.kinematics import interface_motion, sweep_outward
 from kanefe.model import Model
 from kanefe.slopes import SLOPE_MEASURES, slope_measure
@@ -22,6 +23,7 @@ from scenes import (
     derivatives,
     flexible_scene,
     floating_scene,
+    lattice_model,
     path,
     planar_scene,
     random_state,
@@ -200,6 +202,35 @@ def test_coupling_forces_balance_the_motion_of_every_mass_point(interfaces: dict
     needed = balance_by_finite_differences(model, [1, 2], q, u, du, loads)
     # second differences with round-off 5e-11 of lengths of order 1, against accelerations of order 100
     assert fixed_wrench(model, "arm", q, F_u) == pytest.approx(needed, abs=1e-8 * abs(needed).max())
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_two_clamped_ends_share_forces_as_the_nodes_of_the_mesh_say(seed: int) -> None:
+    # How the ends share is statically indeterminate: M a + C v + K u at the nodes of each end tells, for small
+    # displacements (u x f, of second order, is no part of linear elasticity). C = b K, whose nodal form is internal.
+    full = lattice_model(seed)
+    scene = flexible_scene(seed, interfaces=BOTH_ENDS, damping=RayleighDamping(stiffness=0.01), loads=False)
+    model = scene.freeze()
+    q, u = random_state(model, seed, amplitude=1e-8)
+    terms = model.flexible_terms("arm")
+    u[: terms.speeds.start] = u[terms.speeds.stop :] = 0.0  # only the deformation has a rate: C alone is large
+    du = accelerations(model, T, q, u)
+    _, F_u = recovered_forces(model, T, q, u, du)
+    G = sweep_outward(model, T, q, all_speeds(model, T, u))[1]
+    eta, deta = q[terms.eta], u[terms.speeds]
+    V, Z = nodal_partial_velocities(terms.body, body_partial_velocities(terms, G), G, eta, deta)
+    weight = np.tile(G.A_NF.T @ model.gravity, len(full.nodes))
+    psi = terms.body.basis[:, : terms.body.free_count]
+    forces = full.mass @ (V @ du + Z - weight) + full.stiffness @ (psi @ (eta + 0.01 * deta))
+    # the tip carries a body, whose force is no part of F_u
+    carried = carried_wrench(model, 1, terms.body.interface("tip"), T, q, u, du)
+    for number, name in enumerate(BOTH_ENDS):
+        frame, nodes = terms.body.interface(name), full.groups[name].nodes
+        f = forces.reshape(-1, 3)[nodes]
+        moment = np.cross(full.nodes[nodes] - frame.position, f).sum(axis=0)
+        needed = np.concatenate((f.sum(axis=0), moment)) - (carried if name == "tip" else 0.0)
+        # second order in 1e-8, and round-off of forces of the order of 100
+        assert F_u[6 * number : 6 * number + 6] == pytest.approx(needed, abs=1e-7 * abs(F_u).max())
 
 
 def test_force_at_a_carrying_interface_is_the_reaction_of_what_it_carries() -> None:
