@@ -19,12 +19,16 @@ if TYPE_CHECKING:
     from kanefe.flexible import FlexibleBody as FlexibleBody
     from kanefe.given_matrices import model_from_matrices as model_from_matrices
     from kanefe.interface_ties import Interface as Interface
+    from kanefe.joints import Cylindrical as Cylindrical
     from kanefe.joints import Fixed as Fixed
     from kanefe.joints import Free as Free
     from kanefe.joints import Motion as Motion
     from kanefe.joints import Planar as Planar
     from kanefe.joints import Prismatic as Prismatic
     from kanefe.joints import Revolute as Revolute
+    from kanefe.joints import Screw as Screw
+    from kanefe.joints import Spherical as Spherical
+    from kanefe.joints import Universal as Universal
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import flexible_body as flexible_body
     from kanefe.results import Result as Result
@@ -35,6 +39,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "CraigBampton": "reduction",
+    "Cylindrical": "joints",
     "FileError": "errors",
     "FiniteElementModel": "finite_element_model",
     "Fixed": "joints",
@@ -52,8 +57,11 @@ _HOMES = {
     "RayleighDamping": "damping",
     "Result": "results",
     "Revolute": "joints",
+    "Screw": "joints",
     "SimulationError": "errors",
+    "Spherical": "joints",
     "System": "system",
+    "Universal": "joints",
     "flexible_body": "reduction",
     "load_result": "results",
     "model_from_matrices": "given_matrices",

@@ -20,6 +20,11 @@ JOINTS: list[Joint] = [
     kf.Prismatic("y"),
     kf.Prismatic((0.0, 3.0, 4.0), position=0.2, speed=0.3),
     kf.Planar(position=(0.1, -0.2), angle=0.5, velocity=(0.3, 0.2), rate=-0.7),
+    kf.Cylindrical((1.0, 1.0, 0.0), position=(0.3, -0.4), speed=(1.0, 2.0)),
+    kf.Screw("x", lead=0.02, position=0.5, speed=3.0),
+    kf.Spherical(orientation=(1, -1, 0.5, 2), angular_velocity=(0.1, -0.5, 2.0)),
+    kf.Universal("x", "y", position=(0.2, -0.6), speed=(1.0, 2.0)),
+    kf.Universal((1.0, 1.0, 0.0), "z"),
     kf.Free(position=(1, 2, 3), orientation=(2, 1, 0, -1), velocity=(1, 0, 2), angular_velocity=(0.1, -0.5, 2.0)),
 ]
 

@@ -1,10 +1,26 @@
 """Joints, one kinematic pair a file."""
 
 from kanefe.joints.base import Joint, Motion
+from kanefe.joints.cylindrical import Cylindrical
 from kanefe.joints.fixed import Fixed
 from kanefe.joints.free import Free
 from kanefe.joints.planar import Planar
 from kanefe.joints.prismatic import Prismatic
 from kanefe.joints.revolute import Revolute
+from kanefe.joints.screw import Screw
+from kanefe.joints.spherical import Spherical
+from kanefe.joints.universal import Universal
 
-__all__ = ["Fixed", "Free", "Joint", "Motion", "Planar", "Prismatic", "Revolute"]
+__all__ = [
+    "Cylindrical",
+    "Fixed",
+    "Free",
+    "Joint",
+    "Motion",
+    "Planar",
+    "Prismatic",
+    "Revolute",
+    "Screw",
+    "Spherical",
+    "Universal",
+]

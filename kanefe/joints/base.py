@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, unit_vector
+from kanefe.frames import Matrix, Vector, numbers, unit_vector
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -129,6 +129,30 @@ class Joint(ABC):
         return q + step
 
 
+def axis_direction(axis: str | Sequence[float], kind: str) -> Vector:
+    """Return the unit vector of an axis: "x", "y", "z" or three numbers; a ModelError names the joint's kind."""
+    direction = AXES.get(axis) if isinstance(axis, str) else axis
+    if direction is None:
+        raise ModelError(f"axis of a {kind} joint: {axis!r} is not x, y, z or three numbers")
+    return unit_vector(direction, f"the axis of a {kind} joint")
+
+
+def start_values(value: object, count: int, what: str) -> Vector:
+    """Return `count` finite numbers of a joint's start; a ModelError names what they are."""
+    array = numbers(value)
+    if array.shape != (count,) or not np.all(np.isfinite(array)):
+        raise ModelError(f"{what} must be {count} finite numbers, not {value!r}")
+    return array
+
+
+def start_orientation(value: object, what: str) -> Vector:
+    """Return unit Euler parameters of a joint's start; a ModelError names what they are."""
+    e = start_values(value, 4, what)
+    if np.linalg.norm(e) < 1e-12:
+        raise ModelError(f"{what}: four zeros are no rotation. Remedy: (1, 0, 0, 0)")
+    return e / np.linalg.norm(e)
+
+
 @dataclass(frozen=True)
 class AxisJoint(Joint):
     """Common part of the joints with one axis.
@@ -155,10 +179,7 @@ class AxisJoint(Joint):
     direction: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        direction = AXES.get(self.axis) if isinstance(self.axis, str) else self.axis
-        if direction is None:
-            raise ModelError(f"axis of a {self.kind} joint: {self.axis!r} is not x, y, z or three numbers")
-        object.__setattr__(self, "direction", unit_vector(direction, f"the axis of a {self.kind} joint"))
+        object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
         for name in ("position", "speed"):
             if not np.isfinite(getattr(self, name)):
                 raise ModelError(f"{name} of a {self.kind} joint must be finite, not {getattr(self, name)!r}")

@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.errors import ModelError
 from kanefe.frames import (
     Matrix,
     Vector,
@@ -17,7 +16,7 @@ from kanefe.frames import (
     multiply,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint
+from kanefe.joints.base import Joint, start_orientation, start_values
 
 
 @dataclass(frozen=True)
@@ -55,16 +54,13 @@ class Free(Joint):
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        for name, size in (("position", 3), ("orientation", 4), ("velocity", 3), ("angular_velocity", 3)):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if value.shape != (size,) or not np.all(np.isfinite(value)):
-                raise ModelError(f"{name} of a free joint must be {size} finite numbers, not {getattr(self, name)!r}")
-        if np.linalg.norm(self.orientation) < 1e-12:
-            raise ModelError("orientation of a free joint: four zeros are no rotation. Remedy: (1, 0, 0, 0)")
+        for name in ("position", "velocity", "angular_velocity"):
+            start_values(getattr(self, name), 3, f"{name} of a free joint")
+        start_orientation(self.orientation, "orientation of a free joint")
 
     def initial_coordinates(self) -> Vector:
-        e = np.asarray(self.orientation, dtype=float)
-        return np.concatenate((np.asarray(self.position, dtype=float), e / np.linalg.norm(e)))
+        e = start_orientation(self.orientation, "orientation of a free joint")
+        return np.concatenate((np.array(self.position, dtype=float), e))
 
     def initial_speeds(self) -> Vector:
         return np.array([*self.velocity, *self.angular_velocity], dtype=float)

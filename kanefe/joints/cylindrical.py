@@ -1,0 +1,62 @@
+"""The cylindrical joint: translation along one axis and rotation about it, independent of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
+from kanefe.joints.base import Joint, axis_direction, start_values
+
+
+@dataclass(frozen=True)
+class Cylindrical(Joint):
+    """Slide along and turn about an axis fixed in parent and child: 2 speeds.
+
+    Parameters
+    ----------
+    axis : "x", "y", "z" or three numbers
+        Direction in the joint's fixed frame F.
+    position : (float, float)
+        Distance (m) and angle (rad) at the start.
+    speed : (float, float)
+        Their rates at the start, m/s and rad/s.
+
+    Raises
+    ------
+    ModelError
+        If the axis has no length or the start is not two finite numbers.
+
+    Examples
+    --------
+    >>> sleeve = Cylindrical("x", position=(0.1, 0.0), speed=(0.0, 5.0))
+    """
+
+    axis: str | Sequence[float] = "z"
+    position: Sequence[float] = (0.0, 0.0)
+    speed: Sequence[float] = (0.0, 0.0)
+    direction: np.ndarray = field(init=False, repr=False, compare=False)
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("distance [m]", "angle [rad]")
+    speed_names: ClassVar[tuple[str, ...]] = ("rate [m/s]", "rate [rad/s]")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
+        start_values(self.position, 2, f"position of a {self.kind} joint")
+        start_values(self.speed, 2, f"speed of a {self.kind} joint")
+
+    def initial_coordinates(self) -> Vector:
+        return np.array(self.position, dtype=float)
+
+    def initial_speeds(self) -> Vector:
+        return np.array(self.speed, dtype=float)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        return q[0] * self.direction, rotation_matrix(euler_parameters(self.direction, q[1]))
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        zero = np.zeros(3)
+        return np.column_stack((self.direction, zero)), np.column_stack((zero, self.direction))

@@ -1,0 +1,66 @@
+"""The spherical joint: rotation about a point, by Euler parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.frames import (
+    Matrix,
+    Vector,
+    euler_parameter_rates,
+    euler_parameters_from_rotation_vector,
+    multiply,
+    rotation_matrix,
+)
+from kanefe.joints.base import Joint, start_orientation, start_values
+
+
+@dataclass(frozen=True)
+class Spherical(Joint):
+    """Rotation about a point fixed in parent and child: 4 coordinates, 3 speeds.
+
+    Parameters
+    ----------
+    orientation : array_like, shape (4,)
+        Euler parameters at the start, scalar first; normalised here.
+    angular_velocity : array_like, shape (3,)
+        At the start, in rad/s, components of the moving frame: these are the speeds.
+
+    Raises
+    ------
+    ModelError
+        If a shape is wrong, a number is not finite or the Euler parameters have no length.
+    """
+
+    orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+    angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("e0", "e1", "e2", "e3")
+    speed_names: ClassVar[tuple[str, ...]] = ("wx [rad/s]", "wy [rad/s]", "wz [rad/s]")
+
+    def __post_init__(self) -> None:
+        start_orientation(self.orientation, "orientation of a spherical joint")
+        start_values(self.angular_velocity, 3, "angular_velocity of a spherical joint")
+
+    def initial_coordinates(self) -> Vector:
+        return start_orientation(self.orientation, "orientation of a spherical joint")
+
+    def initial_speeds(self) -> Vector:
+        return np.array(self.angular_velocity, dtype=float)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        return np.zeros(3), rotation_matrix(q)
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        return np.zeros((3, 3)), rotation_matrix(q)  # w_FM_F = A_FM w_FM_M; its rate adds w x w = 0: no remainder
+
+    def coordinate_rates(self, q: Vector, u: Vector) -> Vector:
+        return euler_parameter_rates(q, u)
+
+    def advance(self, q: Vector, step: Vector) -> Vector:
+        e = multiply(q, euler_parameters_from_rotation_vector(step))
+        return e / np.linalg.norm(e)
