@@ -165,9 +165,8 @@ def _unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int
     if restrained < total:
         names = ", ".join(t.name for t in ties.ties if t.fixed)
         raise ModelError(
-            f"the interfaces fixed in G ({names}) leave {total - restrained} rigid motion(s) of the body "
-            "free. Remedy: make "
-            "one of them 'clamped', fix more components, or fix none and give the body a free joint"
+            f"the interfaces fixed in G ({names}) leave {total - restrained} rigid motion(s) of the body free. "
+            "Remedy: make one of them 'clamped', fix more components, or fix none and give the body a free joint"
         )
     return 0
 
