@@ -50,19 +50,29 @@ class SlopeMeasure:
     from_euler_parameters: Callable[[Vector], Vector]
 
 
-def _series(x: float, first: int, factor: Callable[[int], float] = lambda k: 1.0) -> float:
-    """Return sum_k (-1)^k factor(k) x^(2k) / (2k + first)!, ten terms: round-off for x <= 1."""
-    return sum((-1) ** k * factor(k) * x ** (2 * k) / math.factorial(2 * k + first) for k in range(10))
+def _series(first: int, factor: Callable[[int], float] = lambda k: 1.0) -> tuple[float, ...]:
+    """Return the coefficients (-1)^k factor(k) / (2k + first)! of x^(2k), highest first; ten are round-off at x = 1."""
+    return tuple((-1) ** k * factor(k) / math.factorial(2 * k + first) for k in reversed(range(10)))
 
 
-def _exponential_coefficients(angle: float) -> tuple[float, float, float, float]:
-    """Return a = (1-cos)/x^2, b = (x-sin)/x^3 and a'/x, b'/x; by series below 1 rad, where the closed forms cancel."""
+# a = (1-cos)/x^2, b = (x-sin)/x^3 and their derivatives a'/x, b'/x
+_SERIES = (_series(2), _series(3), _series(4, lambda k: -2.0 * (k + 1)), _series(5, lambda k: -2.0 * (k + 1)))
+
+
+def _exponential_coefficients(angle: float) -> tuple[float, ...]:
+    """Return a, b, a'/x and b'/x; by series below 1 rad, where the closed forms cancel."""
     x = angle
     if x < 1.0:
-        a, b = _series(x, 2), _series(x, 3)
-        return a, b, _series(x, 4, lambda k: -2.0 * (k + 1)), _series(x, 5, lambda k: -2.0 * (k + 1))
+        return tuple(_horner(coefficients, x * x) for coefficients in _SERIES)
     s, c = math.sin(x), math.cos(x)
     return (1 - c) / x**2, (x - s) / x**3, (x * s - 2 * (1 - c)) / x**4, (x * (1 - c) - 3 * (x - s)) / x**5
+
+
+def _horner(coefficients: tuple[float, ...], x: float) -> float:
+    value = 0.0
+    for coefficient in coefficients:
+        value = value * x + coefficient
+    return value
 
 
 def _exponential_tangent(theta: Vector) -> Matrix:
