@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,7 +54,7 @@ class RigidBody(Frame):
 class FlexibleMember(Frame):
     """A flexible body of a system."""
 
-    body: FlexibleBody = None  # type: ignore[assignment]  # always given; dataclass fields after defaults need one
+    body: FlexibleBody = field(kw_only=True)
 
     def interface(self, name: str) -> Frame:
         """Return the frame of an interface, to carry a body or a load."""
@@ -180,7 +180,7 @@ class System:
                 "Remedy: make an interface 'clamped', or give the body a free joint"
             )
         self._add(name, parent, joint, at, orientation, None, body, modal_coordinates, modal_speeds)
-        return FlexibleMember(self, len(self._entries) - 1, name, None, body)
+        return FlexibleMember(self, len(self._entries) - 1, name, body=body)
 
     def add_force(
         self, target: Frame, force: Load, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
