@@ -18,7 +18,7 @@ from kanefe.integrate.run import Trajectory
 from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kane.balance import carried_wrench, joint_reactions
 from kanefe.kane.coupling import recovered_forces
-from kanefe.kane.energy import gravity_energy, kinetic_energy, momenta
+from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
 from kanefe.model import BodyTerms, Model
 from kanefe.quantities import ENERGIES, MODES, MOMENTA, XYZ
@@ -249,13 +249,9 @@ class RunChannels:
     def _energies(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         run, model = self.trajectory, self.model
         states = self._states()
-        elastic = np.zeros(len(run.times))
-        for terms in (b.flexible for b in model.bodies if b.flexible):
-            eta, k = run.coordinates[:, terms.eta], terms.body.free_count
-            elastic += 0.5 * np.einsum("ti,ti->t", eta @ terms.body.stiffness[:k, :k], eta)
         return {
             ("kinetic_energy", "", ""): np.array([kinetic_energy(model, t, q, u) for t, q, u in states]),
-            ("elastic_energy", "", ""): elastic,
+            ("elastic_energy", "", ""): np.array([elastic_energy(model, t, q) for t, q, _ in states]),
             ("gravity_energy", "", ""): np.array([gravity_energy(model, t, q) for t, q, _ in states]),
             ("dissipated_energy", "", ""): np.array(run.dissipated),
             ("work", "", ""): np.array(run.work),

@@ -95,6 +95,23 @@ class BodyTerms:
     joint_loads: tuple[JointLoad, ...]
 
     @property
+    def exchanges_energy(self) -> bool:
+        """Whether loads or damping give energy to the body or take it."""
+        is_damped = self.flexible is not None and self.flexible.damping is not None
+        return bool(self.loads or self.joint_loads or is_damped or self.joint.stiffness_and_damping[1])
+
+    @property
+    def has_spring(self) -> bool:
+        """Whether a spring or damper acts across the joint."""
+        return any(self.joint.stiffness_and_damping)
+
+    def joint_coordinates(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Return the coordinates of the joint: of the state, or of its motion in time."""
+        if self.joint.motion is None:
+            return q[self.coordinates]
+        return np.array([self.joint.motion.at("position", t, self.name)])
+
+    @property
     def is_driven(self) -> bool:
         """Whether the joint's coordinate is a given function of time."""
         return self.joint.motion is not None
@@ -134,9 +151,7 @@ class Model:
     @property
     def has_power(self) -> bool:
         """Whether loads, drives or damping exchange energy, so that their work must be integrated."""
-        return self.driven_count > 0 or any(
-            b.loads or b.joint_loads or (b.flexible is not None and b.flexible.damping is not None) for b in self.bodies
-        )
+        return self.driven_count > 0 or any(body.exchanges_energy for body in self.bodies)
 
     @property
     def highest_frequency(self) -> float:

@@ -189,7 +189,7 @@ def balance_by_finite_differences(
 @pytest.mark.parametrize("seed", range(2))
 def test_coupling_forces_balance_the_motion_of_every_mass_point(interfaces: dict | None, seed: int) -> None:
     scene = flexible_scene(seed, interfaces=interfaces, loads=False)
-    member = FlexibleMember(scene, 1, "arm", None, scene._entries[1].flexible)
+    member = FlexibleMember(scene, 1, "arm", body=scene._entries[1].flexible)
     at_node, at_tip = np.array([1.0, -2.0, 0.5]), np.array([0.3, 0.2, -0.7])
     scene.add_force(member.node(4), at_node)
     scene.add_force(member.interface("tip"), at_tip)

@@ -89,6 +89,8 @@ def test_steady_motion() -> None:
             "axis of a revolute joint must be three finite numbers with a length above zero",
         ),
         (lambda: kf.Prismatic((1, 0)), "axis of a prismatic joint must be three finite numbers"),
+        (lambda: kf.Revolute("z", stiffness=-1.0), "stiffness of a revolute joint must be finite and >= 0, not -1"),
+        (lambda: kf.Prismatic("z", damping=np.inf), "damping of a prismatic joint must be finite and >= 0, not inf"),
         (lambda: kf.Revolute("z", position=np.nan), "position of a revolute joint must be finite"),
         (lambda: kf.Prismatic("z", speed=np.inf), "speed of a prismatic joint must be finite"),
         (lambda: kf.Revolute("z", speed=1.0, motion=kf.Motion.steady(1.0)), "Remedy: leave out position and speed"),

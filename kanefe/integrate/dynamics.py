@@ -48,4 +48,4 @@ class Dynamics:
         if not self.model.has_power:
             return np.zeros(WORKS)
         work = load_power(self.model, t, q, u) + drive_power(self.model, t, q, u, du)
-        return np.array((dissipated_power(self.model, u), work))
+        return np.array((dissipated_power(self.model, t, u), work))

@@ -177,9 +177,11 @@ def scene_length(model: Model) -> float:
 
 
 def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Return K and C of the flexible bodies over the free speeds, each (free, free)."""
+    """Return K and C of flexible bodies and joint springs over the free speeds, each (free, free)."""
     K, C = np.zeros((model.free_count, model.free_count)), np.zeros((model.free_count, model.free_count))
     for body in model.bodies:
+        if body.has_spring and not body.is_driven:
+            K[body.speeds, body.speeds], C[body.speeds, body.speeds] = body.joint.stiffness_and_damping
         if body.flexible:
             k, at = body.flexible.body.free_count, body.flexible.speeds
             K[at, at] = body.flexible.body.stiffness[:k, :k]

@@ -120,6 +120,16 @@ class Joint(ABC):
         """Return Z and Y (3,): acceleration of M seen from F that needs no du, in components of F (Eq. 15, 16)."""
         return np.zeros(3), np.zeros(3)
 
+    @property
+    def stiffness_and_damping(self) -> tuple[float, float]:
+        """Stiffness and damping of the one coordinate, N m/rad or N/m and N m s/rad or N s/m; zero without a spring."""
+        return 0.0, 0.0
+
+    @property
+    def rest_position(self) -> float:
+        """Coordinate at which the spring is slack, rad or m."""
+        return 0.0
+
     def coordinate_rates(self, q: Vector, u: Vector) -> Vector:
         """Return dq/dt, shape (coordinates,)."""
         return u
@@ -165,24 +175,35 @@ class AxisJoint(Joint):
         Coordinate (rad or m) and its rate at the start.
     motion : Motion, optional
         Drives the coordinate; then `position` and `speed` must stay at zero.
+    stiffness, damping : float
+        Of a spring and damper across the joint: N m/rad and N m s/rad for an angle, N/m and N s/m for a distance.
+    rest : float
+        Coordinate at which the spring is slack (rad or m).
 
     Raises
     ------
     ModelError
-        If the axis has no length or the start contradicts the motion.
+        If the axis has no length, the start contradicts the motion, or stiffness or damping is negative.
     """
 
     axis: str | Sequence[float] = "z"
     position: float = 0.0
     speed: float = 0.0
     motion: Motion | None = None
+    stiffness: float = 0.0
+    damping: float = 0.0
+    rest: float = 0.0
     direction: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
-        for name in ("position", "speed"):
+        for name in ("position", "speed", "rest"):
             if not np.isfinite(getattr(self, name)):
                 raise ModelError(f"{name} of a {self.kind} joint must be finite, not {getattr(self, name)!r}")
+        for name in ("stiffness", "damping"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                raise ModelError(f"{name} of a {self.kind} joint must be finite and >= 0, not {value!r}")
         if self.motion is not None:
             if self.position != 0.0 or self.speed != 0.0:
                 raise ModelError(
@@ -190,6 +211,14 @@ class AxisJoint(Joint):
                     "Remedy: leave out position and speed"
                 )
             self.motion.check(f"{self.kind} joint")
+
+    @property
+    def stiffness_and_damping(self) -> tuple[float, float]:
+        return self.stiffness, self.damping
+
+    @property
+    def rest_position(self) -> float:
+        return self.rest
 
     def initial_coordinates(self) -> Vector:
         return np.array([self.position], dtype=float)

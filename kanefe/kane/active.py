@@ -42,3 +42,7 @@ def add_loads(model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: V
         F += frame.V.T @ force + frame.W.T @ moment
     for joint_load in body.joint_loads:
         F[body.speeds] += joint_load.value(t)
+    if body.has_spring:
+        stiffness, damping = body.joint.stiffness_and_damping
+        stretch = body.joint_coordinates(t, q) - body.joint.rest_position
+        F[body.speeds] -= stiffness * stretch + damping * u[body.speeds]

@@ -18,10 +18,13 @@ def kinetic_energy(model: Model, t: float, q: Vector, u: Vector) -> float:
     return float(0.5 * speeds @ M @ speeds)
 
 
-def elastic_energy(model: Model, q: Vector) -> float:
-    """Return 1/2 eta^T K eta of all flexible bodies, in J."""
+def elastic_energy(model: Model, t: float, q: Vector) -> float:
+    """Return 1/2 eta^T K eta of all flexible bodies and the energy of the joints' springs, in J."""
     total = 0.0
     for body in model.bodies:
+        if body.has_spring:
+            stretch = float(body.joint_coordinates(t, q)[0]) - body.joint.rest_position
+            total += 0.5 * body.joint.stiffness_and_damping[0] * stretch**2
         if body.flexible:
             eta, k = q[body.flexible.eta], body.flexible.body.free_count
             total += 0.5 * float(eta @ body.flexible.body.stiffness[:k, :k] @ eta)
@@ -68,10 +71,13 @@ def momenta(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vecto
     return linear, angular
 
 
-def dissipated_power(model: Model, u: Vector) -> float:
-    """Return the power of damping, deta^T C deta, in W."""
+def dissipated_power(model: Model, t: float, u: Vector) -> float:
+    """Return the power of damping, deta^T C deta and that of the joints' dampers, in W."""
     total = 0.0
+    full = all_speeds(model, t, u)
     for body in model.bodies:
+        if body.has_spring:
+            total += body.joint.stiffness_and_damping[1] * float(full[body.speeds][0]) ** 2
         if body.flexible and body.flexible.damping is not None:
             deta = u[body.flexible.speeds]
             total += float(deta @ body.flexible.damping[: len(deta)] @ deta)

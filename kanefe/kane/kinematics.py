@@ -109,10 +109,7 @@ def placed(P: FrameMotion, p: Vector, A: Matrix) -> FrameMotion:
 def joint_motion(body: BodyTerms, t: float, q: Vector, u: Vector) -> RelativeMotion:
     """Return the motion across a joint; a driven one takes position and rate from its function of time."""
     joint = body.joint
-    if joint.motion is None:
-        q_joint, u_joint = q[body.coordinates], u[body.speeds]
-    else:
-        q_joint, u_joint = np.array([joint.motion.at("position", t, body.name)]), u[body.speeds]
+    q_joint, u_joint = body.joint_coordinates(t, q), u[body.speeds]
     p, A = joint.pose(q_joint)
     V, W = joint.partial_velocities(q_joint)
     Z, Y = joint.remainders(q_joint, u_joint)
