@@ -29,9 +29,7 @@ def test_a_stiff_spring_holds_no_step_of_the_implicit_method():
     scene = kf.System(gravity=(0.0, -9.81, 0.0))
     arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(0.3, 0, 0), joint=kf.Revolute("z"))
     stiff = kf.Revolute("z", stiffness=1e6, damping=1.0)
-    scene.add_rigid_body(
-        "end", 0.1, 1e-4, parent=arm, at=(0.6, 0, 0), joint=kf.Revolute("z", stiffness=1e6, damping=1.0)
-    )
+    scene.add_rigid_body("end", 0.1, 1e-4, parent=arm, at=(0.6, 0, 0), joint=stiff)
     result = scene.simulate((0.0, 1.0), rtol=1e-5, method="generalised-alpha")
     assert result.statistics["evaluations"] < 5000
     assert abs(result.joint_coordinates("end")).max() < 1e-5
