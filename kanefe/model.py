@@ -153,12 +153,6 @@ class Model:
         """Whether loads, drives or damping exchange energy, so that their work must be integrated."""
         return self.driven_count > 0 or any(body.exchanges_energy for body in self.bodies)
 
-    @property
-    def highest_frequency(self) -> float:
-        """Highest natural frequency of the flexible bodies in Hz, zero without any."""
-        bodies = [b.flexible.body for b in self.bodies if b.flexible and b.flexible.body.free_count]
-        return max((float(body.frequencies[-1]) for body in bodies), default=0.0)
-
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""
         for number, body in enumerate(self.bodies):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.integrate.generalised_alpha import stiffest_rate
 
 
 @pytest.mark.parametrize("method", ["dop853", "generalised-alpha"])
@@ -54,3 +55,14 @@ def test_a_joint_without_spring_runs_no_spring_code(monkeypatch):
     scene = kf.System(gravity=(0, -9.81, 0))
     scene.add_rigid_body("rod", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z"))
     assert scene.simulate((0.0, 0.1)).energy.elastic.max() == 0.0
+
+
+def test_auto_sees_the_frequency_of_the_scene():
+    # a 1 g wheel on 1e4 N m/rad: w = sqrt(1e4 / 1e-6) = 1e5 rad/s, though no flexible body is there
+    scene = kf.System()
+    scene.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", position=1e-3, stiffness=1e4))
+    assert stiffest_rate(scene.freeze(), 0.0) == pytest.approx(1e5, rel=1e-12)
+    assert scene.simulate((0.0, 1.0), rtol=1e-3, output_step=0.5).statistics["method"] == "generalised-alpha"
+    damped = kf.System()
+    damped.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", damping=2.0))
+    assert stiffest_rate(damped.freeze(), 0.0) == pytest.approx(2.0 / 1e-6, rel=1e-12)

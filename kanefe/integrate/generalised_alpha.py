@@ -188,3 +188,24 @@ def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:
             if body.flexible.damping is not None:
                 C[at, at] = body.flexible.damping[:k]
     return K, C
+
+
+def stiffest_rate(model: Model, start: float) -> float:
+    """Return the highest natural frequency or decay rate of the scene as it starts, in rad/s; zero without elasticity.
+
+    Of K and C of flexible bodies and joint springs with the mass of the whole scene: a body on a hinge, or a light
+    one on a stiff spring, vibrates faster than its own modes say.
+    """
+    K, C = iteration_matrices(model)
+    if not (np.any(K) or np.any(C)):
+        return 0.0
+    M, _ = assemble(model, start, model.initial_coordinates, model.initial_speeds)
+    n = model.free_count
+    try:
+        squares, rates = (
+            scipy.linalg.eigh(X, M[:n, :n], eigvals_only=True, subset_by_index=(n - 1, n - 1))[0] for X in (K, C)
+        )
+    except np.linalg.LinAlgError:
+        accelerations(model, start, model.initial_coordinates, model.initial_speeds)  # names what has no inertia
+        raise
+    return float(max(np.sqrt(max(squares, 0.0)), rates))

@@ -15,7 +15,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import WORKS, Dynamics
 from kanefe.integrate.explicit import ExplicitStepper
-from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper
+from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper, stiffest_rate
 from kanefe.model import Model
 
 
@@ -121,7 +121,7 @@ def integrate(
     if not (math.isfinite(rtol) and 0 < rtol < 1):
         raise ModelError(f"rtol must lie between 0 and 1, not {rtol!r}")
     times = _output_times(start, stop, output_step)
-    name, reason = _choose(model, method, stop - start)
+    name, reason = _choose(model, method, start, stop)
     if atol is not None and name != ExplicitStepper.name:
         raise ModelError(
             f"atol has no meaning for {name}, which scales errors by the size of the bodies. Remedy: leave it out"
@@ -184,18 +184,16 @@ def _output_times(start: float, stop: float, step: float | None) -> np.ndarray:
     return np.append(np.arange(start, stop, step), stop)
 
 
-def _choose(model: Model, method: str, span: float) -> tuple[str, str]:
+def _choose(model: Model, method: str, start: float, stop: float) -> tuple[str, str]:
     if method != "auto":
         if method not in METHODS:
             raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(METHODS)}")
         return method, "asked for"
+    rate = stiffest_rate(model, start)
     # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2
-    needed = span * 2 * math.pi * model.highest_frequency / 2.0
-    if needed > LARGEST_EXPLICIT_STEPS:
-        return (
-            GeneralisedAlphaStepper.name,
-            f"elastic modes up to {model.highest_frequency:.3g} Hz are stiff over {span:g} s",
-        )
+    if (stop - start) * rate / 2.0 > LARGEST_EXPLICIT_STEPS:
+        reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
+        return GeneralisedAlphaStepper.name, reason
     return ExplicitStepper.name, "no stiff elastic modes"
 
 
