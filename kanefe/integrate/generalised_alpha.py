@@ -53,7 +53,6 @@ class GeneralisedAlphaStepper:
         self._scales = rtol * displacement_scales(self._model)
         self._stiffness, self._damping = iteration_matrices(self._model)
         self._stops = np.append(outputs[outputs > start], stop)
-        self._start = start
         self.t = start
         self._state = dynamics.initial_state()
         q, u = dynamics.parts(self._state)
