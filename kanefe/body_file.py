@@ -129,6 +129,22 @@ def _check_header(header: dict[str, Any], path: Path) -> None:
         )
 
 
+def ready_path(path: str | Path) -> Path:
+    """Return `path` with its folder made.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be made.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be made") from error
+    return path
+
+
 def write_whole(path: str | Path, write: Any) -> None:
     """Call ``write(file)`` on a temporary file beside `path` and put it in place only when it is complete.
 
@@ -139,9 +155,8 @@ def write_whole(path: str | Path, write: Any) -> None:
     FileError
         If the folder cannot be written, or the disk is full; `path` is as it was before.
     """
-    path = Path(path)
+    path = ready_path(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     except OSError as error:
         raise FileError(

@@ -230,8 +230,8 @@ class RunChannels:
             u = np.array(self.trajectory.speeds[:, terms.speeds])
         else:
             motion = terms.joint.motion
-            q = np.array([[float(motion.position(t))] for t in self.times])
-            u = np.array([[float(motion.velocity(t))] for t in self.times])
+            q = np.array([[motion.at("position", t, body)] for t in self.times])
+            u = np.array([[motion.at("velocity", t, body)] for t in self.times])
         return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
 
     def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.body_file import write_whole
+from kanefe.body_file import ready_path, write_whole
 from kanefe.channels import BodyShape
 from kanefe.errors import FileError, ModelError
 from kanefe.finite_element_model import Cells
@@ -116,22 +116,6 @@ class FileChannels:
                 f"{quantity}{of} was not saved in {self.path}. Remedy: run the scene again and save with forces=True"
             )
         return self._arrays[where]
-
-
-def ready_path(path: str | Path) -> Path:
-    """Return `path` with its folder made.
-
-    Raises
-    ------
-    FileError
-        If the folder cannot be made.
-    """
-    path = Path(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be made") from error
-    return path
 
 
 def _saved(shapes: list[BodyShape], forces: bool) -> list[tuple[str, str, str]]:

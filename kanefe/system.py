@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.flexible import FlexibleBody, InterfaceFrame
 from kanefe.frames import numbers
 from kanefe.freeze import BodyEntry, build_model
-from kanefe.joints import Fixed, Joint
+from kanefe.joints import Fixed, Free, Joint, Planar
 from kanefe.loads import JointLoad, PointLoad
 from kanefe.model import Model
 from kanefe.rigid import RigidMass, rigid_mass
@@ -174,7 +174,7 @@ class System:
                 "Remedy: make one with kanefe_fem.solid_body, beam_body, or kanefe.flexible_body"
             )
         joint = joint or Fixed()
-        if body.is_floating and len(joint.speed_names) < 3:
+        if body.is_floating and not isinstance(joint, (Free, Planar)):
             raise ModelError(
                 f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
                 "Remedy: make an interface 'clamped', or give the body a free joint"

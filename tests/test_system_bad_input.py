@@ -93,6 +93,7 @@ FLEXIBLE_CASES = [
         "'b' has no interface fixed in G, so a fixed joint has nothing to hold. Remedy: .*'clamped'",
     ),
     (flexible(body=FLOATING, joint=kf.Revolute("z")), "so a revolute joint has nothing to hold. Remedy: .*free joint"),
+    (flexible(body=FLOATING, joint=kf.Spherical()), "so a spherical joint has nothing to hold. Remedy: .*free joint"),
     (
         flexible(modal_coordinates=[1.0]),
         r"modal_coordinates of body 'b' must be 15 finite numbers, shape \(1,\) was given",

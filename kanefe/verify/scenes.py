@@ -10,11 +10,13 @@ import scipy.linalg
 from scipy.optimize import brentq
 
 from kanefe.errors import SimulationError
+from kanefe.flexible import FlexibleBody
 from kanefe.integrate.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import all_speeds, assemble
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.model import Model
+from kanefe.system import System
 
 State = tuple[float, np.ndarray, np.ndarray]
 """Time in s, coordinates q and free speeds u."""
@@ -96,3 +98,14 @@ def _common_step(times: Sequence[float]) -> float:
     if len(times) == 1:
         return times[0]
     return math.gcd(*(round(t * 1e9) for t in times)) * 1e-9
+
+
+def stretching_frequencies_with_tip_mass(body: FlexibleBody, mass: float) -> np.ndarray:
+    """Return the frequencies (Hz) at which a clamped bar along x stretches with a point mass (kg) on its "tip"."""
+    scene = System()
+    bar = scene.add_flexible_body("bar", body)
+    scene.add_rigid_body("tip", mass, parent=bar.interface("tip"))
+    model = scene.freeze()
+    frequencies, modes = system_modes(model)
+    tip = np.abs(body.interface("tip").motion[:, : model.free_count] @ modes)
+    return frequencies[tip[0] > 1e3 * tip[1]] / (2.0 * np.pi)

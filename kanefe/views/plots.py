@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.body_file import write_whole
+from kanefe.body_file import ready_path, write_whole
 from kanefe.errors import MissingDependency, ModelError
 from kanefe.quantities import DRIVES, ENERGIES, INTERFACES, MODES, MOMENTA, QUANTITIES
-from kanefe.result_file import ready_path
 
 try:
     from matplotlib.axes import Axes

@@ -9,10 +9,10 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from kanefe.body_file import ready_path
 from kanefe.channels import BodyShape
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.frames import rotation_matrix
-from kanefe.result_file import ready_path
 
 try:
     from pyevtk.hl import unstructuredGridToVTK
