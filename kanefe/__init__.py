@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from kanefe.flexible import FlexibleBody as FlexibleBody
     from kanefe.given_matrices import model_from_matrices as model_from_matrices
     from kanefe.interface_ties import Interface as Interface
+    from kanefe.joints import CoordinateForce as CoordinateForce
     from kanefe.joints import Cylindrical as Cylindrical
     from kanefe.joints import Fixed as Fixed
     from kanefe.joints import Free as Free
@@ -28,7 +29,9 @@ if TYPE_CHECKING:
     from kanefe.joints import Revolute as Revolute
     from kanefe.joints import Screw as Screw
     from kanefe.joints import Spherical as Spherical
+    from kanefe.joints import Translation as Translation
     from kanefe.joints import Universal as Universal
+    from kanefe.load_pattern import NodalPattern as NodalPattern
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import flexible_body as flexible_body
     from kanefe.results import Result as Result
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "CoordinateForce": "joints",
     "CraigBampton": "reduction",
     "Cylindrical": "joints",
     "FileError": "errors",
@@ -52,6 +56,7 @@ _HOMES = {
     "ModalDamping": "damping",
     "ModelError": "errors",
     "Motion": "joints",
+    "NodalPattern": "load_pattern",
     "Planar": "joints",
     "Prismatic": "joints",
     "RayleighDamping": "damping",
@@ -61,6 +66,7 @@ _HOMES = {
     "SimulationError": "errors",
     "Spherical": "joints",
     "System": "system",
+    "Translation": "joints",
     "Universal": "joints",
     "flexible_body": "reduction",
     "load_result": "results",

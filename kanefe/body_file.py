@@ -16,11 +16,12 @@ import scipy.sparse as sp
 from kanefe.errors import FileError
 from kanefe.finite_element_model import Cells
 from kanefe.flexible import FlexibleBody, InterfaceFrame
+from kanefe.load_pattern import ARRAYS, LoadPattern
 from kanefe.mass_moments import MassMoments
 from kanefe.nodal_moments import NodalMoments
 
 FORMAT = "kanefe flexible body"
-VERSION = 1
+VERSION = 2
 
 
 def save_body(body: FlexibleBody, path: str | Path) -> None:
@@ -42,6 +43,10 @@ def save_body(body: FlexibleBody, path: str | Path) -> None:
             {"name": f.name, "fixed_components": f.fixed_components, "fixed_columns": f.fixed_columns}
             for f in body.interfaces
         ],
+        "load_patterns": [
+            {"name": p.name, "kind": p.kind, "has_pressure": p.has_pressure, "measure": p.measure}
+            for p in body.load_patterns
+        ],
         "units": body.units,
         "provenance": dict(body.provenance),
     }
@@ -60,6 +65,8 @@ def save_body(body: FlexibleBody, path: str | Path) -> None:
     arrays |= {f"cells_{i}": block.nodes for i, block in enumerate(body.cells)}
     for i, frame in enumerate(body.interfaces):
         arrays |= {f"interface_{i}_position": frame.position, f"interface_{i}_motion": frame.motion}
+    for i, pattern in enumerate(body.load_patterns):
+        arrays |= {f"load_pattern_{i}_{name}": array for name, array in pattern.arrays().items()}
     write_whole(path, lambda file: np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays))
 
 
@@ -114,6 +121,16 @@ def _body(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> FlexibleBody
         ),
         inertia_basis=arrays["inertia_basis"],
         cells=tuple(Cells(name, arrays[f"cells_{i}"]) for i, name in enumerate(header["cells"])),
+        load_patterns=tuple(
+            LoadPattern(
+                p["name"],
+                p["kind"],
+                p["has_pressure"],
+                p["measure"],
+                *(arrays[f"load_pattern_{i}_{name}"] for name in ARRAYS),
+            )
+            for i, p in enumerate(header["load_patterns"])
+        ),
         units=header["units"],
         provenance=header["provenance"],
     )

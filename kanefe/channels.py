@@ -16,7 +16,7 @@ from kanefe.flexible import InterfaceFrame
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.integrate.run import Trajectory
 from kanefe.kane.assemble import accelerations, all_speeds
-from kanefe.kane.balance import carried_wrench, joint_reactions
+from kanefe.kane.balance import carried_wrench, joint_reactions, loop_forces
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
@@ -37,7 +37,8 @@ class BodyShape:
         "" for the inertial frame, and for a parent's own frame.
     joint : str
         Kind of the joint.
-    is_driven : bool
+    driven_names : tuple of str
+        Coordinates of the joint that are given functions of time, with units in brackets.
     coordinate_names, speed_names : tuple of str
         Of the joint, with units in brackets.
     mass : float
@@ -64,7 +65,7 @@ class BodyShape:
     parent: str
     parent_interface: str
     joint: str
-    is_driven: bool
+    driven_names: tuple[str, ...]
     coordinate_names: tuple[str, ...]
     speed_names: tuple[str, ...]
     mass: float
@@ -77,6 +78,11 @@ class BodyShape:
     cells: tuple[Cells, ...]
     is_orthonormal: bool
     provenance: Mapping[str, Any]
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether a coordinate of the joint is a given function of time."""
+        return len(self.driven_names) > 0
 
     @property
     def is_flexible(self) -> bool:
@@ -94,11 +100,16 @@ class BodyShape:
 
 
 class Channels(Protocol):
-    """Where a result reads from; `has_forces`: whether accelerations and all forces can be read."""
+    """Where a result reads from.
+
+    `has_forces`: whether accelerations and all forces can be read; `loops`: the names of loop joints and other
+    constraints with two ends.
+    """
 
     times: np.ndarray
     statistics: dict[str, Any]
     bodies: tuple[BodyShape, ...]
+    loops: tuple[str, ...]
     has_forces: bool
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
@@ -133,7 +144,7 @@ def body_shape(model: Model, body: BodyTerms) -> BodyShape:
         parent=model.bodies[body.parent].name if body.parent >= 0 else "",
         parent_interface=body.parent_interface.name if body.parent_interface is not None else "",
         joint=body.joint.kind,
-        is_driven=body.is_driven,
+        driven_names=tuple(body.joint.coordinate_names[i] for i in body.driven),
         coordinate_names=body.joint.coordinate_names,
         speed_names=body.joint.speed_names,
         mass=mass,
@@ -158,6 +169,7 @@ class RunChannels:
         self.times = trajectory.times
         self.statistics = trajectory.statistics
         self.bodies = tuple(body_shape(model, body) for body in model.bodies)
+        self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
         self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
         self._du: np.ndarray | None = None
@@ -225,13 +237,8 @@ class RunChannels:
 
     def _joint(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.bodies[self.model.index(body)]
-        if terms.joint.motion is None:
-            q = np.array(self.trajectory.coordinates[:, terms.coordinates])
-            u = np.array(self.trajectory.speeds[:, terms.speeds])
-        else:
-            motion = terms.joint.motion
-            q = np.array([[motion.at("position", t, body)] for t in self.times])
-            u = np.array([[motion.at("velocity", t, body)] for t in self.times])
+        q = np.array([terms.joint_coordinates(t, q) for t, q, _ in self._states()]).reshape(len(self.times), -1)
+        u = np.array([all_speeds(self.model, t, u)[terms.speeds] for t, _, u in self._states()])
         return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
 
     def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -272,7 +279,8 @@ class RunChannels:
         start = self.model.free_count
         for terms in self.model.bodies:
             if terms.is_driven:
-                kept["driving_force", terms.name, ""] = forces[:, terms.speeds.start - start].copy()
+                driving = forces[:, terms.speeds[list(terms.driven)] - start]
+                kept["driving_force", terms.name, ""] = driving[:, 0].copy() if driving.shape[1] == 1 else driving
             if terms.flexible is None:
                 continue
             for frame in terms.flexible.body.interfaces:
@@ -282,6 +290,10 @@ class RunChannels:
                     wrench[:, frame.fixed_components] = forces[:, [first + column for column in frame.fixed_columns]]
                     kept["coupling_force", terms.name, frame.name] = wrench
         return kept
+
+    def _loop_forces(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        forces = [loop_forces(self.model, *state) for state in self._states()]
+        return {("loop_force", name, ""): np.array([force[name] for force in forces]) for name in self.loops}
 
     def _coupling(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.bodies[self.model.index(body)]
@@ -293,10 +305,10 @@ class RunChannels:
     def _carried(self, terms: BodyTerms, frame: InterfaceFrame) -> np.ndarray:
         """Return the wrench of what an interface carries (T, 6); nothing carried, nothing computed."""
         number = self.model.index(terms.name)
-        if len(frame.fixed_components) == 6 or not any(
-            b.parent == number and b.parent_interface is not None and b.parent_interface.name == frame.name
-            for b in self.model.bodies
-        ):
+        held = [(b.parent, b.parent_interface) for b in self.model.bodies]
+        held += [(m.body, m.interface) for c in self.model.constraints for m in (c.a, c.b) if m is not None]
+        is_held = any(body == number and n is not None and n.name == frame.name for body, n in held)
+        if len(frame.fixed_components) == 6 or not is_held:
             return np.zeros((len(self.times), 6))
         return self._at_all_times(lambda model, *state: carried_wrench(model, number, frame, *state))
 
@@ -316,5 +328,6 @@ _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = 
     "deflection": RunChannels._deflection,
     "joint_reaction": RunChannels._reactions,
     "driving_force": RunChannels._residuals,
+    "loop_force": RunChannels._loop_forces,
     "coupling_force": RunChannels._coupling,
 }  # fmt: skip

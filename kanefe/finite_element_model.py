@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.load_pattern import NodalPattern
 
 TRANSLATIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")
@@ -104,6 +105,8 @@ class FiniteElementModel:
         For views.
     groups : dict of str to NodeGroup
         Candidates for interfaces.
+    load_patterns : dict of str to NodalPattern
+        Surfaces and lines that can carry distributed loads.
     provenance : dict
         Where the arrays come from (json-able).
     """
@@ -116,6 +119,7 @@ class FiniteElementModel:
     damping: sp.csr_matrix | None = None
     cells: tuple[Cells, ...] = ()
     groups: Mapping[str, NodeGroup] = field(default_factory=dict)
+    load_patterns: Mapping[str, NodalPattern] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -17,6 +17,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.finite_element_model import COMPONENTS, Cells
+from kanefe.load_pattern import LoadPattern
 from kanefe.mass_moments import MassMoments
 from kanefe.nodal_moments import NodalMoments
 
@@ -74,6 +75,8 @@ class FlexibleBody:
         Psi at the mass points, (3 P, K); at the nodes in the nodal form.
     cells : tuple of Cells
         For views.
+    load_patterns : tuple of LoadPattern
+        Surfaces and lines that can carry distributed loads.
     units : str
     provenance : dict
         Where the body comes from (json-able).
@@ -91,6 +94,7 @@ class FlexibleBody:
     inertia_mass: sp.csr_matrix
     inertia_basis: np.ndarray
     cells: tuple[Cells, ...] = ()
+    load_patterns: tuple[LoadPattern, ...] = ()
     units: str = UNITS
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -99,6 +103,7 @@ class FlexibleBody:
         frozen += [*self.moments.arrays().values(), self.inertia_mass.data]
         frozen += [a for frame in self.interfaces for a in (frame.position, frame.motion)]
         frozen += [block.nodes for block in self.cells]
+        frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
         for array in frozen:
             array.flags.writeable = False
 
@@ -156,6 +161,17 @@ class FlexibleBody:
                 return frame
         known = ", ".join(frame.name for frame in self.interfaces) or "none"
         raise ModelError(f"this flexible body has no interface called {name!r}. It has: {known}")
+
+    def load_pattern(self, name: str) -> LoadPattern:
+        """Return the surface or line called `name`; raise a ModelError that lists those there are."""
+        for pattern in self.load_patterns:
+            if pattern.name == name:
+                return pattern
+        known = ", ".join(pattern.name for pattern in self.load_patterns) or "none"
+        raise ModelError(
+            f"this flexible body has no surface or line for loads called {name!r}. It has: {known}. Remedy: make it "
+            f"with solid_body(..., surfaces=[{name!r}]), or with beam_model(..., lines={{{name!r}: [...]}})"
+        )
 
     def node_frame(self, node: int) -> InterfaceFrame:
         """Return a frame that moves with one node of the mesh (slopes are zero where the node has none)."""

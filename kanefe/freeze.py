@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.finite_element_model import COMPONENTS, rigid_motion
 from kanefe.flexible import FlexibleBody, InterfaceFrame
-from kanefe.frames import rotation_matrix
 from kanefe.joints import Joint
-from kanefe.loads import JointLoad, PointLoad
+from kanefe.loads import FieldLoad, JointLoad, PointLoad
 from kanefe.model import BodyTerms, FlexibleTerms, Model
 from kanefe.rigid import RigidMass
 from kanefe.slopes import SlopeMeasure
@@ -20,23 +20,30 @@ from kanefe.slopes import SlopeMeasure
 
 @dataclass(eq=False)
 class BodyEntry:
-    """What the user said of one body; `parent` is its number, -1 for the inertial frame N."""
+    """What the user said of one body; `parent` is its number, -1 for the inertial frame N, `axes` are A_PF."""
 
     name: str
     parent: int
     parent_interface: InterfaceFrame | None
     at: np.ndarray
-    orientation: np.ndarray
+    axes: np.ndarray
     joint: Joint
     rigid: RigidMass | None
     flexible: FlexibleBody | None
     eta: np.ndarray
     deta: np.ndarray
-    loads: list[tuple[PointLoad, InterfaceFrame | None]]
-    joint_loads: list[JointLoad]
+    has_gravity: bool = True
+    loads: list[tuple[PointLoad, InterfaceFrame | None]] = field(default_factory=list)
+    joint_loads: list[JointLoad] = field(default_factory=list)
+    field_loads: list[FieldLoad] = field(default_factory=list)
 
 
-def build_model(entries: Sequence[BodyEntry], gravity: np.ndarray, slopes: SlopeMeasure) -> Model:
+def build_model(
+    entries: Sequence[BodyEntry],
+    gravity: np.ndarray,
+    slopes: SlopeMeasure,
+    constraints: Sequence[Constraint] = (),
+) -> Model:
     """Number coordinates and speeds, and decide per body which terms the scene needs.
 
     Raises
@@ -47,24 +54,26 @@ def build_model(entries: Sequence[BodyEntry], gravity: np.ndarray, slopes: Slope
     if not entries:
         raise ModelError("the scene has no bodies. Remedy: add_rigid_body or add_flexible_body")
     free = sum(_free_joint_speeds(e) + (e.flexible.free_count if e.flexible else 0) for e in entries)
-    driven = sum(1 for e in entries if e.joint.motion is not None)
+    driven = sum(motion is not None for e in entries for motion in e.joint.motions)
     q: list[np.ndarray] = []
     u: list[np.ndarray] = []
     coordinate = speed = 0
     driven_speed, fixed_speed = free, free + driven
     bodies = []
     for entry in entries:
-        if entry.joint.motion is None:
-            start = entry.joint.initial_coordinates()
-            coordinates = slice(coordinate, coordinate + len(start))
-            speeds = slice(speed, speed + len(entry.joint.speed_names))
-            coordinate, speed = coordinates.stop, speeds.stop
-            q.append(start)
-            u.append(entry.joint.initial_speeds())
+        starts = entry.joint.initial_coordinates(), entry.joint.initial_speeds()
+        is_driven = np.array([motion is not None for motion in entry.joint.motions], dtype=bool)
+        if not is_driven.any():
+            coordinates = np.arange(coordinate, coordinate + len(starts[0]))
+            speeds = np.arange(speed, speed + len(starts[1]))
         else:
-            coordinates = slice(coordinate, coordinate)
-            speeds = slice(driven_speed, driven_speed + 1)
-            driven_speed += 1
+            coordinates = np.where(is_driven, -1, coordinate + np.cumsum(~is_driven) - 1)
+            speeds = np.where(is_driven, driven_speed + np.cumsum(is_driven) - 1, speed + np.cumsum(~is_driven) - 1)
+            starts = starts[0][~is_driven], starts[1][~is_driven]
+        coordinate, speed = coordinate + len(starts[0]), speed + len(starts[1])
+        driven_speed += int(is_driven.sum())
+        q.append(starts[0])
+        u.append(starts[1])
         terms = None
         if entry.flexible is not None:
             body = entry.flexible
@@ -88,7 +97,7 @@ def build_model(entries: Sequence[BodyEntry], gravity: np.ndarray, slopes: Slope
                 parent=entry.parent,
                 parent_interface=entry.parent_interface,
                 p_PoFo_P=entry.at,
-                A_PF=rotation_matrix(entry.orientation),
+                A_PF=entry.axes,
                 joint=entry.joint,
                 coordinates=coordinates,
                 speeds=speeds,
@@ -96,6 +105,8 @@ def build_model(entries: Sequence[BodyEntry], gravity: np.ndarray, slopes: Slope
                 flexible=terms,
                 loads=tuple(entry.loads),
                 joint_loads=tuple(entry.joint_loads),
+                field_loads=tuple(entry.field_loads),
+                has_gravity=entry.has_gravity,
             )
         )
     return Model(
@@ -108,11 +119,12 @@ def build_model(entries: Sequence[BodyEntry], gravity: np.ndarray, slopes: Slope
         fixed_count=fixed_speed - free - driven,
         initial_coordinates=np.concatenate(q) if q else np.zeros(0),
         initial_speeds=np.concatenate(u) if u else np.zeros(0),
+        constraints=tuple(constraints),
     )
 
 
 def _free_joint_speeds(entry: BodyEntry) -> int:
-    return 0 if entry.joint.motion is not None else len(entry.joint.speed_names)
+    return sum(motion is None for motion in entry.joint.motions)
 
 
 def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:

@@ -17,6 +17,8 @@ import scipy.sparse.linalg as spla
 
 from kanefe.errors import FileError, ModelError
 from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, Cells, FiniteElementModel, MassField, NodeGroup
+from kanefe.frames import skew
+from kanefe.load_pattern import NodalPattern
 
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
 
@@ -37,6 +39,7 @@ def model_from_matrices(
     damping: Matrix | None = None,
     groups: Mapping[str, int | Sequence[int]] | None = None,
     cells: Sequence[Cells] = (),
+    load_patterns: Mapping[str, NodalPattern] | None = None,
     expected_mass: float | None = None,
 ) -> FiniteElementModel:
     """Return a full-order model of a free body from its matrices and nodes.
@@ -55,6 +58,8 @@ def model_from_matrices(
         Candidates for interfaces.
     cells : sequence of Cells, optional
         For views.
+    load_patterns : dict of str to NodalPattern, optional
+        Surfaces and lines that can carry distributed loads: for Lagrange elements from `NodalPattern.of_nodes`.
     expected_mass : float, optional
         Mass in kg that the matrix must have.
 
@@ -68,7 +73,8 @@ def model_from_matrices(
     ------
     ModelError
         If shapes disagree, a matrix is not finite or not symmetric, K does not leave exactly the rigid motions of these
-        nodes free (wrong order of nodes, a support, a mechanism), or mass and inertia cannot be those of a body.
+        nodes free (wrong order of nodes, a support, a mechanism), mass and inertia cannot be those of a body, or the
+        forces of a load pattern have another resultant than its area and first moment say.
     FileError
         If a file is not there or cannot be read.
 
@@ -99,8 +105,11 @@ def model_from_matrices(
         damping=C,
         cells=tuple(cells),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
+        load_patterns=dict(load_patterns or {}),
         provenance={"source": "given matrices"},
     )
+    for name, pattern in model.load_patterns.items():
+        _check_pattern(model, name, pattern)
     _check_mass(model, expected_mass)
     _check_rigid_motions(model)
     if model.mass_field is None and any(c.startswith("r") for c in names):
@@ -185,6 +194,32 @@ def _lagrange_field(M: sp.csr_matrix, points: np.ndarray, components: tuple[str,
     columns = np.arange(len(points) * width)
     interpolation = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), (3 * len(points), len(columns)))
     return MassField(points, scalar.tocsr(), interpolation)
+
+
+def _check_pattern(model: FiniteElementModel, name: str, pattern: NodalPattern) -> None:
+    """Check that the nodal forces of a load pattern do the work of its resultants on rigid motions."""
+    if not isinstance(pattern, NodalPattern):
+        raise ModelError(f"load pattern {name!r} must be a NodalPattern, such as of NodalPattern.of_nodes")
+    pressure = np.zeros(model.size) if pattern.pressure is None else np.asarray(pattern.pressure)
+    if np.shape(pattern.traction) != (model.size, 3) or pressure.shape != (model.size,):
+        raise ModelError(
+            f"load pattern {name!r} has forces of shape {np.shape(pattern.traction)} and {pressure.shape}, the model "
+            f"has {model.size} degrees of freedom. Remedy: the nodes and components of the matrices, in their order"
+        )
+    if not pattern.measure > 0 or not np.all(np.isfinite(np.column_stack((pattern.traction, pressure)))):
+        raise ModelError(f"load pattern {name!r} must have finite forces and an area or length above zero")
+    present = [TRANSLATIONS.index(c) for c in model.components if c in TRANSLATIONS]
+    seen = present + [3 + a for a in range(3) if {0, 1, 2} - {a} <= set(present)]  # rotations the translations show
+    given = np.vstack((pattern.measure * np.eye(3), skew(pattern.first)))[:, present]
+    given = np.column_stack((given, np.concatenate((pattern.pressure_force, pattern.pressure_moment))))[seen]
+    forces = np.column_stack((np.asarray(pattern.traction)[:, present], pressure))
+    error = abs((model.rigid_modes().T @ forces)[seen] - given)
+    reach = 1.0 + np.linalg.norm(model.nodes, axis=1).max()
+    if error.max() > ROUND_OFF * pattern.measure * reach:
+        raise ModelError(
+            f"the nodal forces of load pattern {name!r} have another resultant than its area, first moment and "
+            f"pressure say (they differ by {error.max():.3g}). Remedy: check the order of the nodes"
+        )
 
 
 def _check_mass(model: FiniteElementModel, expected: float | None) -> None:

@@ -8,17 +8,23 @@ the question needs; the rows of driven and fixed speeds give driving and couplin
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.constraints.rows import Constraint
+from kanefe.equations_of_motion import EquationsOfMotion
 from kanefe.errors import ModelError
 from kanefe.flexible import FlexibleBody, InterfaceFrame
 from kanefe.joints import Joint
-from kanefe.loads import JointLoad, PointLoad
+from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
 from kanefe.mass_moments import MassMoments
 from kanefe.nodal_moments import NodalMoments
 from kanefe.rigid import RigidMass
 from kanefe.slopes import SlopeMeasure
+
+if TYPE_CHECKING:
+    from kanefe.constraints.report import ConstraintReport
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,14 +77,18 @@ class BodyTerms:
     p_PoFo_P, A_PF : ndarray
         Where the joint's fixed frame F sits in the parent frame P, m.
     joint : Joint
-    coordinates : slice
-        Of q (empty if driven).
-    speeds : slice
-        Of all speeds.
+    coordinates : ndarray of int
+        Where each coordinate of the joint is in q; -1: it is driven.
+    speeds : ndarray of int
+        Where each speed of the joint is among all speeds.
     rigid : RigidMass or None
     flexible : FlexibleTerms or None
     loads : tuple of (PointLoad, InterfaceFrame or None)
     joint_loads : tuple of JointLoad
+    field_loads : tuple of FieldLoad
+        On surfaces and lines of a flexible body.
+    has_gravity : bool
+        Whether gravity acts on it.
     """
 
     name: str
@@ -87,38 +97,55 @@ class BodyTerms:
     p_PoFo_P: np.ndarray
     A_PF: np.ndarray
     joint: Joint
-    coordinates: slice
-    speeds: slice
+    coordinates: np.ndarray
+    speeds: np.ndarray
     rigid: RigidMass | None
     flexible: FlexibleTerms | None
     loads: tuple[tuple[PointLoad, InterfaceFrame | None], ...]
     joint_loads: tuple[JointLoad, ...]
+    field_loads: tuple[FieldLoad, ...] = ()
+    has_gravity: bool = True
 
     @property
     def exchanges_energy(self) -> bool:
         """Whether loads or damping give energy to the body or take it."""
         is_damped = self.flexible is not None and self.flexible.damping is not None
-        return bool(self.loads or self.joint_loads or is_damped or self.joint.stiffness_and_damping[1])
+        return bool(self.loads or self.joint_loads or self.field_loads or is_damped) or any(
+            force is not None and force.is_dissipative for force in self.joint.coordinate_forces
+        )
 
     @property
-    def has_spring(self) -> bool:
-        """Whether a spring or damper acts across the joint."""
-        return any(self.joint.stiffness_and_damping)
-
-    def joint_coordinates(self, t: float, q: np.ndarray) -> np.ndarray:
-        """Return the coordinates of the joint: of the state, or of its motion in time."""
-        if self.joint.motion is None:
-            return q[self.coordinates]
-        return np.array([self.joint.motion.at("position", t, self.name)])
+    def has_coordinate_forces(self) -> bool:
+        """Whether springs, dampers, friction or limits act along coordinates of the joint."""
+        return any(force is not None for force in self.joint.coordinate_forces)
 
     @property
     def is_driven(self) -> bool:
-        """Whether the joint's coordinate is a given function of time."""
-        return self.joint.motion is not None
+        """Whether a coordinate of the joint is a given function of time."""
+        return any(motion is not None for motion in self.joint.motions)
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Which coordinates of the joint are given functions of time."""
+        return tuple(i for i, motion in enumerate(self.joint.motions) if motion is not None)
+
+    def joint_coordinates(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Return the coordinates of the joint: of the state, or of their motions in time."""
+        if not self.is_driven:
+            return q[self.coordinates]
+        pairs = zip(self.joint.motions, self.coordinates, strict=True)
+        return np.array([q[at] if motion is None else motion.at("position", t, self.name) for motion, at in pairs])
+
+    def free_coordinates(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the indices into q and into the free speeds of what is not driven; one for one where some are."""
+        if not self.is_driven:
+            return self.coordinates, self.speeds
+        is_free = self.coordinates >= 0
+        return self.coordinates[is_free], self.speeds[is_free]
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class Model(EquationsOfMotion):
     """A frozen scene.
 
     Attributes
@@ -132,6 +159,10 @@ class Model:
         Sizes of q and of the three kinds of speeds.
     initial_coordinates, initial_speeds : ndarray
         q (coordinates,) and free speeds u (free,) at the start.
+    constraints : tuple of Constraint
+        Loop joints and couplers.
+    springs : tuple of SpringDamper
+    bushings : tuple of Bushing
     """
 
     bodies: tuple[BodyTerms, ...]
@@ -143,6 +174,9 @@ class Model:
     fixed_count: int
     initial_coordinates: np.ndarray
     initial_speeds: np.ndarray
+    constraints: tuple[Constraint, ...] = ()
+    springs: tuple[SpringDamper, ...] = ()
+    bushings: tuple[Bushing, ...] = ()
 
     def __post_init__(self) -> None:
         for array in (self.gravity, self.initial_coordinates, self.initial_speeds):
@@ -151,7 +185,32 @@ class Model:
     @property
     def has_power(self) -> bool:
         """Whether loads, drives or damping exchange energy, so that their work must be integrated."""
-        return self.driven_count > 0 or any(body.exchanges_energy for body in self.bodies)
+        return self.driven_count > 0 or any(
+            part.exchanges_energy for parts in (self.bodies, self.springs, self.bushings) for part in parts
+        )
+
+    @property
+    def has_varying_tangents(self) -> bool:
+        """Whether the stiffness or damping of something but geometry changes with the state."""
+        return self.has_interactions or any(
+            force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
+        )
+
+    @property
+    def has_interactions(self) -> bool:
+        """Whether springs or bushings act between markers."""
+        return bool(self.springs or self.bushings)
+
+    def constraint_report(self) -> ConstraintReport:
+        """Return which rows of loop joints and couplers are redundant, and whether the start is singular.
+
+        Examples
+        --------
+        ``print(scene.freeze().constraint_report())``
+        """
+        from kanefe.constraints.report import constraint_report
+
+        return constraint_report(self)
 
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""
@@ -171,8 +230,11 @@ class Model:
         """Return a name for every coordinate of q."""
         names = []
         for body in self.bodies:
-            if not body.is_driven:
-                names += [f"{body.name}: {name}" for name in body.joint.coordinate_names]
+            names += [
+                f"{body.name}: {name}"
+                for name, where in zip(body.joint.coordinate_names, body.coordinates, strict=True)
+                if where >= 0
+            ]
             if body.flexible:
                 names += [f"{body.name}: eta {i}" for i in range(body.flexible.body.free_count)]
         return tuple(names)
@@ -181,8 +243,9 @@ class Model:
         """Return q moved by `step`, a vector in the directions of the free speeds times a time."""
         moved = np.empty_like(q)
         for body in self.bodies:
-            if not body.is_driven:
-                moved[body.coordinates] = body.joint.advance(q[body.coordinates], step[body.speeds])
+            at, speeds = body.free_coordinates()
+            if len(at):
+                moved[at] = body.joint.advance(q[at], step[speeds])
             if body.flexible:
                 moved[body.flexible.eta] = q[body.flexible.eta] + step[body.flexible.speeds]
         return moved
@@ -191,14 +254,15 @@ class Model:
         """Return dq/dt from the free speeds."""
         rates = np.empty_like(q)
         for body in self.bodies:
-            if not body.is_driven:
-                rates[body.coordinates] = body.joint.coordinate_rates(q[body.coordinates], u[body.speeds])
+            at, speeds = body.free_coordinates()
+            if len(at):
+                rates[at] = body.joint.coordinate_rates(q[at], u[speeds])
             if body.flexible:
                 rates[body.flexible.eta] = u[body.flexible.speeds]
         return rates
 
     def driven_speeds(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the driven joint speeds and their rates at time t, each (driven,)."""
-        driven = [(b.joint.motion, b.name) for b in self.bodies if b.joint.motion is not None]
+        driven = [(motion, b.name) for b in self.bodies for motion in b.joint.motions if motion is not None]
         speeds = np.array([motion.at("velocity", t, name) for motion, name in driven])
         return speeds, np.array([motion.at("acceleration", t, name) for motion, name in driven])

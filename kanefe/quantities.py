@@ -48,7 +48,8 @@ JOINTS = {
     "joint_speeds": Quantity("joint speeds", (("joint speeds", "by coordinate", ()),)),
     "joint_reaction": Quantity("reaction of the joint on the body, in its axes", WRENCH),
 }
-DRIVES = {"driving_force": Quantity("driving force of the joint", (("driving force", "N m, or N if prismatic", ()),))}
+DRIVES = {"driving_force": Quantity("driving force of the joint", (("driving force", "N, of an angle N m", ()),))}
+LOOPS = {"loop_force": Quantity("force of the loop joint on its end b, in the axes of that end", WRENCH)}
 MODES = {
     "modal_coordinates": Quantity("modal coordinates", (("modal coordinates", "kg^1/2 m (unreduced: m, rad)", ()),)),
     "modal_speeds": Quantity("modal speeds", (("modal speeds", "kg^1/2 m/s (unreduced: m/s, rad/s)", ()),)),
@@ -68,13 +69,13 @@ MOMENTA = {
     "linear_momentum": Quantity("linear momentum in N", (("linear momentum", "kg m/s", XYZ),)),
     "angular_momentum": Quantity("angular momentum about N's origin", (("angular momentum", "kg m2/s", XYZ),)),
 }
-QUANTITIES: Mapping[str, Quantity] = MOTIONS | JOINTS | DRIVES | MODES | INTERFACES | ENERGIES | MOMENTA
-FORCES = ("joint_reaction", "driving_force", "coupling_force")
+QUANTITIES: Mapping[str, Quantity] = MOTIONS | JOINTS | DRIVES | LOOPS | MODES | INTERFACES | ENERGIES | MOMENTA
+FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force")
 """Quantities that need the residuals of the equations."""
 
 
 def resolved_parts(
-    quantity: str, columns: Sequence[str] = (), joint: str = "", count: int = 0, is_orthonormal: bool = True
+    quantity: str, columns: Sequence[str] = (), count: int = 0, is_orthonormal: bool = True
 ) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """Return (label, unit, column names) of a quantity of one body, columns of one unit together.
 
@@ -83,9 +84,8 @@ def resolved_parts(
     quantity : str
         A key of `QUANTITIES`.
     columns : sequence of str
-        Names of the joint's coordinates or speeds with their units in brackets, as joints give them.
-    joint : str
-        Kind of the joint, which decides the unit of a driving force.
+        Names of the joint's coordinates (driven ones for a driving force) or speeds with their units in brackets, as
+        joints give them.
     count : int
         Number of modes.
     is_orthonormal : bool
@@ -93,18 +93,23 @@ def resolved_parts(
     """
     parts = QUANTITIES[quantity].parts
     label, unit, _ = parts[0]
-    if quantity in DRIVES:
-        return ((label, "N" if joint == "prismatic" else "N m", ()),)
     if quantity in MODES:
         reduced, _, full = unit.removesuffix(")").partition(" (unreduced: ")
         return ((label, reduced if is_orthonormal else full, tuple(f"{i}" for i in range(count))),)
-    if quantity not in ("joint_coordinates", "joint_speeds"):
+    if quantity in DRIVES and len(columns) == 1:
+        return ((label, _force_unit(columns[0]), ()),)
+    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES):
         return parts
     groups: dict[str, list[str]] = {}
     for column in columns:
         name, _, bracket = column.partition(" [")
-        groups.setdefault(bracket.removesuffix("]") or "1", []).append(name)
+        of = _force_unit(column) if quantity in DRIVES else bracket.removesuffix("]") or "1"
+        groups.setdefault(of, []).append(name)
     return tuple((label, unit, tuple(names)) for unit, names in groups.items())
+
+
+def _force_unit(column: str) -> str:
+    return "N m" if "rad" in column else "N"
 
 
 @dataclass(frozen=True, eq=False)

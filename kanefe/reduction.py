@@ -141,6 +141,7 @@ def flexible_body(
         damping=_damping_matrix(damping, model, full_basis[:, :count], stiffness[:count, :count], free.T @ (M @ free)),
         interfaces=_interface_frames(ties, basis, count),
         cells=model.cells,
+        load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
         **_inertia(model, full_basis),
         provenance={**model.provenance, "reduction": repr(reduction), "damping": _damping_name(damping),
                     "reduction_seconds": time.perf_counter() - started},
@@ -301,7 +302,9 @@ def _orthonormal_modes(free: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rig
                 f"{squares[rigid_count]:.3g} of the first elastic mode), or leaves more free. Remedy: check the "
                 "order of the nodes and the mesh for loose parts, or clamp an interface"
             )
-    return free @ (scale[:, None] * vectors[:, rigid_count:])
+    modes = free @ (scale[:, None] * vectors[:, rigid_count:])
+    # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its root
+    return np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes)))
 
 
 def _damping_matrix(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,13 @@ from kanefe.channels import BodyShape
 from kanefe.errors import FileError, ModelError
 from kanefe.finite_element_model import Cells
 from kanefe.hdf5 import decode, encode
-from kanefe.quantities import DRIVES, ENERGIES, FORCES, INTERFACES, JOINTS, MODES, MOMENTA, MOTIONS
+from kanefe.quantities import DRIVES, ENERGIES, FORCES, INTERFACES, JOINTS, LOOPS, MODES, MOMENTA, MOTIONS
 
 if TYPE_CHECKING:
     from kanefe.results import Result
 
 FORMAT = "kanefe result"
-VERSION = 1
+VERSION = 2
 
 _SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
 
@@ -42,11 +43,12 @@ def save_result(result: Result, path: str | Path, *, forces: bool = True) -> Non
         "units": "SI: m, kg, s, N, rad; each dataset names its own",
         "statistics": dict(result.statistics),
         "bodies": [_described(shape) for shape in shapes],
+        "loops": list(result.loops),
     }
     arrays: dict[str, tuple[np.ndarray, str]] = {"times": (result.times, "s")}
     for shape in shapes:
         arrays |= _shape_arrays(shape)
-    for quantity, body, interface in _saved(shapes, forces and result.has_forces):
+    for quantity, body, interface in _saved(shapes, result.loops, forces and result.has_forces):
         unit = result.units(quantity, body) if body else result.units(quantity)
         arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
     data = encode(header, arrays)
@@ -98,6 +100,7 @@ class FileChannels:
         self.times = arrays["times"]
         self.statistics: dict[str, Any] = json.loads(header["statistics"])
         self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
+        self.loops = tuple(json.loads(header["loops"]))
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
 
@@ -118,9 +121,10 @@ class FileChannels:
         return self._arrays[where]
 
 
-def _saved(shapes: list[BodyShape], forces: bool) -> list[tuple[str, str, str]]:
+def _saved(shapes: list[BodyShape], loops: Sequence[str], forces: bool) -> list[tuple[str, str, str]]:
     """Return quantity, body and interface of every channel that a file holds."""
     keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
+    keys += [(quantity, name, "") for name in loops for quantity in LOOPS]
     for shape in shapes:
         own = [*MOTIONS, *JOINTS, *(DRIVES if shape.is_driven else ()), *(MODES if shape.is_flexible else ())]
         keys += [(quantity, shape.name, "") for quantity in own]
@@ -132,6 +136,8 @@ def _location(quantity: str, body: str, interface: str = "") -> str:
     """Return the path of a channel in the file; names of any mesh group can stand in it."""
     if not body:
         return f"scene/{quantity}"
+    if quantity in LOOPS:
+        return f"loops/{_safe(body)}/{quantity}"
     return f"{_folder(body)}/" + (f"interfaces/{_safe(interface)}/{quantity}" if interface else quantity)
 
 
@@ -151,7 +157,7 @@ def _described(shape: BodyShape) -> dict[str, Any]:
         "parent": shape.parent,
         "parent_interface": shape.parent_interface,
         "joint": shape.joint,
-        "is_driven": shape.is_driven,
+        "driven_names": shape.driven_names,
         "coordinate_names": shape.coordinate_names,
         "speed_names": shape.speed_names,
         "mass": shape.mass,
@@ -181,7 +187,7 @@ def _shape(entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> BodyShape:
         parent=entry["parent"],
         parent_interface=entry["parent_interface"],
         joint=entry["joint"],
-        is_driven=entry["is_driven"],
+        driven_names=tuple(entry["driven_names"]),
         coordinate_names=tuple(entry["coordinate_names"]),
         speed_names=tuple(entry["speed_names"]),
         mass=entry["mass"],

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.channels import BodyShape, Channels, RunChannels
+from kanefe.chosen import Frames, frame_index, node_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.run import Trajectory
@@ -17,6 +18,7 @@ from kanefe.quantities import (
     DRIVES,
     ENERGIES,
     INTERFACES,
+    LOOPS,
     MODES,
     MOMENTA,
     MOTIONS,
@@ -28,9 +30,6 @@ from kanefe.quantities import (
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
-
-Frames = int | slice | Sequence[int] | np.ndarray
-"""Output times by number: one, a slice, or several."""
 
 LARGEST_TABLE = 2**31
 """Bytes of nodal values above which a call asks for a choice of output times."""
@@ -93,6 +92,11 @@ class Result:
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies, parents before children."""
         return tuple(self._shapes)
+
+    @property
+    def loops(self) -> tuple[str, ...]:
+        """Names of the loop joints, distances and rolling contacts."""
+        return self._channels.loops
 
     def body(self, name: str) -> BodyShape:
         """Return mass, mesh and modes of a body; raise a ModelError that lists the names if there is none."""
@@ -164,8 +168,18 @@ class Result:
         return self.read("joint_reaction", name)
 
     def driving_force(self, name: str) -> np.ndarray:
-        """Return the force (N) or torque (N m) that keeps a driven joint on its motion, shape (T,)."""
+        """Return the force (N) or torque (N m) that keeps a driven joint on its motion.
+
+        Shape (T,); (T, n) for a joint with n driven coordinates.
+        """
         return self.read("driving_force", name)
+
+    def loop_force(self, name: str) -> np.ndarray:
+        """Return force (N) and moment (N m) of a loop joint or rolling contact on its end b, shape (T, 6).
+
+        About the origin of that end, in its axes.
+        """
+        return self.read("loop_force", name)
 
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
@@ -190,9 +204,9 @@ class Result:
         --------
         Every tenth output time: ``result.nodal_displacements("arm", frames=slice(None, None, 10))``.
         """
-        shape, chosen = self._flexible(name), self._frames(frames)
+        shape, chosen = self._flexible(name), frame_index(frames, len(self.times))
         eta = self.modal_coordinates(name)[chosen]
-        rows = _node_numbers(shape, nodes)
+        rows = node_numbers(shape, nodes)
         size = 24 * len(np.atleast_2d(eta)) * len(rows)
         if size > LARGEST_TABLE:
             raise ModelError(
@@ -205,8 +219,8 @@ class Result:
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
         """Return the positions of the mesh's nodes in N, shape (T, n, 3), in m. Arguments: `nodal_displacements`."""
-        chosen, shape = self._frames(frames), self._flexible(name)
-        local = self.nodal_displacements(name, frames, nodes) + shape.nodes[_node_numbers(shape, nodes)]
+        chosen, shape = frame_index(frames, len(self.times)), self._flexible(name)
+        local = self.nodal_displacements(name, frames, nodes) + shape.nodes[node_numbers(shape, nodes)]
         origin, e = self.position(name)[chosen], self.rotation(name)[chosen]
         if e.ndim == 1:
             return np.asarray(local @ rotation_matrix(e).T + origin)
@@ -241,11 +255,13 @@ class Result:
 
     def parts(self, quantity: str, name: str = "") -> tuple[tuple[str, str, tuple[str, ...]], ...]:
         """Return label, unit and column names of a quantity of a body, columns of one unit together."""
-        if not name:
+        if not name or quantity in LOOPS:
             return resolved_parts(quantity)
         shape = self.body(name)
-        columns = shape.coordinate_names if quantity == "joint_coordinates" else shape.speed_names
-        return resolved_parts(quantity, columns, shape.joint, shape.basis.shape[1], shape.is_orthonormal)
+        names = {"joint_coordinates": shape.coordinate_names, "driving_force": shape.driven_names}
+        return resolved_parts(
+            quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
+        )
 
     def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.quantities` by its name; the methods above are the readable way.
@@ -260,6 +276,11 @@ class Result:
             raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
         if quantity in ENERGIES or quantity in MOMENTA:
             return self._channels.read(quantity)
+        if quantity in LOOPS:
+            if name not in self.loops or interface is not None:
+                there = ", ".join(self.loops) or "none"
+                raise ModelError(f"the run has no loop joint called {name!r}. It has: {there}")
+            return self._channels.read(quantity, name)
         shape = self.body(name)
         if quantity in MODES or quantity in INTERFACES:
             self._flexible(name)
@@ -355,21 +376,6 @@ class Result:
             raise ModelError(f"body {name!r} is rigid: it has no modes, mesh or interfaces. Flexible are: {flexible}")
         return shape
 
-    def _frames(self, frames: Frames | None) -> Any:
-        """Return a checked index of output times."""
-        if frames is None:
-            return slice(None)
-        if isinstance(frames, slice):
-            return frames
-        index = np.asarray(frames)
-        count = len(self.times)
-        if index.dtype.kind not in "iu" or index.ndim > 1 or np.any((index < -count) | (index >= count)):
-            raise ModelError(
-                f"frames={frames!r} must be numbers of output times, 0 to {count - 1}. "
-                "Remedy: np.searchsorted(result.times, t) gives the number of a time"
-            )
-        return index if index.ndim else int(index)
-
 
 def load_result(path: str | Path) -> Result:
     """Read a result that `Result.save` wrote.
@@ -388,12 +394,3 @@ def load_result(path: str | Path) -> Result:
 
 def _listed(shape: BodyShape) -> str:
     return ", ".join(shape.interfaces) or "none"
-
-
-def _node_numbers(shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> np.ndarray:
-    if nodes is None:
-        return np.arange(len(shape.nodes))
-    numbers = np.asarray(nodes)
-    if numbers.ndim != 1 or numbers.dtype.kind not in "iu" or np.any((numbers < 0) | (numbers >= len(shape.nodes))):
-        raise ModelError(f"nodes={nodes!r} must be node numbers of {shape.name!r}, 0 to {len(shape.nodes) - 1}")
-    return numbers

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,11 +23,14 @@ class RigidMass:
         Centre of mass from the origin of the body's frame, in its components, m.
     inertia : ndarray, shape (3, 3)
         About the centre of mass, kg m2.
+    rotor : ndarray, shape (3,)
+        Angular momentum of rotors from their spin seen from the body, in its components, kg m2/s.
     """
 
     mass: float
     com: np.ndarray
     inertia: np.ndarray
+    rotor: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def spatial(self) -> np.ndarray:

@@ -2,70 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.assembly import assembled
+from kanefe.connections import connected
 from kanefe.errors import ModelError
-from kanefe.flexible import FlexibleBody, InterfaceFrame
+from kanefe.flexible import FlexibleBody
 from kanefe.frames import numbers
 from kanefe.freeze import BodyEntry, build_model
-from kanefe.joints import Fixed, Free, Joint, Planar
-from kanefe.loads import JointLoad, PointLoad
+from kanefe.joints import Fixed, Free, Joint, Planar, Translation
+from kanefe.joints.base import axis_direction
 from kanefe.model import Model
 from kanefe.rigid import RigidMass, rigid_mass
-from kanefe.slopes import slope_measure
+from kanefe.scene import FlexibleMember, Frame, RigidBody, orientation_matrix, three
+from kanefe.slopes import SlopeMeasure, slope_measure
+from kanefe.system_constraints import ConstraintMethods
+from kanefe.system_field_loads import FieldLoadMethods
+from kanefe.system_loads import LoadMethods
 
 if TYPE_CHECKING:
     from kanefe.results import Result
 
-Load = Callable[[float], Any] | Sequence[float] | float
 
-
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """A frame of a body of a system: where other bodies and loads attach.
-
-    Attributes
-    ----------
-    system : System
-    number : int
-        The body, in the order of adding.
-    name : str
-        Of the body.
-    interface : InterfaceFrame or None
-        None: the frame of the body itself.
-    """
-
-    system: System
-    number: int
-    name: str
-    interface_frame: InterfaceFrame | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class RigidBody(Frame):
-    """A rigid body of a system."""
-
-
-@dataclass(frozen=True, eq=False)
-class FlexibleMember(Frame):
-    """A flexible body of a system."""
-
-    body: FlexibleBody = field(kw_only=True)
-
-    def interface(self, name: str) -> Frame:
-        """Return the frame of an interface, to carry a body or a load."""
-        return Frame(self.system, self.number, self.name, self.body.interface(name))
-
-    def node(self, number: int) -> Frame:
-        """Return a frame that moves with a node of the mesh, to carry a load."""
-        return Frame(self.system, self.number, self.name, self.body.node_frame(number))
-
-
-class System:
+class System(LoadMethods, FieldLoadMethods, ConstraintMethods):
     """A scene of rigid and flexible bodies in a tree.
 
     Parameters
@@ -91,9 +54,24 @@ class System:
     """
 
     def __init__(self, gravity: Sequence[float] = (0.0, 0.0, 0.0), slopes: str = "rotation-vector") -> None:
-        self.gravity = _three(gravity, "gravity")
-        self.slopes = slope_measure(slopes)
-        self._entries: list[BodyEntry] = []
+        super().__init__()
+        self._gravity = three(gravity, "gravity")
+        self._slopes = slope_measure(slopes)
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity in N, shape (3,), m/s2."""
+        return self._gravity
+
+    @gravity.setter
+    def gravity(self, value: Sequence[float]) -> None:
+        self._check_open("gravity")
+        self._gravity = three(value, "gravity")
+
+    @property
+    def slopes(self) -> SlopeMeasure:
+        """How the slopes of interfaces that carry bodies are read as rotations."""
+        return self._slopes
 
     def add_rigid_body(
         self,
@@ -106,6 +84,7 @@ class System:
         at: Sequence[float] = (0.0, 0.0, 0.0),
         orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
         com: Sequence[float] = (0.0, 0.0, 0.0),
+        gravity: bool = True,
     ) -> RigidBody:
         """Add a rigid body and return it.
 
@@ -118,7 +97,7 @@ class System:
         inertia : float, (3,) or (3, 3)
             About the centre of mass in the body's axes, kg m2.
         parent : Frame, optional
-            A rigid body, an interface of a flexible body, or None: the inertial frame.
+            A rigid body, an interface of a flexible body, or a frame of one; None: the inertial frame.
         joint : Joint, optional
             Default: Fixed().
         at : array_like, shape (3,)
@@ -127,6 +106,8 @@ class System:
             Euler parameters of the joint's fixed frame, seen from the parent.
         com : array_like, shape (3,)
             Centre of mass from the body's origin (at the joint), m.
+        gravity : bool
+            Whether gravity acts on it.
 
         Raises
         ------
@@ -134,8 +115,107 @@ class System:
             Naming what is wrong with the body.
         """
         properties = rigid_mass(name, mass, inertia, com)
-        self._add(name, parent, joint or Fixed(), at, orientation, properties, None, None, None)
+        self._add(name, parent, joint or Fixed(), at, orientation, rigid=properties, gravity=gravity)
         return RigidBody(self, len(self._entries) - 1, name)
+
+    def add_point(
+        self,
+        name: str,
+        mass: float,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        gravity: bool = True,
+    ) -> RigidBody:
+        """Add a mass point and return it: a rigid body without inertia that, unless told otherwise, does not turn.
+
+        Parameters
+        ----------
+        name, mass, parent, at, orientation, gravity
+            As for a rigid body.
+        joint : Joint, optional
+            Default: Translation(), free along x, y and z of the parent.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the point.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 0.1, joint=kf.Translation(velocity=(3.0, 0.0, 4.0)))
+        """
+        return self.add_rigid_body(
+            name, mass, parent=parent, joint=joint or Translation(), at=at, orientation=orientation, gravity=gravity
+        )
+
+    def add_frame(
+        self,
+        name: str,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+    ) -> RigidBody:
+        """Add a frame without mass and return it, such as a link between two joints of a chain.
+
+        What moves freely must carry mass somewhere outward of it. A frame that is fixed in a body is cheaper as
+        ``body.frame(...)``.
+
+        Parameters
+        ----------
+        name, parent, joint, at, orientation
+            As for a rigid body.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the frame.
+        """
+        return self.add_rigid_body(name, 0.0, parent=parent, joint=joint, at=at, orientation=orientation)
+
+    def add_rotor(self, body: Frame, axis: str | Sequence[float], inertia: float, rate: float) -> None:
+        """Add the spin of a balanced flywheel that turns in a rigid body at a constant rate.
+
+        Its mass and its inertia without the spin belong to those of the body. The spin adds the moment ``-w x h`` with
+        ``h = inertia rate axis``, and h to the angular momentum; the energy of the spin and the work of the motor that
+        keeps it are not counted. A rotor whose rate changes is a child body on a revolute joint.
+
+        Parameters
+        ----------
+        body : RigidBody
+        axis : "x", "y", "z" or three numbers
+            In the body's axes.
+        inertia : float
+            About the axis, kg m2.
+        rate : float
+            Seen from the body, rad/s.
+
+        Raises
+        ------
+        ModelError
+            If the body is not a rigid one of this scene, the axis has no length, or a number makes no sense.
+        """
+        self._check_open("a rotor")
+        carrier = self._check_frame(body, "the carrier of a rotor")
+        entry = self._entries[carrier.number] if carrier.number >= 0 else None
+        if entry is None or entry.rigid is None or carrier.interface_frame is not None:
+            raise ModelError(
+                f"{carrier.label} is not a rigid body and carries no rotor. "
+                "Remedy: a rigid body there, fixed to it, that carries the rotor"
+            )
+        what = f"of the rotor in {carrier.name!r}"
+        if not (numbers(inertia).shape == () and np.isfinite(numbers(inertia)) and inertia >= 0):
+            raise ModelError(f"the inertia {what} must be finite and >= 0 kg m2, not {inertia!r}")
+        if not (numbers(rate).shape == () and np.isfinite(numbers(rate))):
+            raise ModelError(f"the rate {what} must be one finite number in rad/s, not {rate!r}")
+        direction = carrier.axes @ axis_direction(axis, "rotor's")
+        entry.rigid = replace(entry.rigid, rotor=entry.rigid.rotor + inertia * rate * direction)
 
     def add_flexible_body(
         self,
@@ -148,6 +228,7 @@ class System:
         orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
         modal_coordinates: Sequence[float] | None = None,
         modal_speeds: Sequence[float] | None = None,
+        gravity: bool = True,
     ) -> FlexibleMember:
         """Add a flexible body and return it.
 
@@ -162,6 +243,8 @@ class System:
             takes a free or planar joint.
         modal_coordinates, modal_speeds : array_like, shape (k,), optional
             eta and deta at the start; default zero.
+        gravity : bool
+            Whether gravity acts on it.
 
         Raises
         ------
@@ -179,82 +262,37 @@ class System:
                 f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
                 "Remedy: make an interface 'clamped', or give the body a free joint"
             )
-        self._add(name, parent, joint, at, orientation, None, body, modal_coordinates, modal_speeds)
+        starts = modal_coordinates, modal_speeds
+        self._add(name, parent, joint, at, orientation, flexible=body, starts=starts, gravity=gravity)
         return FlexibleMember(self, len(self._entries) - 1, name, body=body)
 
-    def add_force(
-        self, target: Frame, force: Load, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
-    ) -> None:
-        """Apply a force.
+    def freeze(self, start: float = 0.0) -> Model:
+        """Return the immutable model of the scene. Nothing can be added to the scene afterwards.
+
+        Its start is made consistent with loop joints and couplers: see `kanefe.assembly.assembled`. Springs without a
+        rest length are slack there.
 
         Parameters
         ----------
-        target : Frame
-            A rigid body, or an interface or node of a flexible body.
-        force : (3,) or callable t -> (3,)
-            N.
-        point : array_like, shape (3,)
-            Where it acts, from the frame's origin in its axes, m.
-        follows : bool
-            True: the components are those of the frame; False: of N.
-        """
-        entry = self._target(target)
-        label = f"the force on {_frame_name(target)}"
-        function = _vector_function(force, label)
-        where = _three(point, f"point of {label}")
-        entry.loads.append((PointLoad(label, function, False, where, follows), target.interface_frame))
-
-    def add_torque(self, target: Frame, torque: Load, *, follows: bool = False) -> None:
-        """Apply a torque.
-
-        Parameters
-        ----------
-        target : Frame
-            A rigid body, an interface of a flexible body, or a flexible body (for a torque about its joint).
-        torque : float, (3,) or callable of t
-            One number: a motor about the axis of the target's joint, which pushes back on the parent (N m; N for a
-            prismatic joint). Three: a torque from outside, N m.
-        follows : bool
-            True: the three components are those of the frame; False: of N.
-        """
-        entry = self._target(target)
-        label = f"the torque on {_frame_name(target)}"
-        sample = numbers(torque(0.0) if callable(torque) else torque)
-        if sample.shape == (3,):
-            function = _vector_function(torque, label)
-            entry.loads.append((PointLoad(label, function, True, np.zeros(3), follows), target.interface_frame))
-            return
-        if sample.shape != () or target.interface_frame is not None:
-            raise ModelError(
-                f"{label} must be three numbers" + ("" if target.interface_frame else " or one for a motor")
-            )
-        if len(entry.joint.speed_names) != 1 or entry.joint.motion is not None:
-            raise ModelError(
-                f"{label} is one number, but its {entry.joint.kind} joint has no single free axis. "
-                "Remedy: give three components, or a revolute joint that is not driven"
-            )
-        if not np.isfinite(sample):
-            raise ModelError(f"{label} must be a finite number or three, not {sample} (at t = 0)")
-        constant = float(sample)
-        value: Callable[[float], Any] = torque if callable(torque) else lambda t: constant
-        entry.joint_loads.append(JointLoad(label, value))
-
-    def freeze(self) -> Model:
-        """Return the immutable model of the scene.
+        start : float
+            Time of the start, s: where driven joints are then.
 
         Raises
         ------
         ModelError
-            If the scene is empty.
+            If the scene is empty, or a loop cannot be closed: the message names it and by how much it stays open.
         """
-        return build_model(self._entries, self.gravity, self.slopes)
+        model = assembled(build_model(self._entries, self.gravity, self.slopes, self._constraints), start)
+        model = connected(model, self._springs, self._bushings, start)
+        self.is_frozen = True
+        return model
 
     def simulate(self, t_span: tuple[float, float], **options: Any) -> Result:
         """Run the scene and return a `Result`; the options are those of `kanefe.integrate.run.integrate`."""
-        from kanefe.integrate.run import integrate
+        from kanefe.integrate.run import checked_span, integrate
         from kanefe.results import Result
 
-        model = self.freeze()
+        model = self.freeze(checked_span(t_span)[0])
         return Result(model, integrate(model, t_span, **options))
 
     def _add(
@@ -264,11 +302,13 @@ class System:
         joint: Joint,
         at: Sequence[float],
         orientation: Sequence[float],
-        rigid: RigidMass | None,
-        flexible: FlexibleBody | None,
-        eta: Sequence[float] | None,
-        deta: Sequence[float] | None,
+        *,
+        gravity: bool,
+        rigid: RigidMass | None = None,
+        flexible: FlexibleBody | None = None,
+        starts: tuple[Sequence[float] | None, Sequence[float] | None] = (None, None),
     ) -> None:
+        self._check_open(f"body {name!r}")
         if not name or not isinstance(name, str) or "/" in name:
             raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
         if any(entry.name == name for entry in self._entries):
@@ -277,22 +317,25 @@ class System:
             raise ModelError(f"joint of body {name!r} must be a Joint, such as Revolute('z'), not {joint!r}")
         if parent is not None:
             self._check_parent(name, parent)
-        e = numbers(orientation)
-        if e.shape != (4,) or not np.all(np.isfinite(e)) or np.linalg.norm(e) < 1e-12:
-            raise ModelError(f"orientation of body {name!r} must be four Euler parameters, not {orientation!r}")
+        if not isinstance(gravity, (bool, np.bool_)):
+            raise ModelError(
+                f"gravity of body {name!r} must be True or False, not {gravity!r}; System has its direction"
+            )
+        turn = orientation_matrix(orientation, f"orientation of body {name!r}")
         count = flexible.free_count if flexible else 0
-        starts = []
-        for what, value in (("modal_coordinates", eta), ("modal_speeds", deta)):
+        modal = []
+        for what, value in zip(("modal_coordinates", "modal_speeds"), starts, strict=True):
             array = np.zeros(count) if value is None else numbers(value)
             if array.shape != (count,) or not np.all(np.isfinite(array)):
                 raise ModelError(
                     f"{what} of body {name!r} must be {count} finite numbers, shape {array.shape} was given"
                 )
-            starts.append(array)
-        where = _three(at, f"at of body {name!r}")
-        number, interface = (-1, None) if parent is None else (parent.number, parent.interface_frame)
+            modal.append(array)
+        where = three(at, f"at of body {name!r}")
+        P = self.ground if parent is None else parent
+        place = P.at + P.axes @ where, P.axes @ turn
         self._entries.append(
-            BodyEntry(name, number, interface, where, e, joint, rigid, flexible, starts[0], starts[1], [], [])
+            BodyEntry(name, P.number, P.interface_frame, *place, joint, rigid, flexible, modal[0], modal[1], gravity)
         )
 
     def _check_parent(self, name: str, parent: Frame) -> None:
@@ -302,12 +345,13 @@ class System:
             raise ModelError(
                 f"parent {parent.name!r} of body {name!r} belongs to another system. Remedy: add it to this one"
             )
-        if isinstance(parent, FlexibleMember):
+        frame = parent.interface_frame
+        flexible = self._entries[parent.number].flexible if parent.number >= 0 else None
+        if flexible is not None and frame is None:
             raise ModelError(
                 f"parent of body {name!r}: flexible body {parent.name!r} carries other bodies at its interfaces only. "
-                f"Remedy: parent={parent.name}.interface(...), one of {[f.name for f in parent.body.interfaces]}"
+                f"Remedy: parent={parent.name}.interface(...), one of {[f.name for f in flexible.interfaces]}"
             )
-        frame = parent.interface_frame
         if frame is not None and frame.name.startswith("node "):
             raise ModelError(
                 f"parent of body {name!r}: {frame.name} of {parent.name!r} has no rotation of its own. "
@@ -318,28 +362,3 @@ class System:
                 f"parent of body {name!r}: interface {frame.name!r} of {parent.name!r} is a node without a rotation of "
                 "its own, which what it carries could follow. Remedy: an interface of three nodes or more"
             )
-
-    def _target(self, target: Frame) -> BodyEntry:
-        if not isinstance(target, Frame):
-            raise ModelError(f"a load acts on a body or an interface of this scene, not on {target!r}")
-        if target.system is not self:
-            raise ModelError(f"{_frame_name(target)} belongs to another system. Remedy: add the body to this one")
-        return self._entries[target.number]
-
-
-def _three(value: Sequence[float], what: str) -> np.ndarray:
-    array = numbers(value)
-    if array.shape != (3,) or not np.all(np.isfinite(array)):
-        raise ModelError(f"{what} must be three finite numbers, not {value!r}")
-    return array
-
-
-def _vector_function(load: Load, label: str) -> Callable[[float], np.ndarray]:
-    if callable(load):
-        return load
-    constant = _three(load, label)  # type: ignore[arg-type]
-    return lambda t: constant
-
-
-def _frame_name(frame: Frame) -> str:
-    return repr(frame.name) if frame.interface_frame is None else f"{frame.interface_frame.name!r} of {frame.name!r}"

@@ -252,9 +252,9 @@ def random_state(model: Model, seed: int, amplitude: float = 0.1, speed: float =
     q = np.array(model.initial_coordinates)
     u = speed * rng.standard_normal(model.free_count)
     for body in model.bodies:
-        if not body.is_driven:
-            step = rng.standard_normal(len(body.joint.speed_names))
-            q[body.coordinates] = body.joint.advance(q[body.coordinates], step)
+        at, speeds = body.free_coordinates()
+        if len(at):
+            q[at] = body.joint.advance(q[at], rng.standard_normal(len(speeds)))
         if body.flexible:
             k = body.flexible.body.free_count
             for vector, at, size in ((q, body.flexible.eta, amplitude), (u, body.flexible.speeds, speed)):

@@ -18,6 +18,7 @@ import kanefe as kf
 from kanefe.errors import FileError
 from kanefe.finite_element_model import Cells
 from kanefe.kane.assemble import assemble
+from kanefe.load_pattern import LoadPattern
 from scenes import flexible_scene, lattice_body, random_state
 
 BODIES = {
@@ -25,6 +26,13 @@ BODIES = {
     "unreduced": lambda: lattice_body(1),
     "nodal form": lambda: lattice_body(2, rotations=True),
     "floating, planar": lambda: lattice_body(3, {}, planar=True, reduction=kf.CraigBampton(modes=2)),
+    "with load patterns": lambda: replace(
+        lattice_body(5),
+        load_patterns=(
+            LoadPattern("top", "surface", True, 0.5, *(np.arange(n) + 0.1 for n in (3, 3, 3, 3, 4))),
+            LoadPattern("span", "line", False, 2.0, *(np.zeros(n) for n in (3, 3, 3, 3, 4))),
+        ),
+    ),
     "with cells": lambda: replace(
         lattice_body(4), cells=(Cells("line", np.array([[0, 1], [1, 2]])), Cells("vertex", np.array([[3]])))
     ),

@@ -27,7 +27,7 @@ DOORS = {
     "pyevtk": {"kanefe/views/vtk.py"},
     "h5py": {"kanefe/hdf5.py"},
     "pyvista": set(),
-    "numba": set(),
+    "numba": {"kanefe/kernels/_numba.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])
 

@@ -13,7 +13,7 @@ import kanefe as kf
 from kanefe.integrate.run import Trajectory, integrate
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.model import Model
-from kanefe.system import RigidBody
+from kanefe.scene import RigidBody
 from scenes import lattice_body, random_inertia, random_state
 
 SPAN = 0.35

@@ -230,7 +230,15 @@ def test_a_scene_at_rest_stays_at_rest() -> None:
         ({"rtol": -1e-6}, "rtol must lie between 0 and 1"),
         ({"rtol": np.nan}, "rtol must lie between 0 and 1, not nan"),
         ({"rtol": 1.0}, "rtol must lie between 0 and 1"),
-        ({"method": "rk4"}, r"there is no method 'rk4'\. Remedy: auto, dop853, generalised-alpha"),
+        ({"method": "euler"}, r"there is no method 'euler'\. Remedy: auto, dop853, generalised-alpha, rk4"),
+        ({"method": "rk4"}, "rk4 needs a step in s"),
+        ({"method": "rk4", "step": 0.0}, r"step must be above zero s and within the span, not 0\.0"),
+        ({"method": "rk4", "step": np.nan}, "step must be above zero s and within the span, not nan"),
+        ({"method": "rk4", "step": 2.0}, r"step must be above zero s and within the span, not 2\.0"),
+        ({"method": "rk4", "step": 0.3}, r"steps of 0\.3 s do not meet the stored times .* a step that divides"),
+        ({"method": "rk4", "step": 0.1, "rtol": 1e-6}, "rtol has no meaning for rk4, whose steps are fixed"),
+        ({"method": "rk4", "step": 0.1, "atol": 1e-6}, "atol has no meaning for rk4, which has no error control"),
+        ({"method": "dop853", "step": 0.1}, "step has no meaning for dop853, which chooses its own"),
         ({"output_step": 0.0}, r"output_step must be above zero s, not 0\.0"),
         ({"output_step": np.nan}, "output_step must be above zero s, not nan"),
         ({"atol": 0.0}, r"atol must be above zero, not 0\.0"),
@@ -316,3 +324,22 @@ def test_no_progress_bar_off_a_terminal(capsys: pytest.CaptureFixture) -> None:
     assert capsys.readouterr().err == ""
     double_pendulum().simulate((0.0, 0.1), progress=True)
     assert "simulate" in capsys.readouterr().err
+
+
+def test_fixed_steps_are_of_order_four() -> None:
+    exact = double_pendulum().simulate((0.0, 1.0), rtol=1e-12, method="dop853")
+    errors = []
+    for step in (0.04, 0.02):
+        result = double_pendulum().simulate((0.0, 1.0), method="rk4", step=step)
+        assert result.statistics["evaluations"] == 4 * round(1.0 / step)
+        errors.append(np.abs(result.position("second")[-1] - exact.position("second")[-1]).max())
+    assert 8.0 < errors[0] / errors[1] < 32.0  # 2^4: neither order 3 nor 5
+
+
+def test_fixed_steps_are_the_same_compiled_and_in_python() -> None:
+    """A load of zero that is a function of time keeps the steps out of compiled code."""
+    compiled, python = double_pendulum(), double_pendulum()
+    ball = python.add_rigid_body("ball", 1.0, 0.1, joint=kf.Free())
+    python.add_force(ball, lambda t: np.zeros(3))
+    ends = [scene.simulate((0.0, 1.0), method="rk4", step=0.01).position("second")[-1] for scene in (compiled, python)]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-13)  # round-off of 400 evaluations

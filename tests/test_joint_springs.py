@@ -13,7 +13,7 @@ from kanefe.integrate.generalised_alpha import stiffest_rate
 def test_a_damped_oscillator_moves_as_in_closed_form(method):
     m, k, c, rest = 2.0, 50.0, 1.2, 0.1
     scene = kf.System()
-    scene.add_rigid_body("mass", m, joint=kf.Prismatic("x", position=0.4, stiffness=k, damping=c, rest=rest))
+    scene.add_rigid_body("mass", m, joint=kf.Prismatic("x", position=0.4, forces=kf.CoordinateForce(k, c, rest)))
     result = scene.simulate((0.0, 2.0), rtol=1e-8, method=method)
     decay, w = c / (2 * m), math.sqrt(k / m - (c / (2 * m)) ** 2)
     t = result.times
@@ -29,7 +29,7 @@ def test_a_stiff_spring_holds_no_step_of_the_implicit_method():
     # 16 kHz against a slow swing: steps that resolved the spring would be 1e5; it is damped, so it comes to rest
     scene = kf.System(gravity=(0.0, -9.81, 0.0))
     arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(0.3, 0, 0), joint=kf.Revolute("z"))
-    stiff = kf.Revolute("z", stiffness=1e6, damping=1.0)
+    stiff = kf.Revolute("z", forces=kf.CoordinateForce(1e6, 1.0))
     scene.add_rigid_body("end", 0.1, 1e-4, parent=arm, at=(0.6, 0, 0), joint=stiff)
     result = scene.simulate((0.0, 1.0), rtol=1e-5, method="generalised-alpha")
     assert result.statistics["evaluations"] < 5000
@@ -39,7 +39,7 @@ def test_a_stiff_spring_holds_no_step_of_the_implicit_method():
 def test_a_drive_overcomes_the_spring_and_its_work_is_booked():
     k, c = 3.0, 0.5
     scene = kf.System()
-    hinge = kf.Revolute("z", motion=kf.Motion.steady(2.0), stiffness=k, damping=c)
+    hinge = kf.Revolute("z", motion=kf.Motion.steady(2.0), forces=kf.CoordinateForce(k, c))
     scene.add_rigid_body("wheel", 1.0, 0.2, joint=hinge)
     result = scene.simulate((0.0, 1.5), rtol=1e-9)
     # no inertia torque at a steady rate: the drive carries spring and damper alone
@@ -48,10 +48,11 @@ def test_a_drive_overcomes_the_spring_and_its_work_is_booked():
 
 
 def test_a_joint_without_spring_runs_no_spring_code(monkeypatch):
-    def fail(self):
-        raise AssertionError("asked for the rest position of a joint without a spring")
+    def fail(*arguments):
+        raise AssertionError("asked for the force along a coordinate of a joint without one")
 
-    monkeypatch.setattr(kf.Revolute, "rest_position", property(fail))
+    for name in ("force", "potential", "dissipation", "slopes"):
+        monkeypatch.setattr(kf.CoordinateForce, name, fail)
     scene = kf.System(gravity=(0, -9.81, 0))
     scene.add_rigid_body("rod", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z"))
     assert scene.simulate((0.0, 0.1)).energy.elastic.max() == 0.0
@@ -60,9 +61,9 @@ def test_a_joint_without_spring_runs_no_spring_code(monkeypatch):
 def test_auto_sees_the_frequency_of_the_scene():
     # a 1 g wheel on 1e4 N m/rad: w = sqrt(1e4 / 1e-6) = 1e5 rad/s, though no flexible body is there
     scene = kf.System()
-    scene.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", position=1e-3, stiffness=1e4))
+    scene.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", position=1e-3, forces=kf.CoordinateForce(1e4)))
     assert stiffest_rate(scene.freeze(), 0.0) == pytest.approx(1e5, rel=1e-12)
     assert scene.simulate((0.0, 1.0), rtol=1e-3, output_step=0.5).statistics["method"] == "generalised-alpha"
     damped = kf.System()
-    damped.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", damping=2.0))
+    damped.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", forces=kf.CoordinateForce(damping=2.0)))
     assert stiffest_rate(damped.freeze(), 0.0) == pytest.approx(2.0 / 1e-6, rel=1e-12)

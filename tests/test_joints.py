@@ -25,6 +25,7 @@ JOINTS: list[Joint] = [
     kf.Spherical(orientation=(1, -1, 0.5, 2), angular_velocity=(0.1, -0.5, 2.0)),
     kf.Universal("x", "y", position=(0.2, -0.6), speed=(1.0, 2.0)),
     kf.Universal((1.0, 1.0, 0.0), "z"),
+    kf.Translation(position=(0.1, 0.2, -0.3), velocity=(1.0, 0.0, 2.0)),
     kf.Free(position=(1, 2, 3), orientation=(2, 1, 0, -1), velocity=(1, 0, 2), angular_velocity=(0.1, -0.5, 2.0)),
 ]
 
@@ -89,8 +90,8 @@ def test_steady_motion() -> None:
             "axis of a revolute joint must be three finite numbers with a length above zero",
         ),
         (lambda: kf.Prismatic((1, 0)), "axis of a prismatic joint must be three finite numbers"),
-        (lambda: kf.Revolute("z", stiffness=-1.0), "stiffness of a revolute joint must be finite and >= 0, not -1"),
-        (lambda: kf.Prismatic("z", damping=np.inf), "damping of a prismatic joint must be finite and >= 0, not inf"),
+        (lambda: kf.Revolute("z", forces=1.0), "forces of a revolute joint must be a CoordinateForce, not"),
+        (lambda: kf.Revolute("z", motion=np.sin), "motion of a revolute joint must be a Motion, not"),
         (lambda: kf.Revolute("z", position=np.nan), "position of a revolute joint must be finite"),
         (lambda: kf.Prismatic("z", speed=np.inf), "speed of a prismatic joint must be finite"),
         (lambda: kf.Revolute("z", speed=1.0, motion=kf.Motion.steady(1.0)), "Remedy: leave out position and speed"),

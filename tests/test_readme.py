@@ -1,4 +1,4 @@
-"""The README's script runs as printed."""
+"""The README's scripts run as printed."""
 
 import re
 from pathlib import Path
@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+SCRIPTS = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
 
 
 @pytest.mark.fenicsx
 def test_the_first_script_runs(tmp_path, monkeypatch, capsys):
-    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    script = SCRIPTS[0]
     (tmp_path / "meshes").symlink_to(ROOT / "meshes")
     monkeypatch.chdir(tmp_path)
     names: dict = {}
@@ -19,3 +20,13 @@ def test_the_first_script_runs(tmp_path, monkeypatch, capsys):
     printed = [float(x) for x in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", capsys.readouterr().out)]
     # the arm has all but stopped shaking: its root carries the weight of arm and tip mass
     assert printed[2] == pytest.approx((6.5233 + 0.5) * 9.81, rel=0.1)
+
+
+def test_the_loop_closes(capsys):
+    names: dict = {}
+    exec(compile("import kanefe as kf\n" + SCRIPTS[1], "README.md", "exec"), names)
+    report = names["model"].constraint_report()
+    assert "pin" in capsys.readouterr().out
+    # five rows in space hold what two do in the plane
+    assert (report.rows, report.rank) == (5, 2)
+    assert len(SCRIPTS) == 2

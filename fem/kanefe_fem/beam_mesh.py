@@ -31,7 +31,8 @@ def beam_model_from_mesh(
 ) -> FiniteElementModel:
     """Return the model of a frame whose beams are the line elements (of order 1) of a mesh.
 
-    The groups of the model are the mesh's groups of points that lie on beams.
+    The groups of the model are the mesh's groups of points that lie on beams; its lines for loads are the groups of
+    lines that have a section.
 
     Parameters
     ----------
@@ -99,6 +100,7 @@ def beam_model_from_mesh(
         orientation=None if orientation is None else np.array(spread("orientation"), dtype=float),
         rotary_inertia=rotary_inertia,
         groups={name: nodes.tolist() for name, nodes in points.items() if nodes.size},
+        lines=_element_numbers(lines),
     )
     source = {"source": "kanefe_fem.beams.beam_model_from_mesh", "mesh": mesh.source, **mesh.provenance}
     return replace(model, provenance={**model.provenance, **source})
@@ -116,6 +118,12 @@ def _lines_of(mesh: Mesh, name: str) -> np.ndarray:
     if curved:
         raise MeshError(f"the lines of group {name!r} are of kind {curved[0]!r}. Remedy: mesh with order 1 for beams")
     return np.concatenate([block.nodes for block in blocks])
+
+
+def _element_numbers(lines: Mapping[str, np.ndarray]) -> dict[str, list[int]]:
+    """Return the numbers of each group's elements when the groups follow each other."""
+    ends = np.cumsum([len(table) for table in lines.values()])
+    return {name: list(range(end - len(table), end)) for (name, table), end in zip(lines.items(), ends, strict=True)}
 
 
 def _refuse_shared_lines(table: np.ndarray, owner: np.ndarray, source: str) -> None:

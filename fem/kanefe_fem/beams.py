@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -28,6 +29,7 @@ from kanefe.errors import ModelError
 from kanefe.finite_element_model import COMPONENTS, Cells, FiniteElementModel, MassField
 from kanefe_fem import beam_elements as be
 from kanefe_fem.beam_checks import Groups, check_elements, check_groups, check_nodes, per_element
+from kanefe_fem.beam_lines import check_lines, chosen_lines, line_pattern
 from kanefe_fem.sections import CrossSection
 
 if TYPE_CHECKING:
@@ -51,6 +53,7 @@ def beam_model(
     orientation: np.ndarray | Sequence[float] | Sequence[Sequence[float]] | None = None,
     rotary_inertia: bool = True,
     groups: Groups = ENDS,
+    lines: Groups | None = None,
 ) -> FiniteElementModel:
     """Return the model of a frame of straight beams, rigidly joined at their nodes (Eq. 40-42).
 
@@ -79,6 +82,9 @@ def beam_model(
     groups : mapping of str to int or sequence of int
         Named nodes, the candidates for interfaces; negative numbers count from the end. Default: the first node is
         "root", the last is "tip".
+    lines : mapping of str to int or sequence of int, optional
+        Named sets of elements that can carry a load along their axes; negative numbers count from the end. Default:
+        all elements are "span".
 
     Returns
     -------
@@ -107,6 +113,7 @@ def beam_model(
     if theory not in ("timoshenko", "euler-bernoulli"):
         raise ModelError(f"unknown beam theory {theory!r}. Remedy: 'timoshenko' or 'euler-bernoulli'")
     node_groups = check_groups(groups, points)
+    spans = check_lines({"span": range(len(connectivity))} if lines is None else lines, len(connectivity))
 
     axes = _element_axes(points, connectivity, sections, orientation, planar)
     properties = _element_properties(points, connectivity, sections, materials, theory)
@@ -124,6 +131,10 @@ def beam_model(
         mass_field=mass_field,
         cells=(Cells("line", connectivity),),
         groups=node_groups,
+        load_patterns={
+            name: line_pattern(numbers, points[connectivity], properties, axes, dofs, planar, size)
+            for name, numbers in spans.items()
+        },
         provenance={
             "source": "kanefe_fem.beams.beam_model",
             "theory": theory,
@@ -206,7 +217,12 @@ def straight_beam(
 
 
 def beam_body(
-    model: FiniteElementModel, interfaces: Mapping[str, Any], *, reduction: Any = None, damping: Any = None
+    model: FiniteElementModel,
+    interfaces: Mapping[str, Any],
+    *,
+    reduction: Any = None,
+    damping: Any = None,
+    lines: Sequence[str] | None = None,
 ) -> FlexibleBody:
     """Return the flexible body of a beam model, ready for a scene.
 
@@ -216,6 +232,8 @@ def beam_body(
         From `beam_model`, `straight_beam` or `beam_model_from_mesh`.
     interfaces, reduction, damping
         As in `kanefe.reduction.flexible_body`.
+    lines : sequence of str, optional
+        Which of the model's lines the body keeps for loads along them. Default: all.
 
     Returns
     -------
@@ -225,10 +243,12 @@ def beam_body(
     Raises
     ------
     ModelError
-        As `kanefe.reduction.flexible_body`.
+        If the model has no such line; and as `kanefe.reduction.flexible_body`.
     """
     from kanefe.reduction import flexible_body
 
+    if lines is not None:
+        model = replace(model, load_patterns=chosen_lines(model.load_patterns, lines))
     return flexible_body(model, interfaces, reduction=reduction, damping=damping)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,10 +13,12 @@ import scipy.sparse as sp
 
 from kanefe.errors import MeshError, ModelError
 from kanefe.finite_element_model import TRANSLATIONS, Cells, FiniteElementModel, MassField, NodeGroup
+from kanefe.load_pattern import NodalPattern
 from kanefe_fem.material import LOCKING_NU, AccuracyWarning, Material, warn_of_units
 from kanefe_fem.mesh import Mesh, read_mesh, to_order
 from kanefe_fem.mesh_checks import check_groups, check_mesh, extent
 from kanefe_fem.shapes import MIDS, measures, shape
+from kanefe_fem.surfaces import check_surfaces, facet_integrals
 
 if TYPE_CHECKING:
     from kanefe.flexible import FlexibleBody
@@ -34,6 +36,7 @@ def solid_model(
     order: int = 2,
     plane: Plane | None = None,
     thickness: float | None = None,
+    surfaces: Sequence[str] = (),
 ) -> FiniteElementModel:
     """Return the full-order model of a solid (3D) or of a plane body (2D).
 
@@ -50,6 +53,9 @@ def solid_model(
         For 2D meshes, and only there.
     thickness : float, optional
         Of a 2D body in m; required there.
+    surfaces : sequence of str
+        Groups of outer facets that can carry tractions and pressures (lines of a 2D mesh: their faces, as wide as the
+        body is thick).
 
     Returns
     -------
@@ -74,7 +80,9 @@ def solid_model(
     mesh = _as_mesh(mesh)
     by_group = _materials_by_group(mesh, materials, order)
     scale = _thickness(mesh, plane, thickness)
+    check_surfaces(mesh, surfaces)
     lifted = to_order(mesh, order)
+    integrals = {name: facet_integrals(lifted, name, scale) for name in surfaces}
     lame, shear, density = _fields(lifted, by_group, plane, scale)
     _warn_of_units(lifted, by_group, scale)
     read = time.perf_counter()
@@ -100,6 +108,15 @@ def solid_model(
         mass_field=field,
         cells=numbered.cell_blocks,
         groups=_node_groups(numbered),
+        load_patterns={
+            name: NodalPattern.of_nodes(
+                numbered.nodes,
+                components,
+                found.shares[assembly.order_of_nodes],
+                found.pressure[assembly.order_of_nodes],
+            )
+            for name, found in integrals.items()
+        },
         provenance={
             "source": mesh.source,
             **mesh.provenance,
@@ -130,12 +147,13 @@ def solid_body(
     order: int = 2,
     plane: Plane | None = None,
     thickness: float | None = None,
+    surfaces: Sequence[str] = (),
 ) -> FlexibleBody:
     """Return a flexible body made from a mesh: `solid_model`, then `kanefe.reduction.flexible_body`.
 
     Parameters
     ----------
-    mesh, materials, order, plane, thickness
+    mesh, materials, order, plane, thickness, surfaces
         As for `solid_model`.
     interfaces : dict of str to str
         How each named group of facets carries the body's frame or another body: "clamped", "rigid", ...
@@ -156,7 +174,7 @@ def solid_body(
 
     mesh = _as_mesh(mesh)
     check_interfaces(mesh, interfaces)
-    model = solid_model(mesh, materials, order, plane, thickness)
+    model = solid_model(mesh, materials, order, plane, thickness, surfaces)
     return flexible_body(model, interfaces, reduction=reduction, damping=damping, factorise=factorise)
 
 

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.frames import Vector
-from kanefe.kane.assemble import accelerations
+from kanefe.assembly import consistent_start, project_positions, project_speeds
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.model import Model
 
 WORKS = 2
 """Quadratures at the end of the state: dissipated energy and work of loads and drives, in J."""
+
+NEAR_SINGULAR = 1e-2
+"""Weakest constraint, see `ConstrainedSolver.weakest`, below which the rates are those of the nearest closed state.
+
+The stages of an explicit method leave the loops open by some error. Towards a singular position it is divided by powers
+of the distance from it, and error control would creep up to the position and never pass it.
+"""
 
 
 class Dynamics:
@@ -21,15 +29,50 @@ class Dynamics:
     model : Model
     evaluations : int
         How often the equations of motion were evaluated.
+    weakest : float
+        Of the constraints at the last evaluation: see `ConstrainedSolver.weakest`.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         self.evaluations = 0
+        self.weakest = 1.0
+        self._order_n = model.order_n
 
-    def initial_state(self) -> Vector:
-        """Return y at the start."""
-        return np.concatenate((self.model.initial_coordinates, self.model.initial_speeds, np.zeros(WORKS)))
+    @property
+    def is_autonomous(self) -> bool:
+        """Whether whole runs can stay in compiled code."""
+        return self._order_n is not None and self._order_n.is_autonomous
+
+    @property
+    def is_tree_in_order_n(self) -> bool:
+        """Whether the rates come from one sweep over a tree."""
+        return self._order_n is not None and not self.model.constraints
+
+    def steps(self, t: float, y: Vector, h: float, count: int) -> Vector:
+        """Return the state after some steps of the classical Runge-Kutta method; the scene is autonomous."""
+        if self._order_n is None:
+            raise TypeError("this scene needs the literal route")
+        self.evaluations += 4 * count
+        return np.asarray(self._order_n.steps(t, y, h, count, 1)[0])
+
+    def initial_state(self, start: float) -> Vector:
+        """Return y at the start, consistent with the loops at that time (s)."""
+        return np.concatenate((*consistent_start(self.model, start), np.zeros(WORKS)))
+
+    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None) -> Vector:
+        """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
+
+        `stiffness`, (free, free), is added to the mass matrix, in whose metric the state is the nearest.
+        """
+        if not self.model.constraints:
+            return y
+        q, u = self.parts(y)
+        q_closed = project_positions(self.model, t, q, stiffness)
+        u_closed = project_speeds(self.model, t, q_closed, u, stiffness)
+        if q_closed is q and u_closed is u:
+            return y
+        return np.concatenate((q_closed, u_closed, y[len(q) + len(u) :]))
 
     def parts(self, y: Vector) -> tuple[Vector, Vector]:
         """Return q and u of a state."""
@@ -39,13 +82,26 @@ class Dynamics:
     def rate(self, t: float, y: Vector) -> Vector:
         """Return dy/dt."""
         self.evaluations += 1
+        if self._order_n is not None:
+            rates, self.weakest = self._order_n.held_rates(t, y)
+            if self.weakest >= NEAR_SINGULAR:
+                return rates
         q, u = self.parts(y)
-        du = accelerations(self.model, t, q, u)
+        if self.model.constraints:
+            du, _, self.weakest = held_accelerations(self.model, t, q, u)
+            if self.weakest < NEAR_SINGULAR:
+                q, u = self.parts(self.projected(t, y))
+                du = accelerations(self.model, t, q, u)
+        else:
+            du = accelerations(self.model, t, q, u)
         return np.concatenate((self.model.coordinate_rates(q, u), du, self.powers(t, q, u, du)))
 
     def powers(self, t: float, q: Vector, u: Vector, du: Vector) -> Vector:
         """Return the rates of the quadratures, in W; nothing is computed where nothing exchanges energy."""
         if not self.model.has_power:
             return np.zeros(WORKS)
+        if self.is_tree_in_order_n:
+            self.evaluations -= 1  # that of the step, once more
+            return self.rate(t, np.concatenate((q, u, np.zeros(WORKS))))[-WORKS:]
         work = load_power(self.model, t, q, u) + drive_power(self.model, t, q, u, du)
-        return np.array((dissipated_power(self.model, t, u), work))
+        return np.array((dissipated_power(self.model, t, q, u), work))

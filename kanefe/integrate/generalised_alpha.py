@@ -1,26 +1,37 @@
 """Generalised-alpha on the rotation group, order 2 (Chung & Hulbert 1993; Bruels, Cardona & Arnold 2012).
 
 Stable for elastic modes of any frequency, which are damped where the step does not resolve them. The Newton matrix is
-``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies; all else is left to the iteration, whose
-residual is exact. Rotations advance by the exponential map. The step follows the third-order part of the
-displacement, filtered by the same matrix so that unresolved modes do not hold it down.
+``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies and of springs, dampers, friction and stops; all
+else is left to the iteration, whose residual is exact. Rotations advance by the exponential map. The step follows the
+third-order part of the displacement, filtered by the same matrix so that unresolved modes do not hold it down.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 
 from kanefe.errors import SimulationError
-from kanefe.frames import Vector
-from kanefe.integrate.dynamics import Dynamics
-from kanefe.kane.assemble import accelerations, assemble
+from kanefe.frames import Matrix, Vector
+from kanefe.integrate.dynamics import WORKS, Dynamics
+from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver
+from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
+from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.tangents import current_tangents
 from kanefe.model import Model
+from kanefe.scene_length import scene_length
 
 SPECTRAL_RADIUS = 0.8
 """Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step."""
 
 LARGEST_ITERATIONS = 8
+
+KEPT_ITERATIONS = 3
+"""Iterations of a step above which its matrices are not kept for the next one."""
 
 
 class GeneralisedAlphaStepper:
@@ -49,18 +60,20 @@ class GeneralisedAlphaStepper:
         self._alpha_m, self._alpha_f = (2 * r - 1) / (r + 1), r / (r + 1)
         self._gamma = 0.5 + self._alpha_f - self._alpha_m
         self._beta = 0.25 * (0.5 + self._gamma) ** 2
+        self._ratio = (1 - self._alpha_f) / (1 - self._alpha_m)
         self._dynamics, self._model = dynamics, dynamics.model
         self._scales = rtol * displacement_scales(self._model)
         self._stiffness, self._damping = iteration_matrices(self._model)
         self._stops = np.append(outputs[outputs > start], stop)
         self.t = start
-        self._state = dynamics.initial_state()
+        self._state = dynamics.initial_state(start)
         q, u = dynamics.parts(self._state)
         self._du = accelerations(self._model, start, q, u)
         self._a = self._du.copy()
         self._power = dynamics.powers(start, q, u, self._du)
         self._h = 1e-4 * (stop - start)
         self._smallest = 1e-12 * (stop - start)
+        self._kept: _Kept | None = None
         self.rejected = 0
 
     def initial_state(self) -> Vector:
@@ -98,7 +111,9 @@ class GeneralisedAlphaStepper:
         error, q, u, du, a = trial
         power = self._dynamics.powers(self.t + h, q, u, du)
         works = self._state[-len(power) :] + 0.5 * h * (self._power + power)
-        self._state = np.concatenate((q, u, works))
+        # in the metric of the iteration, so that closing a loop does not strike stiff modes
+        stiffness = self._beta * self._ratio * h * h * self._stiffness
+        self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
         self._du, self._a, self._power = du, a, power
         self.t = float(target) if h == rest else self.t + h
         grown = h * min(2.0, 0.9 * max(error, 1e-6) ** (-1 / 3))
@@ -106,48 +121,106 @@ class GeneralisedAlphaStepper:
 
     def _try(self, h: float) -> tuple[float, Vector, Vector, Vector, Vector] | None:
         """Return (error, q, u, du, a) after a step of h, or None if the iteration does not converge."""
-        model, dynamics = self._model, self._dynamics
-        q0, u0 = dynamics.parts(self._state)
-        if not model.free_count:  # driven all through: nothing to solve for
+        q0, u0 = self._dynamics.parts(self._state)
+        if not self._model.free_count:  # driven all through: nothing to solve for
             return 0.0, q0, u0, self._du, self._a
-        alpha_m, alpha_f, beta, gamma = self._alpha_m, self._alpha_f, self._beta, self._gamma
-        ratio = (1 - alpha_f) / (1 - alpha_m)
-        t = self.t + h
-        du = self._du.copy()
-        factors = mass = None
-        last = np.inf
+        correct = self._correct_in_order_n if self._dynamics.is_tree_in_order_n else self._correct_literally
+        if self._kept is not None and self._kept.h != h:
+            self._kept = None
+        du, last, reach = self._du.copy(), np.inf, self._beta * self._ratio * h * h
         for iteration in range(LARGEST_ITERATIONS):
-            a = ratio * du + (alpha_f * self._du - alpha_m * self._a) / (1 - alpha_m)
-            u = u0 + h * ((1 - gamma) * self._a + gamma * a)
-            q = model.advance(q0, h * u0 + h * h * ((0.5 - beta) * self._a + beta * a))
-            dynamics.evaluations += 1
-            M, F = assemble(model, t, q, u)
-            n = model.free_count
-            residual = M[:n, :n] @ du - F[:n]
-            if model.driven_count:
-                residual += M[:n, n:] @ model.driven_speeds(t)[1]
-            if not np.all(np.isfinite(residual)):
+            q, u, _ = self._reached(h, du)
+            correction = correct(h, q, u, du)
+            if correction is None:
                 return None
-            if factors is None:
-                mass = M[:n, :n]
-                iteration_matrix = mass + (gamma * ratio * h) * self._damping + (beta * ratio * h * h) * self._stiffness
-                factors = scipy.linalg.lu_factor(iteration_matrix, check_finite=False)
-            correction = scipy.linalg.lu_solve(factors, residual, check_finite=False)
             du = du - correction
-            size = float(np.max(np.abs(beta * ratio * h * h * correction) / self._scales, initial=0.0))
+            size = float(np.max(np.abs(reach * correction) / self._scales, initial=0.0))
             if size <= 1e-3:
                 break
             if iteration > 1 and size > 0.9 * last:
+                self._kept = None
                 return None
             last = size
         else:
+            self._kept = None
             return None
-        a = ratio * du + (alpha_f * self._du - alpha_m * self._a) / (1 - alpha_m)
-        u = u0 + h * ((1 - gamma) * self._a + gamma * a)
-        q = model.advance(q0, h * u0 + h * h * ((0.5 - beta) * self._a + beta * a))
-        local = (beta - 1 / 6) * h * h * (a - self._a)
-        filtered = scipy.linalg.lu_solve(factors, mass @ local, check_finite=False)
+        q, u, a = self._reached(h, du)
+        kept = self._kept
+        if kept is None:
+            raise TypeError("an iteration leaves its matrices behind")
+        local = (self._beta - 1 / 6) * h * h * (a - self._a)
+        filtered = kept.solve(kept.mass @ local)
+        if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents or self._model.constraints:
+            self._kept = None
         return float(np.max(np.abs(filtered) / self._scales, initial=0.0)), q, u, du, a
+
+    def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
+        alpha_m, alpha_f, beta, gamma = self._alpha_m, self._alpha_f, self._beta, self._gamma
+        q0, u0 = self._dynamics.parts(self._state)
+        a = self._ratio * du + (alpha_f * self._du - alpha_m * self._a) / (1 - alpha_m)
+        u = u0 + h * ((1 - gamma) * self._a + gamma * a)
+        return self._model.advance(q0, h * u0 + h * h * ((0.5 - beta) * self._a + beta * a)), u, a
+
+    def _iteration_matrix(self, h: float, M: Matrix, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
+        t, model = self.t + h, self._model
+        K, C = current_tangents(model, motions, t, q, all_speeds(model, t, u), self._stiffness, self._damping)
+        ratio = self._ratio
+        return np.asarray(M + (self._gamma * ratio * h) * C + (self._beta * ratio * h * h) * K)
+
+    def _correct_in_order_n(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
+        """Return a Newton step from one sweep.
+
+        ``M (du - M^-1 F)`` vanishes where ``M du - F`` does, also with the M of some steps ago: the matrices are made
+        anew only when the step changes or the iteration slows down.
+        """
+        model, n = self._model, self._model.free_count
+        t = self.t + h
+        needed = self._dynamics.rate(t, np.concatenate((q, u, np.zeros(WORKS))))[len(q) : len(q) + n]
+        if not np.all(np.isfinite(needed)):
+            return None
+        if self._kept is None:
+            motions = sweep_outward(model, t, q, all_speeds(model, t, u))
+            mass = assemble(model, t, q, u, motions=motions)[0][:n, :n]
+            factors = scipy.linalg.lu_factor(self._iteration_matrix(h, mass, motions, q, u), check_finite=False)
+            self._kept = _Kept(h, mass, partial(scipy.linalg.lu_solve, factors, check_finite=False))
+        return self._kept.solve(self._kept.mass @ (du - needed))
+
+    def _correct_literally(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
+        """Return a Newton step from the assembled equations, with the loops held."""
+        model, n = self._model, self._model.free_count
+        t = self.t + h
+        self._dynamics.evaluations += 1
+        full = all_speeds(model, t, u)
+        motions = sweep_outward(model, t, q, full)
+        M, F = assemble(model, t, q, u, motions=motions)
+        rates = np.concatenate((du, model.driven_speeds(t)[1]))
+        residual = M[:n] @ rates - F[:n]
+        if not np.all(np.isfinite(residual)):
+            return None
+        mass = M[:n, :n]
+        if model.constraints:
+            rows = constraint_rates(model, motions, q, full)
+            solver = constrained_solver(model, self._iteration_matrix(h, mass, motions, q, u), rows.over(slice(n)))
+            self._kept = _Kept(h, mass, partial(_solve_held, solver))
+            return -solver.solve(-residual, rows.J @ rates + rows.remainder)[0]
+        if self._kept is None or model.has_varying_tangents:
+            factors = scipy.linalg.lu_factor(self._iteration_matrix(h, mass, motions, q, u), check_finite=False)
+            self._kept = _Kept(h, mass, partial(scipy.linalg.lu_solve, factors, check_finite=False))
+        return self._kept.solve(residual)
+
+
+class _Kept(NamedTuple):
+    """Step, mass matrix and solver of the iteration matrix of an earlier iteration."""
+
+    h: float
+    mass: Matrix
+    solve: Callable[[Vector], Vector]
+
+
+def _solve_held(solver: ConstrainedSolver, force: Vector) -> Vector:
+    """Return the motion that a force causes with the loops held."""
+    return solver.solve(force, np.zeros(solver.row_count))[0]
 
 
 def displacement_scales(model: Model) -> np.ndarray:
@@ -155,9 +228,9 @@ def displacement_scales(model: Model) -> np.ndarray:
     length = scene_length(model)
     scales = np.empty(model.free_count)
     for body in model.bodies:
-        if not body.is_driven:
-            for i, name in enumerate(body.joint.speed_names):
-                scales[body.speeds.start + i] = 1.0 if "rad" in name else length
+        for where, name in zip(body.speeds, body.joint.speed_names, strict=True):
+            if where < model.free_count:
+                scales[where] = 1.0 if "rad" in name else length
         if body.flexible:
             flexible = body.flexible.body
             extent = float(np.ptp(flexible.nodes, axis=0).max()) or length
@@ -167,20 +240,13 @@ def displacement_scales(model: Model) -> np.ndarray:
     return scales
 
 
-def scene_length(model: Model) -> float:
-    """Return a length of the scene in m: its flexible bodies and the offsets of its joints; 1 m if it has none."""
-    lengths = [float(np.ptp(b.flexible.body.nodes, axis=0).max()) for b in model.bodies if b.flexible]
-    lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
-    lengths += [float(np.linalg.norm(b.rigid.com)) for b in model.bodies if b.rigid]
-    return max([x for x in lengths if x > 0], default=1.0)
-
-
 def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Return K and C of flexible bodies and joint springs over the free speeds, each (free, free)."""
+    """Return K and C of flexible bodies and of springs and dampers in joints over the free speeds, (free, free)."""
     K, C = np.zeros((model.free_count, model.free_count)), np.zeros((model.free_count, model.free_count))
     for body in model.bodies:
-        if body.has_spring and not body.is_driven:
-            K[body.speeds, body.speeds], C[body.speeds, body.speeds] = body.joint.stiffness_and_damping
+        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
+            if force is not None and where < model.free_count:
+                K[where, where], C[where, where] = force.stiffness, force.damping
         if body.flexible:
             k, at = body.flexible.body.free_count, body.flexible.speeds
             K[at, at] = body.flexible.body.stiffness[:k, :k]
@@ -192,10 +258,11 @@ def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:
 def stiffest_rate(model: Model, start: float) -> float:
     """Return the highest natural frequency or decay rate of the scene as it starts, in rad/s; zero without elasticity.
 
-    Of K and C of flexible bodies and joint springs with the mass of the whole scene: a body on a hinge, or a light
+    Of K and C of flexible bodies, springs and friction with the mass of the whole scene: a body on a hinge, or a light
     one on a stiff spring, vibrates faster than its own modes say.
     """
-    K, C = iteration_matrices(model)
+    q, u = model.initial_coordinates, all_speeds(model, start, model.initial_speeds)
+    K, C = current_tangents(model, sweep_outward(model, start, q, u), start, q, u, *iteration_matrices(model))
     if not (np.any(K) or np.any(C)):
         return 0.0
     M, _ = assemble(model, start, model.initial_coordinates, model.initial_speeds)

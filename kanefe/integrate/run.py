@@ -16,6 +16,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import WORKS, Dynamics
 from kanefe.integrate.explicit import ExplicitStepper
 from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper, stiffest_rate
+from kanefe.integrate.runge_kutta import RungeKuttaStepper
 from kanefe.model import Model
 
 
@@ -52,6 +53,7 @@ LARGEST_EXPLICIT_STEPS = 2000.0
 """Steps that the explicit method would need for the elastic modes, above which "auto" takes the implicit one."""
 
 OUTPUTS = 500
+DEFAULT_RTOL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +84,10 @@ def integrate(
     model: Model,
     t_span: tuple[float, float],
     *,
-    rtol: float = 1e-6,
+    rtol: float | None = None,
     atol: float | None = None,
     method: str = "auto",
+    step: float | None = None,
     output_step: float | None = None,
     progress: bool | None = None,
 ) -> Trajectory:
@@ -95,14 +98,17 @@ def integrate(
     model : Model
     t_span : (float, float)
         Start and end in s.
-    rtol : float
-        Relative error of a step.
+    rtol : float, optional
+        Relative error of a step; default 1e-6.
     atol : float, optional
         Absolute error of a step, for "dop853" only; default 1e-3 rtol.
-    method : "auto", "dop853" or "generalised-alpha"
-        "auto" takes the explicit method unless elastic modes would hold it to more than 2000 steps.
+    method : "auto", "dop853", "generalised-alpha" or "rk4"
+        "auto" takes the explicit method unless elastic modes would hold it to more than 2000 steps. "rk4" is the
+        classical Runge-Kutta method of order 4 with fixed steps and without error control.
+    step : float, optional
+        Of "rk4", s.
     output_step : float, optional
-        Time between stored states in s; default a 500th of the span.
+        Time between stored states in s; default a 500th of the span, or for "rk4" the nearest number of whole steps.
     progress : bool, optional
         Show a progress bar with the time left; default: only on a terminal.
 
@@ -117,20 +123,37 @@ def integrate(
     SimulationError
         If the run cannot be finished; the message says when and what to try.
     """
-    start, stop = _checked_span(t_span)
-    if not (math.isfinite(rtol) and 0 < rtol < 1):
+    start, stop = checked_span(t_span)
+    if rtol is not None and not (math.isfinite(rtol) and 0 < rtol < 1):
         raise ModelError(f"rtol must lie between 0 and 1, not {rtol!r}")
-    times = _output_times(start, stop, output_step)
     name, reason = _choose(model, method, start, stop)
+    if (step is None) == (name == RungeKuttaStepper.name):
+        raise ModelError(
+            f"{name} needs a step in s" if step is None else f"step has no meaning for {name}, which chooses its own"
+        )
+    if step is not None:
+        if rtol is not None:
+            raise ModelError(f"rtol has no meaning for {name}, whose steps are fixed. Remedy: leave it out")
+        if not (math.isfinite(step) and 0 < step <= stop - start):
+            raise ModelError(f"step must be above zero s and within the span, not {step!r}")
+        if output_step is None:
+            output_step = step * max(1, round((stop - start) / step / OUTPUTS))
+    times = _output_times(start, stop, output_step)
     if atol is not None and name != ExplicitStepper.name:
         raise ModelError(
-            f"atol has no meaning for {name}, which scales errors by the size of the bodies. Remedy: leave it out"
+            f"atol has no meaning for {name}, which "
+            f"{'has no error control' if step else 'scales errors by the size of the bodies'}. Remedy: leave it out"
         )
     if atol is not None and not (math.isfinite(atol) and atol > 0):
         raise ModelError(f"atol must be above zero, not {atol!r}")
     began = time.perf_counter()
     dynamics = Dynamics(model)
-    stepper = METHODS[name](dynamics, start, stop, rtol, 1e-3 * rtol if atol is None else atol, times)
+    stepper: Stepper
+    if step is not None:
+        stepper = RungeKuttaStepper(dynamics, start, stop, step, times)
+    else:
+        rtol = DEFAULT_RTOL if rtol is None else rtol
+        stepper = METHODS[name](dynamics, start, stop, rtol, 1e-3 * rtol if atol is None else atol, times)
     states = np.empty((len(times), model.coordinate_count + model.free_count + WORKS))
     states[0] = stepper.initial_state()
     stored, steps = 1, 0
@@ -154,7 +177,7 @@ def integrate(
         statistics={
             "method": name,
             "reason": reason,
-            "rtol": rtol,
+            **({"rtol": rtol} if rtol is not None else {"step": step}),
             "steps": steps,
             "rejected": stepper.rejected,
             "evaluations": dynamics.evaluations,
@@ -163,7 +186,8 @@ def integrate(
     )
 
 
-def _checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
+def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
+    """Return start and end in s; a ModelError says what is wrong with them."""
     try:
         start, stop = (float(t) for t in t_span)
     except (TypeError, ValueError) as error:
@@ -186,8 +210,9 @@ def _output_times(start: float, stop: float, step: float | None) -> np.ndarray:
 
 def _choose(model: Model, method: str, start: float, stop: float) -> tuple[str, str]:
     if method != "auto":
-        if method not in METHODS:
-            raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(METHODS)}")
+        names = (*METHODS, RungeKuttaStepper.name)
+        if method not in names:
+            raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(names)}")
         return method, "asked for"
     rate = stiffest_rate(model, start)
     # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2

@@ -1,17 +1,21 @@
 """Joints, one kinematic pair a file."""
 
-from kanefe.joints.base import Joint, Motion
+from kanefe.joints.base import Joint
+from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.cylindrical import Cylindrical
 from kanefe.joints.fixed import Fixed
 from kanefe.joints.free import Free
+from kanefe.joints.motion import Motion
 from kanefe.joints.planar import Planar
 from kanefe.joints.prismatic import Prismatic
 from kanefe.joints.revolute import Revolute
 from kanefe.joints.screw import Screw
 from kanefe.joints.spherical import Spherical
+from kanefe.joints.translation import Translation
 from kanefe.joints.universal import Universal
 
 __all__ = [
+    "CoordinateForce",
     "Cylindrical",
     "Fixed",
     "Free",
@@ -22,5 +26,6 @@ __all__ = [
     "Revolute",
     "Screw",
     "Spherical",
+    "Translation",
     "Universal",
 ]

@@ -2,103 +2,50 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, unit_vector
+from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.motion import Motion
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A joint coordinate as a given function of time.
-
-    Parameters
-    ----------
-    position, velocity, acceleration : callable
-        t in s -> coordinate in rad or m, and its two time derivatives.
-
-    Examples
-    --------
-    >>> spin = Motion(lambda t: 3.0 * t, lambda t: 3.0, lambda t: 0.0)
-    """
-
-    position: Callable[[float], float]
-    velocity: Callable[[float], float]
-    acceleration: Callable[[float], float]
-
-    @classmethod
-    def steady(cls, rate: float, start: float = 0.0) -> Motion:
-        """Return the motion ``start + rate t`` (rad/s or m/s)."""
-        return cls(lambda t: start + rate * t, lambda t: rate, lambda t: 0.0)
-
-    def at(self, name: str, t: float, body: str) -> float:
-        """Return the position, velocity or acceleration (by name) at time t.
-
-        Raises
-        ------
-        ModelError
-            If it is not finite; the message names the body and the time.
-        """
-        value = float(getattr(self, name)(t))
-        if not math.isfinite(value):
-            raise ModelError(
-                f"the motion of body {body!r} must give finite numbers; its {name} at t = {t:.6g} s is {value}"
-            )
-        return value
-
-    def check(self, where: str, times: Sequence[float] = (0.0, 1e-3)) -> None:
-        """Raise a ModelError if one of the functions gives no finite number, or rates that contradict the position."""
-        for name in ("position", "velocity", "acceleration"):
-            function = getattr(self, name)
-            if not callable(function):
-                raise ModelError(f"{where}: {name} of a Motion must be a function of time, not {function!r}")
-            for t in times:
-                value = np.asarray(function(t), dtype=float)
-                if value.shape != () or not np.isfinite(value):
-                    raise ModelError(f"{where}: {name} at t = {t} s must be one finite number, not {function(t)!r}")
-        for of, rate in (("position", "velocity"), ("velocity", "acceleration")):
-            t, h = times[-1], 1e-6
-            function, given = getattr(self, of), float(getattr(self, rate)(t))
-            found = (float(function(t + h)) - float(function(t - h))) / (2 * h)
-            # 1 %: enough for the slopes of any motion below some kHz, and far below a factor 2 pi or a wrong sign
-            if abs(found - given) > 0.01 * max(abs(found), abs(given)) + 1e-6 * (1 + abs(float(function(t)))):
-                raise ModelError(
-                    f"{where}: at t = {t} s the {rate} of a Motion is {given:.6g}, but its {of} changes at "
-                    f"{found:.6g} a second. "
-                    f"Remedy: give the time derivative of the {of}"
-                )
 
 
 class Joint(ABC):
     """How a body moves seen from its parent: ``v = V u``, ``w = W u`` and remainders, all in components of F.
 
     A subclass is one kinematic pair: it names its coordinates and speeds and gives the five functions below. None of
-    them knows the tree. Driven coordinates (`motion`) keep their columns; the equations treat their speeds as known.
+    them knows the tree. Driven coordinates (`motions`) keep their columns; the equations treat their speeds as known.
 
     Attributes
     ----------
     coordinate_names, speed_names : tuple of str
         With units in brackets.
-    motion : Motion or None
-        The joint's coordinate as a function of time.
     """
 
     coordinate_names: ClassVar[tuple[str, ...]] = ()
     speed_names: ClassVar[tuple[str, ...]] = ()
-    motion: Motion | None = None
 
     @property
     def kind(self) -> str:
         """Name of the joint's kind, as in messages."""
         return type(self).__name__.lower()
+
+    @property
+    def motions(self) -> tuple[Motion | None, ...]:
+        """What drives each coordinate; None: it is free."""
+        return (None,) * len(self.speed_names)
+
+    @property
+    def coordinate_forces(self) -> tuple[CoordinateForce | None, ...]:
+        """Springs, dampers, friction and limits along each coordinate."""
+        return (None,) * len(self.speed_names)
 
     @abstractmethod
     def initial_coordinates(self) -> Vector:
@@ -119,16 +66,6 @@ class Joint(ABC):
     def remainders(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         """Return Z and Y (3,): acceleration of M seen from F that needs no du, in components of F (Eq. 15, 16)."""
         return np.zeros(3), np.zeros(3)
-
-    @property
-    def stiffness_and_damping(self) -> tuple[float, float]:
-        """Stiffness and damping of the one coordinate, N m/rad or N/m and N m s/rad or N s/m; zero without a spring."""
-        return 0.0, 0.0
-
-    @property
-    def rest_position(self) -> float:
-        """Coordinate at which the spring is slack, rad or m."""
-        return 0.0
 
     def coordinate_rates(self, q: Vector, u: Vector) -> Vector:
         """Return dq/dt, shape (coordinates,)."""
@@ -163,8 +100,58 @@ def start_orientation(value: object, what: str) -> Vector:
     return e / np.linalg.norm(e)
 
 
+class ScalarJoint(Joint):
+    """Common part of the joints whose coordinates are distances and angles, each with its own rate for a speed."""
+
+    def _check_coordinates(self) -> None:
+        """Raise a ModelError if a motion or force is none, or if the start contradicts a motion."""
+        motions, forces = self.motions, self.coordinate_forces
+        count = len(self.coordinate_names)
+        for what, given, kind in (("motion", motions, Motion), ("forces", forces, CoordinateForce)):
+            if len(given) != count or not all(x is None or isinstance(x, kind) for x in given):
+                wanted = f"a {kind.__name__}" if count == 1 else f"{count} of {kind.__name__} or None"
+                raise ModelError(f"{what} of a {self.kind} joint must be {wanted}, not {given!r}")
+        starts = zip(self.coordinate_names, motions, self.initial_coordinates(), self.initial_speeds(), strict=True)
+        for name, motion, position, speed in starts:
+            if motion is None:
+                continue
+            if position != 0.0 or speed != 0.0:
+                raise ModelError(
+                    f"the {name.partition(' [')[0]} of a {self.kind} joint that is driven by a motion takes its start "
+                    "from it. Remedy: leave out position and speed"
+                )
+            motion.check(f"{self.kind} joint")
+
+
+class SeveralCoordinatesJoint(ScalarJoint):
+    """Common part of the scalar joints with more than one coordinate.
+
+    Attributes
+    ----------
+    motion : sequence of Motion or None
+        Drives single coordinates; then their position and speed must stay at zero.
+    forces : sequence of CoordinateForce or None
+        Spring, damper, friction and limits of each coordinate.
+    """
+
+    motion: Sequence[Motion | None]
+    forces: Sequence[CoordinateForce | None]
+
+    @property
+    def motions(self) -> tuple[Motion | None, ...]:
+        return _one_each(self.motion)
+
+    @property
+    def coordinate_forces(self) -> tuple[CoordinateForce | None, ...]:
+        return _one_each(self.forces)
+
+
+def _one_each(given: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(given) if isinstance(given, (tuple, list)) else (given,)
+
+
 @dataclass(frozen=True)
-class AxisJoint(Joint):
+class AxisJoint(ScalarJoint):
     """Common part of the joints with one axis.
 
     Parameters
@@ -175,53 +162,48 @@ class AxisJoint(Joint):
         Coordinate (rad or m) and its rate at the start.
     motion : Motion, optional
         Drives the coordinate; then `position` and `speed` must stay at zero.
-    stiffness, damping : float
-        Of a spring and damper across the joint: N m/rad and N m s/rad for an angle, N/m and N s/m for a distance.
-    rest : float
-        Coordinate at which the spring is slack (rad or m).
+    forces : CoordinateForce, optional
+        Spring, damper, friction and limits along the coordinate.
 
     Raises
     ------
     ModelError
-        If the axis has no length, the start contradicts the motion, or stiffness or damping is negative.
+        If the axis has no length, or the start is not finite or contradicts the motion.
     """
 
     axis: str | Sequence[float] = "z"
     position: float = 0.0
     speed: float = 0.0
     motion: Motion | None = None
-    stiffness: float = 0.0
-    damping: float = 0.0
-    rest: float = 0.0
+    forces: CoordinateForce | None = None
     direction: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
-        for name in ("position", "speed", "rest"):
-            if not np.isfinite(getattr(self, name)):
+        for name in ("position", "speed"):
+            if not np.isfinite(numbers(getattr(self, name))):
                 raise ModelError(f"{name} of a {self.kind} joint must be finite, not {getattr(self, name)!r}")
-        for name in ("stiffness", "damping"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0):
-                raise ModelError(f"{name} of a {self.kind} joint must be finite and >= 0, not {value!r}")
-        if self.motion is not None:
-            if self.position != 0.0 or self.speed != 0.0:
-                raise ModelError(
-                    f"a {self.kind} joint that is driven by a motion takes its start from it. "
-                    "Remedy: leave out position and speed"
-                )
-            self.motion.check(f"{self.kind} joint")
+        self._check_coordinates()
 
     @property
-    def stiffness_and_damping(self) -> tuple[float, float]:
-        return self.stiffness, self.damping
+    def motions(self) -> tuple[Motion | None, ...]:
+        return (self.motion,)
 
     @property
-    def rest_position(self) -> float:
-        return self.rest
+    def coordinate_forces(self) -> tuple[CoordinateForce | None, ...]:
+        return (self.forces,)
 
     def initial_coordinates(self) -> Vector:
         return np.array([self.position], dtype=float)
 
     def initial_speeds(self) -> Vector:
         return np.array([self.speed], dtype=float)
+
+
+def refuse_motion(motion: object, forces: object, kind: str) -> None:
+    """Raise a ModelError if a joint with Euler parameters is given a motion or forces along its coordinates."""
+    if motion is not None or forces is not None:
+        raise ModelError(
+            f"the coordinates of a {kind} joint cannot be driven or carry forces of their own. Remedy: build it from "
+            "revolute and prismatic joints with massless frames between them (add_frame); for forces, a bushing"
+        )

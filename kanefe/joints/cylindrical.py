@@ -9,11 +9,13 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
-from kanefe.joints.base import Joint, axis_direction, start_values
+from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
+from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.motion import Motion
 
 
 @dataclass(frozen=True)
-class Cylindrical(Joint):
+class Cylindrical(SeveralCoordinatesJoint):
     """Slide along and turn about an axis fixed in parent and child: 2 speeds.
 
     Parameters
@@ -24,6 +26,10 @@ class Cylindrical(Joint):
         Distance (m) and angle (rad) at the start.
     speed : (float, float)
         Their rates at the start, m/s and rad/s.
+    motion : (Motion or None, Motion or None)
+        Drives single coordinates, which then take their start from it.
+    forces : (CoordinateForce or None, CoordinateForce or None)
+        Spring, damper, friction and limits of each coordinate.
 
     Raises
     ------
@@ -38,6 +44,8 @@ class Cylindrical(Joint):
     axis: str | Sequence[float] = "z"
     position: Sequence[float] = (0.0, 0.0)
     speed: Sequence[float] = (0.0, 0.0)
+    motion: Sequence[Motion | None] = (None, None)
+    forces: Sequence[CoordinateForce | None] = (None, None)
     direction: np.ndarray = field(init=False, repr=False, compare=False)
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("distance [m]", "angle [rad]")
@@ -47,6 +55,7 @@ class Cylindrical(Joint):
         object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
         start_values(self.position, 2, f"position of a {self.kind} joint")
         start_values(self.speed, 2, f"speed of a {self.kind} joint")
+        self._check_coordinates()
 
     def initial_coordinates(self) -> Vector:
         return np.array(self.position, dtype=float)

@@ -16,7 +16,7 @@ from kanefe.frames import (
     multiply,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, start_orientation, start_values
+from kanefe.joints.base import Joint, refuse_motion, start_orientation, start_values
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,8 @@ class Free(Joint):
         At the start, in m/s, components of the parent.
     angular_velocity : array_like, shape (3,)
         At the start, in rad/s, components of the moving frame.
+    motion, forces : None
+        The coordinates of this joint cannot be driven or carry forces: an error names the remedy.
 
     Raises
     ------
@@ -47,6 +49,8 @@ class Free(Joint):
     orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
     velocity: Sequence[float] = (0.0, 0.0, 0.0)
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    motion: None = None
+    forces: None = None
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]", "e0", "e1", "e2", "e3")
     speed_names: ClassVar[tuple[str, ...]] = (
@@ -54,6 +58,7 @@ class Free(Joint):
     )  # fmt: skip
 
     def __post_init__(self) -> None:
+        refuse_motion(self.motion, self.forces, self.kind)
         for name in ("position", "velocity", "angular_velocity"):
             start_values(getattr(self, name), 3, f"{name} of a free joint")
         start_orientation(self.orientation, "orientation of a free joint")

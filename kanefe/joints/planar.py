@@ -10,11 +10,13 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
-from kanefe.joints.base import Joint
+from kanefe.joints.base import SeveralCoordinatesJoint
+from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.motion import Motion
 
 
 @dataclass(frozen=True)
-class Planar(Joint):
+class Planar(SeveralCoordinatesJoint):
     """Translation in x and y of the parent and rotation about z: a body free in the plane, 3 speeds.
 
     Parameters
@@ -27,12 +29,23 @@ class Planar(Joint):
         Rates of x and y at the start in m/s.
     rate : float
         Rate of the angle at the start in rad/s.
+    motion : three of Motion or None
+        Drives single coordinates (x, y, angle), which then take their start from it.
+    forces : three of CoordinateForce or None
+        Spring, damper, friction and limits of each coordinate.
+
+    Raises
+    ------
+    ModelError
+        If the start is not finite or contradicts a motion.
     """
 
     position: Sequence[float] = (0.0, 0.0)
     angle: float = 0.0
     velocity: Sequence[float] = (0.0, 0.0)
     rate: float = 0.0
+    motion: Sequence[Motion | None] = (None, None, None)
+    forces: Sequence[CoordinateForce | None] = (None, None, None)
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "angle [rad]")
     speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "rate [rad/s]")
@@ -41,6 +54,7 @@ class Planar(Joint):
         for values in (self.initial_coordinates(), self.initial_speeds()):
             if values.shape != (3,) or not np.all(np.isfinite(values)):
                 raise ModelError(f"a planar joint starts from two lengths and an angle, all finite, not {self!r}")
+        self._check_coordinates()
 
     def initial_coordinates(self) -> Vector:
         return np.array([*self.position, self.angle], dtype=float)

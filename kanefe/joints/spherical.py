@@ -16,7 +16,7 @@ from kanefe.frames import (
     multiply,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, start_orientation, start_values
+from kanefe.joints.base import Joint, refuse_motion, start_orientation, start_values
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,8 @@ class Spherical(Joint):
         Euler parameters at the start, scalar first; normalised here.
     angular_velocity : array_like, shape (3,)
         At the start, in rad/s, components of the moving frame: these are the speeds.
+    motion, forces : None
+        The coordinates of this joint cannot be driven or carry forces: an error names the remedy.
 
     Raises
     ------
@@ -38,11 +40,14 @@ class Spherical(Joint):
 
     orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    motion: None = None
+    forces: None = None
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("e0", "e1", "e2", "e3")
     speed_names: ClassVar[tuple[str, ...]] = ("wx [rad/s]", "wy [rad/s]", "wz [rad/s]")
 
     def __post_init__(self) -> None:
+        refuse_motion(self.motion, self.forces, self.kind)
         start_orientation(self.orientation, "orientation of a spherical joint")
         start_values(self.angular_velocity, 3, "angular_velocity of a spherical joint")
 

@@ -10,11 +10,13 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross, euler_parameters, rotation_matrix
-from kanefe.joints.base import Joint, axis_direction, start_values
+from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
+from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.motion import Motion
 
 
 @dataclass(frozen=True)
-class Universal(Joint):
+class Universal(SeveralCoordinatesJoint):
     """Rotation about an axis of the parent, then about an axis that the first rotation carries: 2 speeds.
 
     Parameters
@@ -23,6 +25,10 @@ class Universal(Joint):
         The axis fixed in the joint's frame F, and the other one at zero angles; not parallel.
     position, speed : (float, float)
         Angles (rad) and their rates (rad/s) at the start.
+    motion : (Motion or None, Motion or None)
+        Drives single coordinates, which then take their start from it.
+    forces : (CoordinateForce or None, CoordinateForce or None)
+        Spring, damper, friction and limits of each coordinate.
 
     Raises
     ------
@@ -38,6 +44,8 @@ class Universal(Joint):
     second: str | Sequence[float] = "y"
     position: Sequence[float] = (0.0, 0.0)
     speed: Sequence[float] = (0.0, 0.0)
+    motion: Sequence[Motion | None] = (None, None)
+    forces: Sequence[CoordinateForce | None] = (None, None)
     directions: tuple[np.ndarray, np.ndarray] = field(init=False, repr=False, compare=False)
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("first angle [rad]", "second angle [rad]")
@@ -50,6 +58,7 @@ class Universal(Joint):
         object.__setattr__(self, "directions", axes)
         start_values(self.position, 2, f"position of a {self.kind} joint")
         start_values(self.speed, 2, f"speed of a {self.kind} joint")
+        self._check_coordinates()
 
     def initial_coordinates(self) -> Vector:
         return np.array(self.position, dtype=float)

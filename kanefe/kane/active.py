@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from kanefe.frames import Vector
-from kanefe.kane.kinematics import FrameMotion, interface_motion
+from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, interface_motion
 from kanefe.loads import PointLoad
+from kanefe.loads.state import SceneState
 from kanefe.model import BodyTerms, FlexibleTerms, Model
 
 
@@ -35,14 +36,32 @@ def loaded_frames(
     return frames
 
 
-def add_loads(model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector) -> None:
+def add_field_loads(
+    body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector, state: SceneState
+) -> None:
+    """Add the generalised forces of tractions, pressures and line loads on a flexible body to F."""
+    terms = body.flexible
+    if terms is None or not body.field_loads:
+        return
+    eta, _ = elastic_state(terms, q, u, len(F) > terms.fixed.start)
+    rates = elastic_partial_rates(terms, len(F))
+    for load in body.field_loads:
+        force, moment, elastic = load.forces(t, motion.A_NF, eta, state)
+        F += motion.V.T @ force + motion.W.T @ moment + rates.T @ elastic
+
+
+def add_loads(
+    model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector, state: SceneState
+) -> None:
     """Add ``V^T R + W^T T`` of the body's known forces to F (Eq. 11, 19, 30, 35)."""
     for load, frame in loaded_frames(model, body, motion, q, u):
-        force, moment = load.wrench(t, frame)
+        force, moment = load.wrench(t, frame, state)
         F += frame.V.T @ force + frame.W.T @ moment
+    add_field_loads(body, motion, t, q, u, F, state)
     for joint_load in body.joint_loads:
-        F[body.speeds] += joint_load.value(t)
-    if body.has_spring:
-        stiffness, damping = body.joint.stiffness_and_damping
-        stretch = body.joint_coordinates(t, q) - body.joint.rest_position
-        F[body.speeds] -= stiffness * stretch + damping * u[body.speeds]
+        F[body.speeds[joint_load.coordinate]] += joint_load.value(t, state)
+    if body.has_coordinate_forces:
+        at = body.joint_coordinates(t, q)
+        for i, (speed, coordinate_force) in enumerate(zip(body.speeds, body.joint.coordinate_forces, strict=True)):
+            if coordinate_force is not None:
+                F[speed] += coordinate_force.force(float(at[i]), float(u[speed]))

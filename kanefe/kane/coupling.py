@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.joints import Fixed
-from kanefe.kane.assemble import all_speeds, assemble
+from kanefe.kane.assemble import all_speeds, assemble, constraint_forces
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
 from kanefe.model import BodyTerms, FlexibleTerms, Model
 
@@ -119,6 +119,7 @@ def accelerations_and_coupling_forces(model: Model, t: float, q: Vector, u: Vect
     full = all_speeds(model, t, u)
     motions = sweep_outward(model, t, q, full, columns)
     M, F = assemble(model, t, q, u, columns=columns, motions=motions)
+    F = F + constraint_forces(model, t, q, u, motions)
     B = _all_coupling_force_columns(model, motions, q, full)
     start = model.free_count + model.driven_count
     _, driven_rates = model.driven_speeds(t)
@@ -147,6 +148,7 @@ def recovered_forces(model: Model, t: float, q: Vector, u: Vector, du: Vector) -
     motions = sweep_outward(model, t, q, full, known + model.fixed_count)
     M, F = assemble(model, t, q, u, columns=known + model.fixed_count, motions=motions)
     _, driven_rates = model.driven_speeds(t)
+    F = F + constraint_forces(model, t, q, u, motions)
     residual = M[model.free_count :, :known] @ np.concatenate((du, driven_rates)) - F[model.free_count :]
     driving, fixed = residual[: model.driven_count], residual[model.driven_count :]
     if not model.fixed_count:

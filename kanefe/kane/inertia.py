@@ -19,12 +19,12 @@ from kanefe.rigid import RigidMass
 def rigid_inertia(body: RigidMass, R: FrameMotion, gravity_R: Vector) -> tuple[Matrix, Vector]:
     """Return M and F of a rigid body (Eq. 12, 17, 20, 37), about its centre of mass.
 
-    The paper prints the gyroscopic moment as ``w~ I w~``; it is ``w~ I w``.
+    The paper prints the gyroscopic moment as ``w~ I w~``; it is ``w~ I w``. Rotors add ``w x h``.
     """
     V, Z = R.shifted(body.com)
     w = R.w
     M = body.mass * (V.T @ V) + R.W.T @ body.inertia @ R.W
-    F = -body.mass * (V.T @ (Z - gravity_R)) - R.W.T @ (body.inertia @ R.Y + cross(w, body.inertia @ w))
+    F = -body.mass * (V.T @ (Z - gravity_R)) - R.W.T @ (body.inertia @ R.Y + cross(w, body.inertia @ w + body.rotor))
     return M, F
 
 

@@ -64,7 +64,7 @@ class RelativeMotion:
     W: Matrix
     Z: Vector
     Y: Vector
-    columns: slice
+    columns: slice | np.ndarray
 
 
 def inertial_frame(columns: int) -> FrameMotion:
@@ -187,7 +187,7 @@ def sweep_outward(model: Model, t: float, q: Vector, u: Vector, columns: int | N
     for body in model.bodies:
         P = N if body.parent < 0 else parent_frame(model, body, motions, q, u)
         F = placed(P, body.p_PoFo_P, body.A_PF)
-        M = F if body.speeds.start == body.speeds.stop else compose(F, joint_motion(body, t, q, u))
+        M = F if not len(body.speeds) else compose(F, joint_motion(body, t, q, u))
         if body.flexible is not None and columns > body.flexible.fixed.start:
             M.V[:, body.flexible.fixed] = body.flexible.fixed_rigid[:3]
             M.W[:, body.flexible.fixed] = body.flexible.fixed_rigid[3:]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from kanefe.errors import ModelError
-from kanefe.verify import dumbbell, rigid, rotations
+from kanefe.verify import dumbbell, loops, rigid, rotations, rotors, simeon
 from kanefe.verify.case import Case
 from kanefe.verify.references import load_references
 
@@ -24,7 +24,7 @@ def registered_cases() -> tuple[Case, ...]:
     ModelError
         If the module of a plugin has no cases, or a case has no reference.
     """
-    cases = [*rigid.CASES, *rotations.CASES, *dumbbell.CASES]
+    cases = [*rigid.CASES, *rotations.CASES, *dumbbell.CASES, *loops.CASES, *simeon.CASES, *rotors.CASES]
     for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name):
         added = getattr(entry.load(), "CASES", None)
         if not isinstance(added, tuple) or not all(isinstance(case, Case) for case in added):

@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.body_file import ready_path, write_whole
 from kanefe.errors import MissingDependency, ModelError
-from kanefe.quantities import DRIVES, ENERGIES, INTERFACES, MODES, MOMENTA, QUANTITIES
+from kanefe.quantities import DRIVES, ENERGIES, INTERFACES, LOOPS, MODES, MOMENTA, QUANTITIES
 
 try:
     from matplotlib.axes import Axes
@@ -133,7 +133,9 @@ def _targets(result: Result, quantity: str, names: Sequence[str]) -> list[tuple[
         return [tuple(names)]
     shapes = [result.body(name) for name in result.bodies]
     found: list[tuple[str, ...]]
-    if quantity in INTERFACES:
+    if quantity in LOOPS:
+        found = [(name,) for name in result.loops]
+    elif quantity in INTERFACES:
         found = [(shape.name, interface) for shape in shapes for interface in shape.interfaces]
     elif quantity in MODES:
         found = [(shape.name,) for shape in shapes if shape.is_flexible]

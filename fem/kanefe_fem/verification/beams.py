@@ -1,5 +1,5 @@
 """All verification cases of beams."""
 
-from kanefe_fem.verification import beam_frequencies, beam_motion, beam_statics
+from kanefe_fem.verification import beam_frequencies, beam_motion, beam_statics, rotors, slider_crank
 
-CASES = (*beam_frequencies.CASES, *beam_motion.CASES, *beam_statics.CASES)
+CASES = (*beam_frequencies.CASES, *beam_motion.CASES, *beam_statics.CASES, *rotors.CASES, *slider_crank.CASES)

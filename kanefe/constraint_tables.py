@@ -1,0 +1,79 @@
+"""Tables of loop joints and couplers for the kernels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.constraints.rows import (
+    DIRECTIONS,
+    CouplerRow,
+    DirectionRow,
+    DistanceRow,
+    MarkerRow,
+    PointRow,
+    RollingRow,
+    ScrewRow,
+)
+from kanefe.kane.constraints import RANK_TOLERANCE, scene_rows
+from kanefe.kernels.constraint_rows import (
+    COUPLER_ROW,
+    DIRECTION_ROW,
+    DISTANCE_ROW,
+    POINT_ROW,
+    ROLLING_ROW,
+    SCREW_ROW,
+)
+from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
+from kanefe.kernels.markers import MARKER_NUMBERS
+from kanefe.load_tables import marker_numbers
+
+if TYPE_CHECKING:
+    from kanefe.tables import TableBuilder
+
+
+def loop_tables(builder: TableBuilder) -> Loops | None:
+    """Return the tables of the rows of all constraints, or None where there are none."""
+    model = builder.model
+    if not model.constraints:
+        return None
+    integers, markers, numbers = [], [], []
+    speeds: list[int] = []
+    coefficients: list[float] = []
+    for row in scene_rows(model):
+        if isinstance(row, CouplerRow):
+            integers.append((COUPLER_ROW, -1, -1, 0, len(speeds), len(row.terms)))
+            speeds += [int(model.bodies[body].speeds[coordinate]) for body, coordinate, _ in row.terms]
+            coefficients += [coefficient for _, _, coefficient in row.terms]
+            markers += [np.zeros(MARKER_NUMBERS)] * 2
+            numbers.append(np.zeros(7))
+            continue
+        ends = [marker_numbers(builder, marker) for marker in (row.a, row.b)]
+        markers += [place for _, place in ends]
+        kind, values = _row_numbers(row)
+        is_ball = isinstance(row, RollingRow) and row.is_ball
+        integers.append((kind, ends[0][0], ends[1][0], int(is_ball), 0, 0))
+        numbers.append(values)
+    return Loops(
+        rows=np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS),
+        markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
+        numbers=np.array(numbers).reshape(-1, 7),
+        speeds=np.array(speeds, dtype=np.int64),
+        coefficients=np.array(coefficients, dtype=float),
+        tolerance=np.array([RANK_TOLERANCE]),
+    )
+
+
+def _row_numbers(row: MarkerRow) -> tuple[int, np.ndarray]:
+    """Return the kind of a row and its numbers: e, f, and a length, lead or radius."""
+    none = np.zeros(3)
+    if isinstance(row, PointRow):
+        return POINT_ROW, np.array([*row.e, *none, 0.0])
+    if isinstance(row, DirectionRow):
+        return DIRECTION_ROW, np.array([*row.e, *row.f, 0.0])
+    if isinstance(row, DistanceRow):
+        return DISTANCE_ROW, np.array([*none, *none, row.length])
+    if isinstance(row, ScrewRow):
+        return SCREW_ROW, np.array([*row.e, *none, row.lead])
+    return ROLLING_ROW, np.array([*np.eye(3)[DIRECTIONS[row.direction]], *none, row.radius])

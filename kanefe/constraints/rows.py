@@ -1,0 +1,345 @@
+"""Scalar constraint equations between two markers, or between joint coordinates: one row each.
+
+A row between markers a and b gives three things from the motion of the two, all in components of N:
+
+    residual   g(q), zero while the constraint holds; None for a constraint on speeds alone
+    wrenches   force and moment on a and on b of a unit multiplier. They are its Jacobian too:
+               dg/dt = force_a . v_a + moment_a . w_a + force_b . v_b + moment_b . w_b
+    remainder  what is left of d2g/dt2 without du:  d2g/dt2 = J du + remainder
+
+The forces act at the origins of the markers' frames. Because a row's wrenches are those of a constraint, what the pair
+exerts on one body is the reverse of what it exerts on the other, taken about one point.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector, cross
+from kanefe.marker import Marker
+
+METRE, RADIAN = "m", "rad"
+
+_ZERO = np.zeros(3)
+
+
+class MarkerMotion(NamedTuple):
+    """Motion of a marker seen from N, in components of N.
+
+    Attributes
+    ----------
+    p : ndarray, shape (3,)
+        Origin, m.
+    A : ndarray, shape (3, 3)
+        From the marker's axes to those of N.
+    v, w : ndarray, shape (3,)
+        Velocity of the origin (m/s) and angular velocity (rad/s).
+    Z, Y : ndarray, shape (3,)
+        Remainder accelerations, m/s2 and rad/s2.
+    """
+
+    p: Vector
+    A: Matrix
+    v: Vector
+    w: Vector
+    Z: Vector
+    Y: Vector
+
+
+Wrenches = tuple[Vector, Vector, Vector, Vector]
+"""Force and moment on a, force and moment on b."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointRow:
+    """``g = e . (p_b - p_a)``: b's origin stays on a plane fixed in a.
+
+    Attributes
+    ----------
+    label : str
+        For reports.
+    a, b : Marker
+    e : ndarray, shape (3,)
+        Normal of the plane in a's axes.
+    """
+
+    unit: ClassVar[str] = METRE
+    label: str
+    a: Marker
+    b: Marker
+    e: Vector
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return g in m."""
+        return float((a.A @ self.e) @ (b.p - a.p))
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier."""
+        e = a.A @ self.e
+        return -e, cross(e, b.p - a.p), e, _ZERO
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the part of d2g/dt2 without du, m/s2."""
+        e = a.A @ self.e
+        turning = cross(a.w, e)
+        bend = cross(a.Y, e) + cross(a.w, turning)
+        return float(e @ (b.Z - a.Z) + 2.0 * turning @ (b.v - a.v) + bend @ (b.p - a.p))
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionRow:
+    """``g = e . f - cosine``: a direction of a and one of b keep their angle.
+
+    Attributes
+    ----------
+    label : str
+    a, b : Marker
+    e, f : ndarray, shape (3,)
+        Unit vectors in a's and in b's axes.
+    cosine : float
+        Of the angle between them.
+    """
+
+    unit: ClassVar[str] = RADIAN
+    label: str
+    a: Marker
+    b: Marker
+    e: Vector
+    f: Vector
+    cosine: float = 0.0
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return g, rad for small errors of perpendicular directions."""
+        return float((a.A @ self.e) @ (b.A @ self.f)) - self.cosine
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier: a pair of moments."""
+        moment = cross(b.A @ self.f, a.A @ self.e)
+        return _ZERO, -moment, _ZERO, moment
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the part of d2g/dt2 without du, 1/s2."""
+        e, f = a.A @ self.e, b.A @ self.f
+        turning = cross(cross(b.w, f), e) + cross(f, cross(a.w, e))
+        return float(cross(f, e) @ (b.Y - a.Y) + turning @ (b.w - a.w))
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceRow:
+    """``g = |p_b - p_a| - length``: a massless rod with a ball joint at each end.
+
+    Attributes
+    ----------
+    label : str
+    a, b : Marker
+    length : float
+        m, above zero.
+    """
+
+    unit: ClassVar[str] = METRE
+    label: str
+    a: Marker
+    b: Marker
+    length: float
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return g in m."""
+        return float(np.linalg.norm(b.p - a.p)) - self.length
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier: a push along the rod."""
+        d = b.p - a.p
+        n = d / np.linalg.norm(d)
+        return -n, _ZERO, n, _ZERO
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the part of d2g/dt2 without du, m/s2."""
+        d, rate = b.p - a.p, b.v - a.v
+        distance = float(np.linalg.norm(d))
+        n = d / distance
+        along = float(n @ rate)
+        return float(n @ (b.Z - a.Z)) + (float(rate @ rate) - along * along) / distance
+
+
+@dataclass(frozen=True, eq=False)
+class ScrewRow:
+    """``g = e . (p_b - p_a) - lead / (2 pi) angle``: b advances on a's axis as it turns about it.
+
+    Further rows keep the two axes on one line. The angle has no memory of full turns: the one nearest to what the
+    advance asks for is taken, so that a screw can turn on for ever.
+
+    Attributes
+    ----------
+    label : str
+    a, b : Marker
+    e : ndarray, shape (3,)
+        Axis, the same components in a's and b's axes.
+    side : ndarray, shape (3,)
+        A unit vector across the axis, from which the angle is measured.
+    lead : float
+        m a turn, not zero.
+    """
+
+    unit: ClassVar[str] = METRE
+    label: str
+    a: Marker
+    b: Marker
+    e: Vector
+    side: Vector
+    lead: float
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return g in m, at most half a lead."""
+        e, side, turned = a.A @ self.e, a.A @ self.side, b.A @ self.side
+        angle = math.atan2(turned @ cross(e, side), turned @ side)
+        open_turns = (e @ (b.p - a.p)) / self.lead - angle / (2.0 * math.pi)
+        return float(open_turns - round(open_turns)) * self.lead
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier."""
+        e = a.A @ self.e
+        moment = self.lead / (2.0 * math.pi) * e
+        return -e, cross(e, b.p - a.p) + moment, e, -moment
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the part of d2g/dt2 without du, m/s2."""
+        e = a.A @ self.e
+        turning = cross(a.w, e)
+        bend = cross(a.Y, e) + cross(a.w, turning)
+        slide = e @ (b.Z - a.Z) + 2.0 * turning @ (b.v - a.v) + bend @ (b.p - a.p)
+        turn = e @ (b.Y - a.Y) + turning @ (b.w - a.w)
+        return float(slide - self.lead / (2.0 * math.pi) * turn)
+
+
+NORMAL, FIRST, SECOND = "normal", "first", "second"
+DIRECTIONS = {NORMAL: 2, FIRST: 0, SECOND: 1}
+"""Which axis of the plane's marker each kind of rolling row is about."""
+
+
+@dataclass(frozen=True, eq=False)
+class RollingRow:
+    """Contact of a wheel or ball with a plane: the material point of b at the contact has no speed against a.
+
+    The plane is z = 0 of marker a, the body above it. Its ``normal`` row is holonomic: ``g`` is the height of the
+    lowest point. The ``first`` and ``second`` rows, along x and y of a, are not: they have no g.
+
+    Attributes
+    ----------
+    label : str
+    a, b : Marker
+        Of the plane, and of the hub; a wheel spins about b's z axis.
+    radius : float
+        m.
+    direction : "normal", "first" or "second"
+    is_ball : bool
+        A ball touches below its centre; a thin wheel at the lowest point of its rim.
+    """
+
+    unit: ClassVar[str] = METRE
+    label: str
+    a: Marker
+    b: Marker
+    radius: float
+    direction: str
+    is_ball: bool
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float | None:
+        """Return the height of the lowest point in m; None along the plane."""
+        if self.direction != NORMAL:
+            return None
+        return float(a.A[:, 2] @ (b.p - a.p + self.radius * self._down(a, b)))
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier: a force at the contact."""
+        e = a.A[:, DIRECTIONS[self.direction]]
+        spoke = self.radius * self._down(a, b)
+        return -e, cross(e, b.p + spoke - a.p), e, cross(spoke, e)
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the part of the acceleration along the row without du, m/s2."""
+        e = a.A[:, DIRECTIONS[self.direction]]
+        spoke, spoke_rate = self.radius * self._down(a, b), self.radius * self._down_rate(a, b)
+        arm, arm_rate = b.p + spoke - a.p, b.v + spoke_rate - a.v
+        slip = b.v + cross(b.w, spoke) - a.v - cross(a.w, arm)
+        slip_rate = b.Z + cross(b.Y, spoke) + cross(b.w, spoke_rate) - a.Z - cross(a.Y, arm) - cross(a.w, arm_rate)
+        return float(e @ slip_rate + cross(a.w, e) @ slip)
+
+    def _down(self, a: MarkerMotion, b: MarkerMotion) -> Vector:
+        """Return the unit vector from the hub to the lowest point."""
+        n = a.A[:, 2]
+        if self.is_ball:
+            return -n
+        s = b.A[:, 2]
+        across = n - (n @ s) * s
+        return -across / np.linalg.norm(across)
+
+    def _down_rate(self, a: MarkerMotion, b: MarkerMotion) -> Vector:
+        n, s = a.A[:, 2], b.A[:, 2]
+        n_rate = cross(a.w, n)
+        if self.is_ball:
+            return -n_rate
+        s_rate, lean = cross(b.w, s), n @ s
+        across = n - lean * s
+        across_rate = n_rate - (n_rate @ s + n @ s_rate) * s - lean * s_rate
+        size = np.linalg.norm(across)
+        unit = across / size
+        return -(across_rate - (unit @ across_rate) * unit) / size
+
+
+@dataclass(frozen=True, eq=False)
+class CouplerRow:
+    """``g = sum c_i q_i - constant`` over joint coordinates whose rates are speeds: gears, racks, differentials.
+
+    Attributes
+    ----------
+    label : str
+    terms : tuple of (int, int, float)
+        Number of a body, number of the coordinate of its joint, and the coefficient c.
+    constant : float
+    unit : str
+        Of g.
+    """
+
+    label: str
+    terms: tuple[tuple[int, int, float], ...]
+    constant: float
+    unit: str = RADIAN
+
+
+MarkerRow = PointRow | DirectionRow | DistanceRow | ScrewRow | RollingRow
+Row = MarkerRow | CouplerRow
+
+
+@dataclass(frozen=True, eq=False)
+class Constraint:
+    """A loop joint or coupler: rows under one name.
+
+    Attributes
+    ----------
+    name : str
+        Unique among the constraints of the scene.
+    kind : str
+        Such as "revolute loop joint" or "gear".
+    rows : tuple of Row
+    a, b : Marker or None
+        The two ends; none of a coupler of joint coordinates.
+    facing : tuple of ndarray, each (3,)
+        Directions that must be the same in a and b. The rows alone would take the opposite ones too.
+    """
+
+    name: str
+    kind: str
+    rows: tuple[Row, ...]
+    a: Marker | None = None
+    b: Marker | None = None
+    facing: tuple[Vector, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Kind, name and ends in words, for messages."""
+        ends = "" if self.a is None or self.b is None else f" between {self.a.label} and {self.b.label}"
+        return f"{self.kind} {self.name!r}{ends}"

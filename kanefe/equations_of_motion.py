@@ -1,0 +1,197 @@
+"""What a frozen model offers to those who bring their own integrator or controller.
+
+States are ``y = (q, u)``: the coordinates, then the free speeds, named by `EquationsOfMotion.state_names`. No method
+changes anything, so that several threads may call them.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+
+if TYPE_CHECKING:
+    from kanefe.model import Model
+    from kanefe.order_n import OrderN
+
+WORKS = 2
+
+
+class MechanicalEnergy(NamedTuple):
+    """Energies of a state in J; `gravity` is zero with every centre of mass at N's origin."""
+
+    kinetic: float
+    elastic: float
+    gravity: float
+
+    @property
+    def total(self) -> float:
+        """Their sum."""
+        return self.kinetic + self.elastic + self.gravity
+
+
+class FrameKinematics(NamedTuple):
+    """Where a frame F is and how it moves.
+
+    Attributes
+    ----------
+    position : ndarray, shape (3,)
+        In N, m.
+    rotation : ndarray, shape (3, 3)
+        A_NF.
+    velocity, angular_velocity : ndarray, shape (3,)
+        In components of F, m/s and rad/s.
+    partial_velocities, partial_angular_velocities : ndarray, shape (3, free)
+        V and W: the Jacobian of the two by the free speeds, in components of F.
+    """
+
+    position: Vector
+    rotation: Matrix
+    velocity: Vector
+    angular_velocity: Vector
+    partial_velocities: Matrix
+    partial_angular_velocities: Matrix
+
+
+class EquationsOfMotion:
+    """The methods of `Model` that evaluate it.
+
+    Examples
+    --------
+    Driven by scipy's integrators:
+
+    >>> import kanefe as kf
+    >>> from scipy.integrate import solve_ivp
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> rod = scene.add_rigid_body("rod", 1.0, 1 / 12, com=(0.5, 0, 0), joint=kf.Revolute("y"))
+    >>> model = scene.freeze()
+    >>> model.state_names
+    ('rod: angle [rad]', 'rod: rate [rad/s]')
+    >>> run = solve_ivp(model.rhs, (0.0, 1.0), model.initial_state, rtol=1e-8)
+    """
+
+    @cached_property
+    def order_n(self: Model) -> OrderN | None:  # type: ignore[misc]
+        """The order-n route, or None if the scene has what only the literal route offers."""
+        from kanefe.order_n import OrderN
+
+        return OrderN(self) if OrderN.is_possible(self) else None
+
+    @property
+    def state_names(self: Model) -> tuple[str, ...]:  # type: ignore[misc]
+        """Names of the coordinates, then of the free speeds, with units in brackets."""
+        from kanefe.kane.assemble import speed_names
+
+        return self.coordinate_names() + speed_names(self)
+
+    @property
+    def initial_state(self: Model) -> Vector:  # type: ignore[misc]
+        """State at the start, as the scene was given."""
+        return np.concatenate((self.initial_coordinates, self.initial_speeds))
+
+    def rhs(self: Model, t: float, y: Vector) -> Vector:  # type: ignore[misc]
+        """Return dy/dt.
+
+        Parameters
+        ----------
+        t : float
+            s.
+        y : ndarray, shape (coordinates + free,)
+            q and u; Euler parameters need not be of unit length.
+
+        Raises
+        ------
+        ModelError
+            If y has another shape.
+        SimulationError
+            If a joint has no inertia along it.
+        """
+        q, u = self._parts(y)
+        if self.order_n is not None:
+            full = np.zeros(len(y) + WORKS)
+            full[:-WORKS] = y
+            rates, weakest = self.order_n.held_rates(t, full)
+            if weakest > 0.0:
+                return rates[:-WORKS]
+        from kanefe.kane.assemble import accelerations
+
+        return np.concatenate((self.coordinate_rates(q, u), accelerations(self, t, q, u)))
+
+    def jacobian(self: Model, t: float, y: Vector) -> Matrix:  # type: ignore[misc]
+        """Return d(dy/dt)/dy by complex steps, exact to round-off, shape (state, state).
+
+        Functions of the user that look at the state count as constant: their derivatives are not known.
+
+        Raises
+        ------
+        ModelError
+            If the scene needs the literal route (matrices with rotations), which is not complex.
+        """
+        self._parts(y)
+        if self.order_n is None:
+            raise ModelError(
+                "the exact Jacobian is not offered for scenes with bodies in the nodal form (matrices of nodes that "
+                "rotate). Remedy: finite differences of rhs"
+            )
+        step = 1e-30  # squares vanish: no truncation; and nothing is subtracted: no cancellation
+        n = len(y)
+        J = np.empty((n, n))
+        moved = np.concatenate((y, np.zeros(WORKS))).astype(complex)
+        for i in range(n):
+            moved[i] += 1j * step
+            J[:, i] = self.order_n.rates(t, moved)[:n].imag / step
+            moved[i] = y[i]
+        return J
+
+    def mass_matrix(self: Model, t: float, y: Vector) -> Matrix:  # type: ignore[misc]
+        """Return M_sys over the free speeds, shape (free, free) (Eq. 18)."""
+        from kanefe.kane.assemble import assemble
+
+        n = self.free_count
+        return assemble(self, t, *self._parts(y))[0][:n, :n]
+
+    def forces(self: Model, t: float, y: Vector) -> Vector:  # type: ignore[misc]
+        """Return F of ``mass_matrix du = forces``, shape (free,) (Eq. 18), without those of constraints."""
+        from kanefe.kane.assemble import assemble
+
+        M, F = assemble(self, t, *self._parts(y))
+        n = self.free_count
+        return F[:n] - M[:n, n:] @ self.driven_speeds(t)[1]
+
+    def energy(self: Model, t: float, y: Vector) -> MechanicalEnergy:  # type: ignore[misc]
+        """Return the energies of a state."""
+        from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy
+
+        q, u = self._parts(y)
+        return MechanicalEnergy(kinetic_energy(self, t, q, u), elastic_energy(self, t, q), gravity_energy(self, t, q))
+
+    def kinematics(self: Model, body: str, t: float, y: Vector, interface: str = "") -> FrameKinematics:  # type: ignore[misc]
+        """Return where the frame of a body, or of one of its interfaces, is and how it moves.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body or interface; the message lists those there are.
+        """
+        from kanefe.kane.assemble import all_speeds
+        from kanefe.kane.kinematics import interface_motion, sweep_outward
+
+        q, u = self._parts(y)
+        number, full = self.index(body), all_speeds(self, t, u)
+        frame = sweep_outward(self, t, q, full)[number]
+        if interface:
+            terms = self.flexible_terms(body)
+            frame = interface_motion(frame, terms.body.interface(interface), terms, q, full, self.slopes)
+        n = self.free_count
+        return FrameKinematics(frame.p_NoFo_N, frame.A_NF, frame.v, frame.w, frame.V[:, :n], frame.W[:, :n])
+
+    def _parts(self: Model, y: Vector) -> tuple[Vector, Vector]:  # type: ignore[misc]
+        """Return q and u of a state."""
+        n, m = self.coordinate_count, self.free_count
+        if np.shape(y) != (n + m,):
+            raise ModelError(f"a state of this model has {n} coordinates and {m} speeds, not shape {np.shape(y)}")
+        return y[:n], y[n:]

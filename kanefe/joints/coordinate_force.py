@@ -1,0 +1,136 @@
+"""Forces along one coordinate of a joint: spring, damper, dry friction and limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+
+
+@dataclass(frozen=True)
+class CoordinateForce:
+    """Force along a joint coordinate q, on the child and reversed on the parent.
+
+    ``-k (q - rest) - c dq - friction tanh(dq / friction_speed)``, and beyond a limit by d the one-sided stop
+    ``-(k_limit d + c_limit dd)``, which pushes back and never pulls. For an angle N m, rad and rad/s take the place of
+    N, m and m/s below.
+
+    Parameters
+    ----------
+    stiffness, damping : float
+        N/m and N s/m.
+    rest : float
+        Coordinate at which the spring is slack, m.
+    friction : float
+        Dry friction, N: the same at any load of the joint.
+    friction_speed : float
+        Speed at which three quarters of it act, m/s: below, it is a strong damper, and nothing sticks for ever.
+    limits : (float or None, float or None)
+        Lower and upper limit of the coordinate, m; None: no limit.
+    limit_stiffness, limit_damping : float
+        Of the stops at the limits, N/m and N s/m.
+
+    Raises
+    ------
+    ModelError
+        If a number is negative or not finite, the limits are reversed, or a stop has no stiffness.
+
+    Examples
+    --------
+    >>> door = CoordinateForce(friction=0.2, limits=(0.0, 1.5), limit_stiffness=500.0, limit_damping=2.0)
+    >>> door.force(1.75, 0.0)
+    -125.0
+    """
+
+    stiffness: float = 0.0
+    damping: float = 0.0
+    rest: float = 0.0
+    friction: float = 0.0
+    friction_speed: float = 1e-3
+    limits: Sequence[float | None] = (None, None)
+    limit_stiffness: float = 0.0
+    limit_damping: float = 0.0
+    lower: float = field(init=False, repr=False)
+    upper: float = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "damping", "friction", "limit_stiffness", "limit_damping"):
+            if not (self._finite(name) and getattr(self, name) >= 0):
+                raise ModelError(f"{name} of a joint coordinate must be finite and >= 0, not {getattr(self, name)!r}")
+        if not self._finite("rest"):
+            raise ModelError(f"rest of a joint coordinate must be finite, not {self.rest!r}")
+        if not (self._finite("friction_speed") and self.friction_speed > 0):
+            raise ModelError(f"friction_speed must be finite and > 0, not {self.friction_speed!r}")
+        lower, upper = _bounds(self.limits)
+        if lower >= upper:
+            raise ModelError(
+                f"the limits ({lower:.6g}, {upper:.6g}) of a joint coordinate are reversed. Remedy: the lower one first"
+            )
+        is_limited = math.isfinite(lower) or math.isfinite(upper)
+        if is_limited and self.limit_stiffness == 0.0:
+            raise ModelError("limits of a joint coordinate need a stop to push back. Remedy: give limit_stiffness")
+        if not is_limited and (self.limit_stiffness or self.limit_damping):
+            raise ModelError("limit_stiffness or limit_damping without limits does nothing. Remedy: give limits")
+        object.__setattr__(self, "lower", lower)
+        object.__setattr__(self, "upper", upper)
+
+    def _finite(self, name: str) -> bool:
+        value = numbers(getattr(self, name))
+        return value.shape == () and bool(np.isfinite(value))
+
+    @property
+    def is_dissipative(self) -> bool:
+        """Whether it takes energy from the scene."""
+        return bool(self.damping or self.friction or self.limit_damping)
+
+    @property
+    def is_varying(self) -> bool:
+        """Whether its slopes change with the state: it has friction or limits."""
+        return bool(self.friction or self.limit_stiffness)
+
+    def force(self, q: float, rate: float) -> float:
+        """Return the generalised force at coordinate q (m) and its rate (m/s), N."""
+        total = -self.stiffness * (q - self.rest) - self.damping * rate
+        if self.friction:
+            total -= self.friction * math.tanh(rate / self.friction_speed)
+        if q > self.upper:
+            total -= max(0.0, self.limit_stiffness * (q - self.upper) + self.limit_damping * rate)
+        elif q < self.lower:
+            total += max(0.0, self.limit_stiffness * (self.lower - q) - self.limit_damping * rate)
+        return total
+
+    def potential(self, q: float) -> float:
+        """Return the energy in the spring and in the stops at coordinate q, J."""
+        beyond = max(0.0, q - self.upper, self.lower - q)
+        return 0.5 * self.stiffness * (q - self.rest) ** 2 + 0.5 * self.limit_stiffness * beyond**2
+
+    def dissipation(self, q: float, rate: float) -> float:
+        """Return the power that damping, friction and stops take, W: what the force does beyond the potential."""
+        elastic = -self.stiffness * (q - self.rest)
+        elastic -= self.limit_stiffness * (max(0.0, q - self.upper) - max(0.0, self.lower - q))
+        return (elastic - self.force(q, rate)) * rate
+
+    def slopes(self, q: float, rate: float) -> tuple[float, float]:
+        """Return stiffness and damping at coordinate q and its rate, N/m and N s/m: minus the slopes of the force."""
+        k, c = self.stiffness, self.damping
+        if self.friction:
+            c += self.friction / self.friction_speed / math.cosh(min(abs(rate) / self.friction_speed, 300.0)) ** 2
+        outward = rate if q > self.upper else -rate
+        beyond = max(0.0, q - self.upper, self.lower - q)
+        if beyond > 0.0 and self.limit_stiffness * beyond + self.limit_damping * outward > 0.0:
+            k, c = k + self.limit_stiffness, c + self.limit_damping
+        return k, c
+
+
+def _bounds(limits: Sequence[float | None]) -> tuple[float, float]:
+    """Return lower and upper limit, infinite where there is none."""
+    given = list(limits) if isinstance(limits, (tuple, list, np.ndarray)) else []
+    bounds = [numbers(sign * math.inf if x is None else x) for x, sign in zip(given, (-1, 1), strict=False)]
+    if len(given) != 2 or any(x.shape != () or np.isnan(x) for x in bounds):
+        raise ModelError(f"limits of a joint coordinate must be two numbers, lower and upper, not {limits!r}")
+    return float(bounds[0]), float(bounds[1])

@@ -1,0 +1,152 @@
+"""Motions: joint coordinates as given functions of time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+
+LEAST_POINTS = 4
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A joint coordinate as a given function of time.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : callable
+        t in s -> coordinate in rad or m, and its two time derivatives.
+    span : (float, float)
+        First and last time at which the motion is known, s.
+
+    Raises
+    ------
+    ModelError
+        If a function is missing: the forces that drive a joint need the acceleration.
+
+    Examples
+    --------
+    >>> spin = Motion(lambda t: 3.0 * t, lambda t: 3.0, lambda t: 0.0)
+    """
+
+    position: Callable[[float], float]
+    velocity: Callable[[float], float] | None = None
+    acceleration: Callable[[float], float] | None = None
+    span: tuple[float, float] = (-math.inf, math.inf)
+
+    def __post_init__(self) -> None:
+        missing = [name for name in ("velocity", "acceleration") if getattr(self, name) is None]
+        if missing:
+            raise ModelError(
+                f"a Motion needs position, velocity and acceleration; {' and '.join(missing)} is missing. "
+                "Remedy: give the time derivatives, or sample the position and use Motion.table(times, positions)"
+            )
+
+    @classmethod
+    def steady(cls, rate: float, start: float = 0.0) -> Motion:
+        """Return the motion ``start + rate t`` (rad/s or m/s)."""
+        return cls(lambda t: start + rate * t, lambda t: rate, lambda t: 0.0)
+
+    @classmethod
+    def table(cls, times: Sequence[float], positions: Sequence[float]) -> Motion:
+        """Return the motion through points of a table: a cubic spline, whose acceleration is continuous.
+
+        The spline has no knot at the second and last but one point, so that it takes its rates at the ends from the
+        points there. Outside the table the motion is not known, and asking for it is an error.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            Increasing, at least four, s.
+        positions : array_like, shape (n,)
+            rad or m.
+
+        Raises
+        ------
+        ModelError
+            If the times do not increase, the lengths differ, or a number is not finite.
+
+        Examples
+        --------
+        >>> times = np.linspace(0.0, 1.0, 11)
+        >>> round(float(Motion.table(times, times**3).acceleration(0.5)), 12)
+        3.0
+        """
+        t, x = numbers(times), numbers(positions)
+        if t.ndim != 1 or x.shape != t.shape or not (np.all(np.isfinite(t)) and np.all(np.isfinite(x))):
+            raise ModelError(
+                f"the table of a Motion needs as many finite positions as times; shapes {t.shape} and {x.shape} "
+                "were given, or a number is not finite"
+            )
+        if len(t) < LEAST_POINTS:
+            raise ModelError(
+                f"the table of a Motion has {len(t)} points, a spline needs {LEAST_POINTS}. Remedy: more points"
+            )
+        falling = np.flatnonzero(np.diff(t) <= 0)
+        if len(falling):
+            i = int(falling[0])
+            raise ModelError(
+                f"the times of a Motion's table must increase, but {t[i]:.6g} s is followed by {t[i + 1]:.6g} s. "
+                "Remedy: sort the points and leave out doubled ones"
+            )
+        from scipy.interpolate import CubicSpline
+
+        spline = CubicSpline(t, x, bc_type="not-a-knot")
+        return cls(spline, spline.derivative(1), spline.derivative(2), (float(t[0]), float(t[-1])))
+
+    def at(self, name: str, t: float, body: str) -> float:
+        """Return the position, velocity or acceleration (by name) at time t.
+
+        Raises
+        ------
+        ModelError
+            If it is not finite or not known there; the message names the body and the time.
+        """
+        first, last = self.span
+        # the end of a step may miss the end of the table by round-off
+        if not first - 1e-9 * (last - first) <= t <= last + 1e-9 * (last - first):
+            raise ModelError(
+                f"the motion of body {body!r} is given from {first:.6g} to {last:.6g} s and was asked for at "
+                f"t = {t:.6g} s. Remedy: a longer table, or a shorter run"
+            )
+        value = float(getattr(self, name)(t))
+        if not math.isfinite(value):
+            raise ModelError(
+                f"the motion of body {body!r} must give finite numbers; its {name} at t = {t:.6g} s is {value}"
+            )
+        return value
+
+    @property
+    def start(self) -> float:
+        """Time zero, or the time nearest to it at which the motion is known, s."""
+        return min(max(0.0, self.span[0]), self.span[1])
+
+    def check(self, where: str) -> None:
+        """Raise a ModelError if one of the functions gives no finite number, or rates that contradict the position."""
+        start = self.start
+        later = start + 1e-3 if start + 2e-3 < self.span[1] else 0.5 * (self.span[0] + self.span[1])
+        for name in ("position", "velocity", "acceleration"):
+            function = getattr(self, name)
+            if not callable(function):
+                raise ModelError(f"{where}: {name} of a Motion must be a function of time, not {function!r}")
+            for t in (start, later):
+                value = numbers(function(t))
+                if value.shape != () or not np.isfinite(value):
+                    raise ModelError(f"{where}: {name} at t = {t} s must be one finite number, not {function(t)!r}")
+        for of, rate in (("position", "velocity"), ("velocity", "acceleration")):
+            t, h = later, 1e-6
+            function, given = getattr(self, of), float(getattr(self, rate)(t))
+            found = (float(function(t + h)) - float(function(t - h))) / (2 * h)
+            # 1 %: enough for the slopes of any motion below some kHz, and far below a factor 2 pi or a wrong sign
+            if abs(found - given) > 0.01 * max(abs(found), abs(given)) + 1e-6 * (1 + abs(float(function(t)))):
+                raise ModelError(
+                    f"{where}: at t = {t} s the {rate} of a Motion is {given:.6g}, but its {of} changes at "
+                    f"{found:.6g} a second. "
+                    f"Remedy: give the time derivative of the {of}"
+                )

@@ -1,0 +1,65 @@
+"""The translation joint: a body that moves along its parent without turning."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.joints.base import SeveralCoordinatesJoint, start_values
+from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.motion import Motion
+
+
+@dataclass(frozen=True)
+class Translation(SeveralCoordinatesJoint):
+    """Translation along x, y and z of the joint's fixed frame F: 3 speeds, for points.
+
+    Parameters
+    ----------
+    position : (float, float, float)
+        x, y and z at the start, m.
+    velocity : (float, float, float)
+        Their rates at the start, m/s.
+    motion : three of Motion or None
+        Drives single coordinates, which then take their start from it.
+    forces : three of CoordinateForce or None
+        Spring, damper, friction and limits of each coordinate.
+
+    Raises
+    ------
+    ModelError
+        If the start is not three finite numbers or contradicts a motion.
+
+    Examples
+    --------
+    >>> thrown = Translation(velocity=(3.0, 0.0, 4.0))
+    """
+
+    position: Sequence[float] = (0.0, 0.0, 0.0)
+    velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    motion: Sequence[Motion | None] = (None, None, None)
+    forces: Sequence[CoordinateForce | None] = (None, None, None)
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]")
+    speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "vz [m/s]")
+
+    def __post_init__(self) -> None:
+        start_values(self.position, 3, f"position of a {self.kind} joint")
+        start_values(self.velocity, 3, f"velocity of a {self.kind} joint")
+        self._check_coordinates()
+
+    def initial_coordinates(self) -> Vector:
+        return np.array(self.position, dtype=float)
+
+    def initial_speeds(self) -> Vector:
+        return np.array(self.velocity, dtype=float)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        return q, np.eye(3)
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        return np.eye(3), np.zeros((3, 3))

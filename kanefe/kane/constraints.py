@@ -1,0 +1,298 @@
+"""Constraint equations of a scene over its speeds: residuals, Jacobian, remainders, and the equations with them.
+
+    M du = F + J^T lambda,     J du + remainder = 0
+
+The rows may depend on each other, for good (a planar loop closed by spatial joints) or for a moment (a mechanism that
+passes a position with more freedom). Then the multipliers of least norm are taken, which leaves the motion as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.constraints.rows import RADIAN, CouplerRow, MarkerMotion, MarkerRow, Row
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.kinematics import FrameMotion, inertial_frame, interface_motion, placed
+from kanefe.marker import Marker
+from kanefe.model import Model
+
+RANK_TOLERANCE = 1e-10
+"""Smallest eigenvalue of ``J M^-1 J^T``, its rows scaled by their reach and relative to the largest, that counts.
+
+Round-off leaves some 1e-15 for a row that depends on others. A position at which the rank drops can be met to the root
+of round-off only, and the eigenvalue grows with the square of the distance from it: below 1e-10 the direction is not
+known well enough to divide by it.
+"""
+
+ROUND_OFF = 1e-16
+"""Largest eigenvalue that the tolerance is taken of, at least. Rows that no speed can move are the square of round-off
+in all their entries, some 1e-31 where 1 is the most, and must not be measured by each other.
+"""
+
+
+class Rates(NamedTuple):
+    """Constraints on the rates of the speeds: ``J du + remainder = 0``, all rows of the scene.
+
+    Attributes
+    ----------
+    J : ndarray, shape (rows, columns)
+        Partial derivatives of dg/dt by the speeds.
+    remainder : ndarray, shape (rows,)
+    reach : ndarray, shape (rows, columns)
+        Squares of what the entries of J could be if the row pointed along the motion of its ends: what makes a row
+        small.
+    """
+
+    J: Matrix
+    remainder: Vector
+    reach: Matrix
+
+    def over(self, columns: slice | np.ndarray, rows: slice | np.ndarray = slice(None)) -> Rates:
+        """Return the rows, all or some, over some of the speeds."""
+        J, reach = self.J[rows], self.reach[rows]
+        return Rates(J[:, columns], self.remainder[rows], reach[:, columns])
+
+
+def scene_rows(model: Model) -> list[Row]:
+    """Return all rows of the scene, constraint by constraint."""
+    return [row for constraint in model.constraints for row in constraint.rows]
+
+
+def marker_frame(
+    model: Model, marker: Marker, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
+) -> FrameMotion:
+    """Return the motion of a marker's frame from the outward sweep."""
+    if marker.body < 0:
+        carrier = inertial_frame(columns)
+    else:
+        carrier = motions[marker.body]
+        terms = model.bodies[marker.body].flexible
+        if marker.interface is not None and terms is not None:
+            carrier = interface_motion(carrier, marker.interface, terms, q, u, model.slopes)
+    return placed(carrier, marker.point, marker.axes)
+
+
+class MarkerFrames:
+    """Motions of the markers of a scene's rows at one state, each computed once.
+
+    Parameters
+    ----------
+    model : Model
+    motions : sequence of FrameMotion
+        The outward sweep.
+    q, u : ndarray
+        Coordinates, and all speeds.
+    columns : int
+        How many speeds the partial velocities span.
+    """
+
+    def __init__(self, model: Model, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int) -> None:
+        self._state = (model, motions, q, u, columns)
+        self._kept: dict[int, tuple[FrameMotion, MarkerMotion]] = {}
+
+    def of(self, marker: Marker) -> tuple[FrameMotion, MarkerMotion]:
+        """Return the motion of a marker in its own axes, and in those of N."""
+        if id(marker) not in self._kept:
+            model, motions, q, u, columns = self._state
+            F = marker_frame(model, marker, motions, q, u, columns)
+            A = F.A_NF
+            self._kept[id(marker)] = F, MarkerMotion(F.p_NoFo_N, A, A @ F.v, A @ F.w, A @ F.Z, A @ F.Y)
+        return self._kept[id(marker)]
+
+
+def constraint_residuals(model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector) -> Vector:
+    """Return g of all rows (rows,), in the unit of each; NaN for rows on speeds alone."""
+    columns = _columns(model, motions)
+    frames = MarkerFrames(model, motions, q, u, columns)
+    values = []
+    for row in scene_rows(model):
+        if isinstance(row, CouplerRow):
+            coordinates = (model.bodies[body].joint_coordinates(t, q)[i] for body, i, _ in row.terms)
+            g: float | None = sum(c * x for (_, _, c), x in zip(row.terms, coordinates, strict=True)) - row.constant
+        else:
+            g = row.residual(frames.of(row.a)[1], frames.of(row.b)[1])
+        values.append(np.nan if g is None else float(g))
+    return np.array(values)
+
+
+def constraint_rates(model: Model, motions: Sequence[FrameMotion], q: Vector, u: Vector) -> Rates:
+    """Return J and the remainders of all rows over the speeds that the sweep spans.
+
+    Parameters
+    ----------
+    model : Model
+    motions : sequence of FrameMotion
+        The outward sweep at this state.
+    q, u : ndarray
+        Coordinates, and all speeds.
+    """
+    columns = _columns(model, motions)
+    frames = MarkerFrames(model, motions, q, u, columns)
+    rows = scene_rows(model)
+    J, remainder, reach = np.zeros((len(rows), columns)), np.zeros(len(rows)), np.zeros((len(rows), columns))
+    for i, row in enumerate(rows):
+        if isinstance(row, CouplerRow):
+            for body, coordinate, coefficient in row.terms:
+                J[i, model.bodies[body].speeds[coordinate]] += coefficient
+            reach[i] = J[i] ** 2
+            continue
+        J[i], reach[i] = _marker_row(row, frames)
+        remainder[i] = row.remainder(frames.of(row.a)[1], frames.of(row.b)[1])
+    return Rates(J, remainder, reach)
+
+
+def _marker_row(row: MarkerRow, frames: MarkerFrames) -> tuple[Vector, Vector]:
+    """Return a row of J, from the wrenches of its unit multiplier, and its reach."""
+    (a, a_N), (b, b_N) = frames.of(row.a), frames.of(row.b)
+    entries, squares = np.zeros(a.V.shape[1]), np.zeros(a.V.shape[1])
+    force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
+    for F, wide, vector in ((a, a.V, force_a), (a, a.W, moment_a), (b, b.V, force_b), (b, b.W, moment_b)):
+        if vector.any():
+            entries += (F.A_NF.T @ vector) @ wide
+            # the moment of two directions vanishes as they become parallel, and so must not measure itself
+            size = 1.0 if row.unit == RADIAN else float(vector @ vector)
+            squares += size * np.einsum("ij,ij->j", wide, wide)
+    return entries, squares
+
+
+def _columns(model: Model, motions: Sequence[FrameMotion]) -> int:
+    return motions[0].V.shape[1] if motions else model.free_count + model.driven_count
+
+
+def marker_wrenches(
+    model: Model, motions: Sequence[FrameMotion], q: Vector, u: Vector, multipliers: Vector
+) -> list[tuple[Marker, FrameMotion, Vector]]:
+    """Return what the constraints exert on their markers: marker, its motion, and force and moment (6,) in its axes.
+
+    The moment is about the marker's origin. Constraint by constraint: end a, then end b, summed over the rows.
+    """
+    frames = MarkerFrames(model, motions, q, u, _columns(model, motions))
+    found = []
+    number = 0
+    for constraint in model.constraints:
+        sums: dict[int, tuple[Marker, Vector]] = {}
+        for row in constraint.rows:
+            multiplier = multipliers[number]
+            number += 1
+            if isinstance(row, CouplerRow):
+                continue
+            (a, a_N), (b, b_N) = frames.of(row.a), frames.of(row.b)
+            force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
+            for marker, F, force, moment in ((row.a, a, force_a, moment_a), (row.b, b, force_b, moment_b)):
+                wrench = multiplier * np.concatenate((F.A_NF.T @ force, F.A_NF.T @ moment))
+                sums[id(marker)] = (marker, wrench + (sums[id(marker)][1] if id(marker) in sums else 0.0))
+        found += [(marker, frames.of(marker)[0], wrench) for marker, wrench in sums.values()]
+    return found
+
+
+class ConstrainedSolver:
+    """The linear equations ``M x = F + J^T y, J x + c = 0`` for one M and J, and the rank of J.
+
+    Dependent rows: y has the least norm with each row scaled by its reach, and where their parts of c contradict each
+    other x meets them best. M may be singular where J holds what has no inertia.
+
+    Parameters
+    ----------
+    M : ndarray, shape (n, n)
+        Symmetric.
+    rates : Rates
+        J (m, n) and its reach.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If M is singular along a motion that J leaves free.
+    """
+
+    def __init__(self, M: Matrix, rates: Rates) -> None:
+        J, _, reach = rates
+        self._J, self._weights = J, np.zeros(len(J))
+        factor = _cholesky(M)
+        if factor is None:
+            # adding J^T w (J x + c) = 0 changes nothing but the matrix
+            self._weights = _augmentation(M, J)
+            M = M + J.T @ (self._weights[:, None] * J)
+            factor = _cholesky(M)
+            if factor is None:
+                raise np.linalg.LinAlgError("nothing has inertia along a motion that the constraints leave free")
+        self._factor = factor
+        self._B = _solve_lower(factor, J.T)
+        A = self._B.T @ self._B
+        self._scale = _row_scales(np.diag(A), J, reach, np.diag(M))
+        values, vectors = np.linalg.eigh(A * np.outer(self._scale, self._scale))
+        least = RANK_TOLERANCE * max(values.max(initial=0.0), ROUND_OFF)
+        # down to the root of the smallest number a row of round-off has no inverse at all
+        kept = values > 1e-3 * least
+        self._weakest = float(values[kept][0] / values[-1]) if kept.any() else 1.0
+        self._rank = int(np.count_nonzero(values > least))
+        self._vectors = vectors[:, kept]
+        # a cut would be a jump of the accelerations, on which error control gets stuck: this falls to zero smoothly
+        self._inverses = 1.0 / (values[kept] * (1.0 + (least / values[kept]) ** 4))
+
+    @property
+    def scaled_rows(self) -> Matrix:
+        """Scaled rows of ``J L^-T``, M = L L^T, shape (m, n), of length up to one: dependent where those of J are."""
+        return np.asarray(self._scale[:, None] * self._B.T)
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows."""
+        return len(self._J)
+
+    @property
+    def weakest(self) -> float:
+        """Least eigenvalue that is not round-off against the largest: it falls to zero towards a singular position."""
+        return self._weakest
+
+    @property
+    def rank(self) -> int:
+        """Number of rows that do not depend on others."""
+        return self._rank
+
+    def solve(self, F: Vector, c: Vector) -> tuple[Vector, Vector]:
+        """Return x (n,) and y (m,)."""
+        y0 = _solve_lower(self._factor, F - self._J.T @ (self._weights * c))
+        open_rows = self._scale * (self._B.T @ y0 + c)
+        y = -self._scale * (self._vectors @ (self._inverses * (self._vectors.T @ open_rows)))
+        return _solve_lower(self._factor, y0 + self._B @ y, transposed=True), y
+
+
+def _solve_lower(factor: Matrix, right: np.ndarray, transposed: bool = False) -> np.ndarray:
+    """Return ``L^-1 right`` or ``L^-T right``; of a scene without free speeds too, which scipy refuses."""
+    if not len(right):
+        return right
+    trans = 1 if transposed else 0
+    return np.asarray(scipy.linalg.solve_triangular(factor, right, lower=True, trans=trans, check_finite=False))
+
+
+def _cholesky(M: Matrix) -> Matrix | None:
+    """Return L of M = L L^T, or None if M is singular to round-off."""
+    if not len(M):
+        return np.zeros((0, 0))
+    factor, failed_at = scipy.linalg.lapack.dpotrf(M, lower=1)
+    # a pivot that is the round-off of the entry it comes from is no pivot
+    if failed_at or np.any(np.diag(factor) ** 2 <= 1e-13 * np.diag(M)):
+        return None
+    return np.asarray(np.tril(factor))
+
+
+def _row_scales(squares: Vector, J: Matrix, reach: Matrix, masses: Vector) -> Vector:
+    """Return a factor for each row which makes it of unit length if it points along the motion of its ends.
+
+    Its own length would be no measure: a row that falls to zero is a singular position. `squares` are the lengths in
+    the metric of M^-1, whose ratio to the reach is taken with the diagonal of M.
+    """
+    own, full = ((J**2) / masses).sum(axis=1), (reach / masses).sum(axis=1)
+    product = squares * full
+    return np.sqrt(np.divide(own, product, out=np.zeros_like(own), where=product > 0))
+
+
+def _augmentation(M: Matrix, J: Matrix) -> Vector:
+    """Return weights of the rows with which ``J^T w J`` is of the size of M."""
+    mass = float(np.abs(np.diag(M)).max(initial=0.0)) or 1.0
+    squares = np.einsum("ij,ij->i", J, J)
+    return np.divide(mass, squares, out=np.zeros_like(squares), where=squares > 0)

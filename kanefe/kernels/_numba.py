@@ -1,0 +1,178 @@
+"""The door to numba: how kernels are compiled, and where the compiled code is kept.
+
+numba's own cache looks at the file of a function alone and would not see a change in a kernel that it calls. The code
+is therefore kept in a folder of the user's cache that is named by a hash of all kernel files, so that a change in any
+of them starts a new folder. ``KANEFE_JIT=0`` runs the kernels as plain Python, without importing numba.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+IS_COMPILED = os.environ.get("KANEFE_JIT", "1") != "0"
+
+# What floating point may do: contract a * b + c, drop the sign of zero, multiply by a reciprocal. Not reorder sums, not
+# assume that there are no infinities or NaN: a run that blows up must be seen.
+RELAXED = {"contract", "nsz", "arcp"}
+
+# A kernel is called by kernels only: without the wrappers for Python it compiles faster. None of them makes an array
+# that outlives it, so that none counts references to arrays, which would cost more than half of a small evaluation.
+INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+
+_entries: dict[str, Any] = {}
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function that other kernels call."""
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    return numba.njit(fastmath=RELAXED, **INNER)(function)  # type: ignore[no-any-return]
+
+
+def inlined(function: Function) -> Function:
+    """Compile a small function into each place where it is called: its arguments stay in registers."""
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    return numba.njit(fastmath=RELAXED, forceinline=True, **INNER)(function)  # type: ignore[no-any-return]
+
+
+def vector_kernel(function: Function) -> Function:
+    """Compile a function of long sums whose order may change, so that they use vector instructions."""
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    return numba.njit(fastmath=RELAXED | {"reassoc"}, forceinline=True, **INNER)(function)  # type: ignore[no-any-return]
+
+
+def entry(function: Function) -> Function:
+    """Compile a function that Python calls, and keep the machine code on disk."""
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    folder = _cache_folder()
+    if folder is None:
+        compiled = numba.njit(error_model="numpy", fastmath=RELAXED, nogil=True)(function)
+    else:
+        kept, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+        try:
+            compiled = numba.njit(error_model="numpy", fastmath=RELAXED, nogil=True, cache=True)(function)
+        finally:
+            numba.config.CACHE_DIR = kept
+    if not _entries:
+        _announce_compilation(folder)
+    _entries[function.__qualname__] = compiled
+    return compiled  # type: ignore[no-any-return]
+
+
+Part = tuple[Callable[..., Any], int, int, bool]
+"""A compiled function of the user, where its values go, how many they are (0: a number by itself), and takes it y."""
+
+
+def filler(parts: Sequence[Part]) -> Callable[..., None]:
+    """Return a function (t, y, inputs) that writes what compiled functions of the user give.
+
+    It is a pointer to machine code with one type for all scenes, so that kernels which call it need not be compiled
+    for each.
+    """
+    if not IS_COMPILED:
+
+        def fill(t: float, y: Any, inputs: Any) -> None:
+            for function, at, count, takes_state in parts:
+                inputs[at : at + max(count, 1)] = function(t, y) if takes_state else function(t)
+
+        return fill
+    import numba
+    from numba import types
+
+    @numba.njit
+    def done(t: float, y: Any, inputs: Any) -> None:
+        return
+
+    chain = done
+    for part in parts:
+        chain = _filler_of(part, chain)
+    whole = chain
+    signature = types.void(types.float64, types.float64[::1], types.float64[::1])
+    return numba.cfunc(signature)(lambda t, y, inputs: whole(t, y, inputs))  # type: ignore[no-any-return]
+
+
+def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
+    """Return a function that writes the values of one part, and then the rest."""
+    import numba
+
+    function, at, count, takes_state = part
+    if takes_state:
+        value = function
+    else:
+
+        @numba.njit
+        def value(t: float, y: Any) -> Any:
+            return function(t)
+
+    if count == 0:
+
+        @numba.njit
+        def fill(t: float, y: Any, inputs: Any) -> None:
+            inputs[at] = value(t, y)
+            rest(t, y, inputs)
+
+    else:
+
+        @numba.njit
+        def fill(t: float, y: Any, inputs: Any) -> None:
+            values = value(t, y)
+            for i in range(count):
+                inputs[at + i] = values[i]
+            rest(t, y, inputs)
+
+    return fill  # type: ignore[no-any-return]
+
+
+def _cache_folder() -> Path | None:
+    """Return the folder of the compiled kernels, or None where none can be written."""
+    import platformdirs
+
+    stamp = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        stamp.update(path.read_bytes())
+    folder = Path(platformdirs.user_cache_dir("kanefe")) / "kernels" / stamp.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+def _announce_compilation(folder: Path | None) -> None:
+    """Print a line when a kernel is compiled, which takes seconds, and not when it is read from the cache."""
+    from numba.core import event
+
+    class Announcement(event.Listener):
+        def on_start(self, happening: Any) -> None:
+            dispatcher = happening.data["dispatcher"]
+            name = dispatcher.py_func.__qualname__
+            if _entries.get(name) is dispatcher:
+                kept = f"kept in {folder}" if folder else "its cache cannot be written, so this happens in every run"
+                print(
+                    f"kanefe: compiling {name.replace('_', ' ')} for this kind of scene, once ({kept})",
+                    file=sys.stderr,
+                    flush=True,
+                )
+
+        def on_end(self, happening: Any) -> None:
+            """Nothing to say."""
+
+    event.register("numba:compile", Announcement())

@@ -1,0 +1,141 @@
+"""The second outward sweep: du of every joint and mode (Eq. 18)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels._numba import kernel
+from kanefe.kernels.border import modal_accelerations
+from kanefe.kernels.layout import (
+    ABOUT,
+    ACCELERATION,
+    ALONG,
+    ALPHA,
+    AXES,
+    AXIS,
+    DRIVE,
+    DRIVING,
+    FIXED,
+    FLEXIBLE,
+    FORCE,
+    INTERFACE,
+    KIND,
+    MOMENT,
+    OFFSET,
+    PARENT,
+    PIVOT,
+    REVOLUTE,
+    SPEED,
+    SPHERICAL,
+    FlexibleTables,
+    H,
+    J,
+    M,
+    R,
+    Tables,
+    U,
+)
+from kanefe.kernels.vectors import (
+    cross,
+    dot,
+    matrix,
+    minus,
+    plus,
+    product,
+    put,
+    put_three,
+    rotated,
+    rotated_back,
+    symmetric,
+    symmetric_inverse,
+    symmetric_times,
+    three,
+    times,
+    vector,
+)
+
+
+@kernel
+def sweep_accelerations(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    du: np.ndarray,
+) -> None:
+    """Write du of the free speeds, and the share of du in the acceleration of every row."""
+    rows, geometry = tables.rows, tables.geometry
+    for i in range(len(rows)):
+        kind, parent, speed = rows[i, KIND], rows[i, PARENT], rows[i, SPEED]
+        if kind == INTERFACE:  # its body has written it
+            continue
+        zero = 0.0 * work[i, R]
+        a, alpha = (zero, zero, zero), (zero, zero, zero)
+        if parent >= 0:
+            alpha = vector(work, parent, ALPHA)
+            a = plus(vector(work, parent, ACCELERATION), cross(alpha, vector(work, i, OFFSET)))
+        if kind == FIXED or (kind <= AXIS and rows[i, DRIVE] >= 0):
+            pass
+        elif kind <= AXIS:
+            linear, angular = vector(work, i, U), vector(work, i, U + 3)
+            rate = work[i, DRIVING] - work[i, PIVOT] * (dot(linear, a) + dot(angular, alpha))
+            du[speed] = rate
+            axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
+            if kind == REVOLUTE:
+                alpha = plus(alpha, times(rate, axis))
+            else:
+                a = plus(a, times(geometry[i, ALONG] * rate, axis))
+                alpha = plus(alpha, times(geometry[i, ABOUT] * rate, axis))
+        elif kind == SPHERICAL:
+            axes, carried = matrix(work, i, R), alpha
+            turning = minus(rotated(axes, three(applied, speed)), vector(work, i, MOMENT))
+            turning = minus(turning, rotated_back(matrix(work, i, H), a))
+            alpha = symmetric_times(symmetric(work, i, U), turning)
+            put_three(du, speed, rotated_back(axes, minus(alpha, carried)))
+        else:  # FREE: the body moves as if alone
+            axes, carried, moving = matrix(work, i, R), alpha, a
+            h, inverse = matrix(work, i, H), symmetric(work, i, U)
+            fixed = (
+                product(matrix(work, parent, R), matrix(geometry, i, AXES))
+                if parent >= 0
+                else matrix(geometry, i, AXES)
+            )
+            force = minus(rotated(fixed, three(applied, speed)), vector(work, i, FORCE))
+            moment = minus(rotated(axes, three(applied, speed + 3)), vector(work, i, MOMENT))
+            # J - H^T M^-1 H
+            x = symmetric_times(inverse, (h[0], h[3], h[6]))
+            y = symmetric_times(inverse, (h[1], h[4], h[7]))
+            z = symmetric_times(inverse, (h[2], h[5], h[8]))
+            j = symmetric(work, i, J)
+            kept = (
+                j[0] - dot(x, (h[0], h[3], h[6])), j[1] - dot(x, (h[1], h[4], h[7])), j[2] - dot(x, (h[2], h[5], h[8])),
+                j[3] - dot(y, (h[1], h[4], h[7])), j[4] - dot(y, (h[2], h[5], h[8])), j[5] - dot(z, (h[2], h[5], h[8])),
+            )  # fmt: skip
+            rest = minus(moment, (dot(x, force), dot(y, force), dot(z, force)))
+            alpha = symmetric_times(symmetric_inverse(kept), rest)
+            a = symmetric_times(inverse, minus(force, rotated(h, alpha)))
+            put_three(du, speed, rotated_back(fixed, minus(a, moving)))
+            put_three(du, speed + 3, rotated_back(axes, minus(alpha, carried)))
+        put(work, i, ACCELERATION, a)
+        put(work, i, ALPHA, alpha)
+        if flexible is not None and rows[i, FLEXIBLE] >= 0:
+            modal_accelerations(flexible, rows[i, FLEXIBLE], work, modal, border, du)
+
+
+@kernel
+def put_driving_forces(tables: Tables, applied: np.ndarray, work: np.ndarray, forces: np.ndarray) -> None:
+    """Write the forces that driven coordinates need beyond what is applied to them."""
+    rows, geometry = tables.rows, tables.geometry
+    for i in range(len(rows)):
+        drive = rows[i, DRIVE]
+        if drive < 0:
+            continue
+        axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
+        a, alpha = vector(work, i, ACCELERATION), vector(work, i, ALPHA)
+        h = matrix(work, i, H)
+        force = plus(vector(work, i, FORCE), plus(symmetric_times(symmetric(work, i, M), a), rotated(h, alpha)))
+        moment = plus(vector(work, i, MOMENT), plus(rotated_back(h, a), symmetric_times(symmetric(work, i, J), alpha)))
+        needed = geometry[i, ALONG] * dot(axis, force) + geometry[i, ABOUT] * dot(axis, moment)
+        forces[drive] = needed - applied[rows[i, SPEED]]

@@ -1,0 +1,79 @@
+"""One row of a constraint between two markers: its wrenches and its remainder. Kernels of `kanefe.constraints.rows`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, times
+
+POINT_ROW, DIRECTION_ROW, DISTANCE_ROW, SCREW_ROW, ROLLING_ROW, COUPLER_ROW = range(6)
+
+Motion = tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]
+"""Of a marker in N: position, axes, velocity, angular velocity, Z and Y."""
+
+
+@kernel
+def row_terms(
+    kind: int, numbers: np.ndarray, n: int, is_ball: bool, a: Motion, b: Motion
+) -> tuple[Numbers, Numbers, Numbers, Numbers, Any]:
+    """Return force and moment on a and on b of a unit multiplier, about the markers' origins, and the remainder.
+
+    `numbers` holds for row n: e and f in the markers' axes, and a length, lead or radius.
+    """
+    p_a, A_a, v_a, w_a, Z_a, Y_a = a
+    p_b, A_b, v_b, w_b, Z_b, Y_b = b
+    zero = 0.0 * p_a[0]
+    none = (zero, zero, zero)
+    d, rate, jerk = minus(p_b, p_a), minus(v_b, v_a), minus(Z_b, Z_a)
+    e = rotated(A_a, (numbers[n, 0], numbers[n, 1], numbers[n, 2]))
+    if kind == DIRECTION_ROW:
+        f = rotated(A_b, (numbers[n, 3], numbers[n, 4], numbers[n, 5]))
+        moment = cross(f, e)
+        turning = plus(cross(cross(w_b, f), e), cross(f, cross(w_a, e)))
+        remainder = dot(moment, minus(Y_b, Y_a)) + dot(turning, minus(w_b, w_a))
+        return none, times(-1.0, moment), none, moment, remainder
+    if kind == DISTANCE_ROW:
+        distance = np.sqrt(dot(d, d))
+        direction = times(1.0 / distance, d)
+        along = dot(direction, rate)
+        remainder = dot(direction, jerk) + (dot(rate, rate) - along * along) / distance
+        return times(-1.0, direction), none, direction, none, remainder
+    if kind == ROLLING_ROW:
+        spoke, spoke_rate = _spoke(numbers[n, 6], is_ball, a, b)
+        arm, arm_rate = plus(d, spoke), plus(rate, spoke_rate)
+        slip = minus(plus(rate, cross(w_b, spoke)), cross(w_a, arm))
+        of_b = plus(cross(Y_b, spoke), cross(w_b, spoke_rate))
+        of_a = plus(cross(Y_a, arm), cross(w_a, arm_rate))
+        remainder = dot(e, plus(jerk, minus(of_b, of_a))) + dot(cross(w_a, e), slip)
+        return times(-1.0, e), times(-1.0, cross(arm, e)), e, cross(spoke, e), remainder
+    turning = cross(w_a, e)
+    bend = plus(cross(Y_a, e), cross(w_a, turning))
+    remainder = dot(e, jerk) + 2.0 * dot(turning, rate) + dot(bend, d)
+    moment_a, moment_b = cross(e, d), none
+    if kind == SCREW_ROW:
+        pitch = numbers[n, 6] / (2.0 * np.pi)
+        remainder -= pitch * (dot(e, minus(Y_b, Y_a)) + dot(turning, minus(w_b, w_a)))
+        moment_a, moment_b = plus(moment_a, times(pitch, e)), times(-pitch, e)
+    return times(-1.0, e), moment_a, e, moment_b, remainder
+
+
+@inlined
+def _spoke(radius: float, is_ball: bool, a: Motion, b: Motion) -> tuple[Numbers, Numbers]:
+    """Return the vector from the hub to the lowest point, and its rate."""
+    A_a, A_b = a[1], b[1]
+    n = (A_a[2], A_a[5], A_a[8])
+    n_rate = cross(a[3], n)
+    if is_ball:
+        return times(-radius, n), times(-radius, n_rate)
+    s = (A_b[2], A_b[5], A_b[8])
+    s_rate = cross(b[3], s)
+    lean = dot(n, s)
+    lean_rate = dot(n_rate, s) + dot(n, s_rate)
+    across = minus(n, times(lean, s))
+    across_rate = minus(n_rate, plus(times(lean_rate, s), times(lean, s_rate)))
+    size = np.sqrt(dot(across, across))
+    unit = times(1.0 / size, across)
+    return times(-radius, unit), times(-radius / size, minus(across_rate, times(dot(unit, across_rate), unit)))

@@ -1,0 +1,194 @@
+"""The outward sweep: pose, velocity and remainder accelerations of every row (Eq. 3, 13-16, 22, 24-26)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.elastic import modal_state, project, span
+from kanefe.kernels.layout import (
+    ABOUT,
+    ALONG,
+    AXES,
+    AXIS,
+    BASIS,
+    COORDINATE,
+    COUNT,
+    DRIVE,
+    FIXED,
+    FLEXIBLE,
+    INTERFACE,
+    KIND,
+    OFFSET,
+    OMEGA,
+    PARENT,
+    PLACE,
+    POSITION,
+    REVOLUTE,
+    SLOPES,
+    SPEED,
+    SPHERICAL,
+    TANGENT,
+    VELOCITY,
+    WORK_DETA,
+    WORK_ETA,
+    FlexibleTables,
+    R,
+    Tables,
+    Y,
+    Z,
+)
+from kanefe.kernels.slopes import slope_motion
+from kanefe.kernels.vectors import (
+    Numbers,
+    cross,
+    matrix,
+    plus,
+    product,
+    put,
+    put_matrix,
+    rotated,
+    rotation,
+    three,
+    times,
+    turned_about_z,
+    vector,
+)
+
+
+@inlined
+def carried(
+    work: np.ndarray, i: int, parent: int, offset: Numbers, gravity: np.ndarray
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Write offset, position and the rigid part of velocity and Z of a row; return w, Y and Z of what carries it."""
+    put(work, i, OFFSET, offset)
+    if parent < 0:
+        zero = 0.0 * offset[0]
+        w = (zero, zero, zero)
+        remainder = (zero - gravity[0], zero - gravity[1], zero - gravity[2])
+        put(work, i, POSITION, offset)
+        put(work, i, VELOCITY, w)
+        return w, w, remainder
+    w, turn = vector(work, parent, OMEGA), vector(work, parent, Y)
+    swing = cross(w, offset)
+    put(work, i, POSITION, plus(vector(work, parent, POSITION), offset))
+    put(work, i, VELOCITY, plus(vector(work, parent, VELOCITY), swing))
+    remainder = plus(vector(work, parent, Z), plus(cross(turn, offset), cross(w, swing)))
+    return w, turn, remainder
+
+
+@inlined
+def moved(work: np.ndarray, i: int, w: Numbers, remainder: Numbers, velocity: Numbers) -> Numbers:
+    """Add a relative velocity of the origin to a row and return Z with its Coriolis part."""
+    put(work, i, VELOCITY, plus(vector(work, i, VELOCITY), velocity))
+    return plus(remainder, times(2.0, cross(w, velocity)))
+
+
+@kernel
+def sweep_outward(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    drives: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Write pose, velocity and remainder accelerations of all rows, and the state of the modes."""
+    work[0, 0] = 0.0
+    zero = work[0, 0]  # of the type of the state, real or complex
+    identity = (zero + 1.0, zero, zero, zero, zero + 1.0, zero, zero, zero, zero + 1.0)
+    rows, geometry, gravity = tables.rows, tables.geometry, tables.gravity
+    for i in range(len(rows)):
+        kind, parent, at = rows[i, KIND], rows[i, PARENT], rows[i, COORDINATE]
+        axes_of_parent = identity if parent < 0 else matrix(work, parent, R)
+        if flexible is not None and kind == INTERFACE:
+            _interface(flexible, rows, i, vector(geometry, i, PLACE), work, modal)
+            continue
+        axes = product(axes_of_parent, matrix(geometry, i, AXES))
+        offset = rotated(axes_of_parent, vector(geometry, i, PLACE))
+        if kind <= AXIS:  # fixed, revolute, or along or about an axis: the axis is z
+            position, rate, acceleration = zero, zero, zero
+            if kind != FIXED:
+                if rows[i, DRIVE] < 0:
+                    position, rate = q[at], u[rows[i, SPEED]]
+                else:
+                    drive = drives[rows[i, DRIVE]]
+                    position, rate, acceleration = zero + drive[0], zero + drive[1], zero + drive[2]
+            axis = (axes[2], axes[5], axes[8])
+            along, about = geometry[i, ALONG], geometry[i, ABOUT]
+            if kind == AXIS:
+                offset = plus(offset, times(along * position, axis))
+            w, turn, remainder = carried(work, i, parent, offset, gravity)
+            if kind == AXIS:
+                remainder = moved(work, i, w, remainder, times(along * rate, axis))
+                remainder = plus(remainder, times(along * acceleration, axis))
+                rate, acceleration = about * rate, about * acceleration
+                if about != 0.0:
+                    axes = turned_about_z(axes, about * position)
+            elif kind == REVOLUTE:
+                axes = turned_about_z(axes, position)
+            if kind != FIXED:
+                spin = times(rate, axis)
+                turn = plus(turn, plus(cross(w, spin), times(acceleration, axis)))
+                w = plus(w, spin)
+        elif kind == SPHERICAL:
+            w, turn, remainder = carried(work, i, parent, offset, gravity)
+            axes = product(axes, rotation(q, at))
+            spin = rotated(axes, three(u, rows[i, SPEED]))
+            turn = plus(turn, cross(w, spin))
+            w = plus(w, spin)
+        else:  # FREE
+            speed = rows[i, SPEED]
+            offset = plus(offset, rotated(axes, three(q, at)))
+            w, turn, remainder = carried(work, i, parent, offset, gravity)
+            remainder = moved(work, i, w, remainder, rotated(axes, three(u, speed)))
+            axes = product(axes, rotation(q, at + 3))
+            spin = rotated(axes, three(u, speed + 3))
+            turn = plus(turn, cross(w, spin))
+            w = plus(w, spin)
+        put_matrix(work, i, R, axes)
+        put(work, i, OMEGA, w)
+        put(work, i, Z, remainder)
+        put(work, i, Y, turn)
+        if flexible is not None and rows[i, FLEXIBLE] >= 0:
+            modal_state(flexible, rows[i, FLEXIBLE], q, u, modal)
+
+
+@kernel
+def _interface(
+    flexible: FlexibleTables,
+    rows: np.ndarray,
+    i: int,
+    place: Numbers,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Write the motion of an interface frame n of a flexible body (Eq. 22, 24-26)."""
+    body = flexible.bodies[rows[i, FLEXIBLE]]
+    k = body[COUNT]
+    parent = rows[i, PARENT]
+    zero = 0.0 * work[parent, R]
+    displacement = shift = slopes = rates = (zero, zero, zero)
+    if k > 0:
+        eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
+        basis = flexible.pool[rows[i, BASIS] : rows[i, BASIS] + 6 * k].reshape(6, k)
+        displacement, shift = project(basis, 0, eta), project(basis, 0, deta)
+        slopes, rates = project(basis, 3, eta), project(basis, 3, deta)
+    A, T, bend = slope_motion(flexible.sizes[SLOPES], slopes, rates)
+    G, w, turn = matrix(work, parent, R), vector(work, parent, OMEGA), vector(work, parent, Y)
+    offset, velocity, spin = rotated(G, plus(place, displacement)), rotated(G, shift), rotated(G, rotated(T, rates))
+    swing = cross(w, offset)
+    put(work, i, OFFSET, offset)
+    put(work, i, POSITION, plus(vector(work, parent, POSITION), offset))
+    put(work, i, VELOCITY, plus(vector(work, parent, VELOCITY), plus(swing, velocity)))
+    put(
+        work,
+        i,
+        Z,
+        plus(plus(vector(work, parent, Z), cross(turn, offset)), cross(w, plus(swing, times(2.0, velocity)))),
+    )
+    put(work, i, Y, plus(turn, plus(cross(w, spin), rotated(G, bend))))
+    put(work, i, OMEGA, plus(w, spin))
+    put_matrix(work, i, R, product(G, A))
+    put_matrix(work, i, TANGENT, T)

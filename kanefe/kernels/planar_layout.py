@@ -1,0 +1,77 @@
+"""Where everything is in the arrays of a planar scene.
+
+A plane has two axes, and a normal about which everything turns. A row is the moving frame of a link, parents before
+children; row 0 is N, so that no row needs to be asked whether it has a parent. All rows have the axes of the plane when
+all coordinates are zero: an angle is then a sum of coordinates, and the axes of a row are its cosine and sine.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+# Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane
+TURN, SLIDE, FLOAT = range(3)
+
+# Columns of `PlanarTables.rows`
+PARENT, KIND, COORDINATE, SPEED, DRIVE, IS_LIFTED = range(6)
+ROW_INTEGERS = 6
+
+# Columns of `PlanarTables.geometry`, in axes of the row (the place: of its parent)
+PLACE = 0  # origin from the parent row's origin, all coordinates zero
+AXIS = 2  # of a slide; of a float: that of its first coordinate
+SIGN = 4  # 1 or -1: the normal against the axis about which the joint turns
+MASS = 5
+FIRST = 6  # mass times centre of mass
+SECOND = 8  # inertia about the origin and the normal
+LIFTED = 9  # mass, and mass times centre of mass, that gravity spares
+ROW_NUMBERS = 12
+
+# Columns of the work array
+C, S = 0, 1  # cosine and sine of the angle
+W = 2  # angular velocity
+OFFSET = 3  # from the parent row's origin
+VELOCITY = 5
+BIAS = 7  # acceleration of the origin beyond that of the same point of the parent and the joint's own du
+M = 9  # articulated inertia: force = M a + H alpha, moment = H . a + J alpha; xx, xy, yy
+H = 12
+J = 14
+FORCE = 15  # what must act on the row from its parent at no acceleration
+MOMENT = 17
+U = 18  # over the inertia along the joint: inertia times its axis; of a turn about the parent's origin, not the own
+REST = 21  # over the inertia along the joint: generalised force that the acceleration is to balance
+ACCELERATION = 22  # gravity taken off
+ALPHA = 24
+WORK = 25
+
+
+class PlanarTables(NamedTuple):
+    """A planar scene as arrays.
+
+    Attributes
+    ----------
+    rows : ndarray of int, shape (rows, ROW_INTEGERS)
+    geometry : ndarray, shape (rows, ROW_NUMBERS)
+    gravity : ndarray, shape (2,)
+    loads : ndarray of int, shape (loads, 4)
+        Row, first of three inputs, is a torque, follows.
+    points : ndarray, shape (loads, 8)
+        Where a force acts in axes of its row, and the 2 x 3 matrix that takes its inputs into the plane: into axes of
+        the row if it follows. Of a torque, after two zeros: the normal.
+    joint_forces : ndarray of int, shape (forces, 4)
+        Coordinate (-1 - drive if driven), speed, law, input.
+    laws : ndarray, shape (forces, 9)
+        Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
+    sizes : ndarray of int
+        Coordinates, free speeds, driven coordinates.
+    """
+
+    rows: np.ndarray
+    geometry: np.ndarray
+    gravity: np.ndarray
+    loads: np.ndarray
+    points: np.ndarray
+    joint_forces: np.ndarray
+    laws: np.ndarray
+    sizes: np.ndarray

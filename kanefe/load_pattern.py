@@ -1,0 +1,177 @@
+"""Load patterns: what a load spread over a surface or a line does to a body, from integrals made once.
+
+The displacement of the points of a surface is linear in the coordinates, ``r = X + Psi eta``, and the load is given per
+undeformed area. So a uniform traction t (components in G) on the surface does the work of
+
+    force  A t,    moment about G's origin  (X_1 + S eta) x t,    elastic forces  S^T t
+
+with ``A = int dA``, ``X_1 = int X dA`` and ``S = int Psi dA``: three constants, whatever the mesh. Of a pressure p the
+constants are those of the undeformed surface, ``-int n dA``, ``-int X x n dA`` and ``-int Psi^T n dA``: its change by
+the deformation (the turning of the normals and the moving of the place, which belong together: a closed surface keeps
+its zero resultant only with both or neither) is of first order in eta and is left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+PatternKind = Literal["surface", "line"]
+
+ARRAYS = ("first", "shape_first", "pressure_force", "pressure_moment", "pressure_elastic")
+"""Names of the arrays of a `LoadPattern`, in its order."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodalPattern:
+    """Consistent nodal forces of unit loads on a surface or a line of a full-order model with N degrees of freedom.
+
+    Attributes
+    ----------
+    kind : "surface" or "line"
+    measure : float
+        Area in m2, or length in m.
+    first : ndarray, shape (3,)
+        X_1, the first moment of the area or length about G's origin, m3 or m2.
+    traction : ndarray, shape (N, 3)
+        Forces on the degrees of freedom of unit tractions along x, y and z of G, in N per Pa (N per N/m of a line).
+    pressure : ndarray, shape (N,), or None
+        Forces of a unit pressure on the outside, N/Pa. None for a line, which has no side.
+    pressure_force, pressure_moment : ndarray, shape (3,)
+        Its resultant, moment about G's origin: N/Pa and N m/Pa. Zero for a line.
+    """
+
+    kind: PatternKind
+    measure: float
+    first: np.ndarray
+    traction: np.ndarray
+    pressure: np.ndarray | None
+    pressure_force: np.ndarray
+    pressure_moment: np.ndarray
+
+    @classmethod
+    def of_nodes(
+        cls,
+        nodes: np.ndarray,
+        components: tuple[str, ...],
+        shares: np.ndarray,
+        pressure: np.ndarray | None = None,
+        kind: PatternKind = "surface",
+    ) -> NodalPattern:
+        """Return the pattern of Lagrange elements, whose rotations (if any) take no part in the displacement field.
+
+        Parameters
+        ----------
+        nodes : ndarray, shape (n, 3)
+            Reference coordinates in m.
+        components : tuple of str
+            Degrees of freedom of every node.
+        shares : ndarray, shape (n,)
+            ``int N_i dA``, the share of each node in the area (m2) or length (m); zero off the surface.
+        pressure : ndarray, shape (n, 3), optional
+            ``-int N_i n dA`` with the outward normal n, the force on each node of a unit pressure, N/Pa.
+
+        Examples
+        --------
+        A unit square of one element, loaded from above:
+
+        >>> corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+        >>> quarter = np.full(4, 0.25)
+        >>> top = NodalPattern.of_nodes(corners, ("x", "y", "z"), quarter, -np.outer(quarter, (0, 0, 1)))
+        >>> top.measure, top.pressure_force.tolist(), top.pressure_moment.tolist()
+        (1.0, [0.0, 0.0, -1.0], [-0.5, 0.5, 0.0])
+        """
+        points, weights = np.asarray(nodes, dtype=float), np.asarray(shares, dtype=float)
+        select = np.array([[float(component == axis) for axis in "xyz"] for component in components])
+        resultant, moment, rows = np.zeros(3), np.zeros(3), None
+        if pressure is not None:
+            forces = np.asarray(pressure, dtype=float)
+            resultant, moment = forces.sum(axis=0), np.cross(points, forces).sum(axis=0)
+            rows = (forces @ select.T).reshape(-1)
+        return cls(
+            kind=kind,
+            measure=float(weights.sum()),
+            first=weights @ points,
+            traction=np.kron(weights[:, None], select),
+            pressure=rows,
+            pressure_force=resultant,
+            pressure_moment=moment,
+        )
+
+    def projected(self, name: str, basis: np.ndarray) -> LoadPattern:
+        """Return the pattern of a body with the basis Psi, shape (N, K)."""
+        count = basis.shape[1]
+        return LoadPattern(
+            name=name,
+            kind=self.kind,
+            has_pressure=self.pressure is not None,
+            measure=self.measure,
+            first=np.array(self.first, dtype=float),
+            shape_first=self.traction.T @ basis,
+            pressure_force=np.array(self.pressure_force, dtype=float),
+            pressure_moment=np.array(self.pressure_moment, dtype=float),
+            pressure_elastic=np.zeros(count) if self.pressure is None else self.pressure @ basis,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LoadPattern:
+    """A surface or line of a flexible body with K coordinates that can carry a distributed load.
+
+    Attributes
+    ----------
+    name : str
+    kind : "surface" or "line"
+    has_pressure : bool
+        Whether it has a side for a pressure: a line has none, and its pressure arrays are zero.
+    measure : float
+        A: area in m2, or length in m.
+    first : ndarray, shape (3,)
+        X_1 = int X dA about G's origin, in components of G, m3 or m2.
+    shape_first : ndarray, shape (3, K)
+        S_a,i = int Psi_a,i dA.
+    pressure_force, pressure_moment : ndarray, shape (3,)
+        -int n dA and -int X x n dA of the undeformed surface, in components of G, N/Pa and N m/Pa.
+    pressure_elastic : ndarray, shape (K,)
+        -int Psi_i . n dA.
+    """
+
+    name: str
+    kind: PatternKind
+    has_pressure: bool
+    measure: float
+    first: np.ndarray
+    shape_first: np.ndarray
+    pressure_force: np.ndarray
+    pressure_moment: np.ndarray
+    pressure_elastic: np.ndarray
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays by name, for a file."""
+        return {name: getattr(self, name) for name in ARRAYS}
+
+    def of_traction(self, traction: np.ndarray, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the forces of a uniform traction on translation and rotation of G and on the coordinates.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (3,)
+            Pa (N/m for a line), components in G.
+        eta : ndarray, shape (k,)
+            The leading coordinates of the body; as many elastic forces are returned.
+
+        Returns
+        -------
+        force, moment : ndarray, shape (3,)
+            N and N m about G's origin, in components of G.
+        elastic : ndarray, shape (k,)
+        """
+        S = self.shape_first[:, : len(eta)]
+        return self.measure * traction, np.cross(self.first + S @ eta, traction), S.T @ traction
+
+    def of_pressure(self, pressure: float, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the same of a uniform pressure in Pa on the outside, for the first `count` coordinates."""
+        elastic = self.pressure_elastic[:count]
+        return pressure * self.pressure_force, pressure * self.pressure_moment, pressure * elastic

@@ -1,0 +1,91 @@
+"""Constants of a flexible body for the kernels: its mass moments in modes of unit mass, in the kernels' order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.frames import Matrix
+from kanefe.loads import FieldLoad
+from kanefe.mass_moments import MassMoments
+from kanefe.model import FlexibleTerms
+
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+AXES = ((1, 2), (2, 0), (0, 1))
+
+ROUND_OFF = 1e-12
+"""Largest entry off the diagonal, relative to the largest on it, of a matrix that is diagonal but for round-off."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModalConstants:
+    """What the kernels need of a body.
+
+    Attributes
+    ----------
+    constants : tuple of ndarray
+        Mass, first and second moments, diagonal of K, and the moments with the modes.
+    transform : (ndarray, ndarray) or None
+        L and L^-1, each (k, k), of ``M = L L^T``: the modes of unit mass are L^T eta. None: M is the identity.
+    stiffness, damping : ndarray or None, shape (k, k)
+        K where it is not diagonal; C where there is any.
+    """
+
+    constants: tuple[np.ndarray, ...]
+    transform: tuple[Matrix, Matrix] | None
+    stiffness: Matrix | None
+    damping: Matrix | None
+
+    def of_interface(self, motion: Matrix) -> Matrix:
+        """Return the motion of an interface (6, k) from the modes of unit mass."""
+        return motion if self.transform is None else motion @ self.transform[1].T
+
+    def of_field(self, load: FieldLoad, k: int) -> tuple[Any, ...]:
+        """Return the constants of a distributed load for the modes of unit mass."""
+        pattern = load.pattern
+        shapes = pattern.pressure_elastic[:k] if load.is_pressure else pattern.shape_first[:, :k]
+        shapes = shapes if self.transform is None else shapes @ self.transform[1].T
+        if load.is_pressure:
+            return pattern.pressure_force, pattern.pressure_moment, shapes
+        return pattern.measure, pattern.first, shapes
+
+
+def modal_constants(terms: FlexibleTerms) -> ModalConstants:
+    """Return the constants of a body."""
+    moments, k = terms.free_moments, terms.body.free_count
+    if not isinstance(moments, MassMoments):
+        raise TypeError("the order-n route takes bodies with a mass field")
+    mass = moments.elastic_mass
+    transform = None
+    S, D, products = moments.shape_first, moments.shape_second, moments.shape_product
+    K = terms.body.stiffness[:k, :k]
+    C = None if terms.damping is None else terms.damping[:k]
+    if k and np.abs(mass - np.eye(k)).max() > ROUND_OFF:
+        L = np.linalg.cholesky(mass)
+        inverse = scipy.linalg.solve_triangular(L, np.eye(k), lower=True)
+        transform = L, inverse
+        S, D = S @ inverse.T, D @ inverse.T
+        products = inverse @ products @ inverse.T
+        K = inverse @ K @ inverse.T
+        C = None if C is None else inverse @ C @ inverse.T
+    diagonal = np.diag(K)
+    off = K - np.diag(diagonal)
+    is_diagonal = k == 0 or np.abs(off).max() <= ROUND_OFF * diagonal.max()
+    symmetric = [0.5 * (products[a, b] + products[b, a]) for a, b in PAIRS]
+    antisymmetric = [products[b, a] - products[a, b] for a, b in AXES]
+    # row j of the products is column j of each matrix
+    columns = np.concatenate([X.T for X in (*symmetric, *antisymmetric)], axis=1) if k else np.zeros(0)
+    constants = (
+        np.atleast_1d(moments.mass),
+        moments.first,
+        0.5 * (moments.second + moments.second.T)[np.triu_indices(3)],
+        diagonal,
+        S,
+        np.array([0.5 * (D[a, b] + D[b, a]) for a, b in PAIRS]),
+        np.array([D[a, b] - D[b, a] for a, b in AXES]),
+        columns,
+    )
+    return ModalConstants(constants, transform, None if is_diagonal else K, C)

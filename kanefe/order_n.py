@@ -1,0 +1,222 @@
+"""The order-n route of a frozen model: tables, the values of its loads, and the calls of the kernels.
+
+What the literal route (`kanefe.kane`) computes from dense matrices is here computed in sweeps over the tree, in time
+proportional to the number of bodies. Objects are read-only after they are made: several threads may use one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kanefe.constraint_tables import loop_tables
+from kanefe.errors import SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations, all_speeds
+from kanefe.kernels._numba import filler
+from kanefe.kernels.equations import march
+from kanefe.kernels.frames_of_rows import frames_of_rows
+from kanefe.kernels.planar import march_planar
+from kanefe.kernels.runge_kutta import NO_INERTIA, NOT_FINITE
+from kanefe.load_tables import interaction_tables
+from kanefe.loads import Bushing, SpringDamper
+from kanefe.loads.state import SceneState
+from kanefe.mass_moments import MassMoments
+from kanefe.model import Model
+from kanefe.planar_tables import planar_tables
+from kanefe.tables import Seat, TableBuilder
+
+WORKS = 2
+"""Quadratures at the end of a state: energy dissipated, and work of loads and drives, in J."""
+
+NO_DRIVES, NO_STATES = np.zeros((0, 3)), np.zeros((0, 1))
+
+
+@dataclass(slots=True)
+class Placed:
+    """Motion of a frame F: position in N (m), A_NF, velocity (m/s) and angular velocity (rad/s) in components of F."""
+
+    p_NoFo_N: Vector
+    A_NF: Matrix
+    v: Vector
+    w: Vector
+
+
+class OrderN:
+    """The equations of motion of a model in order n.
+
+    Parameters
+    ----------
+    model : Model
+        Without bodies in the nodal form and without constraints: see `is_possible`.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        builder = TableBuilder(model)
+        self.tables, self.flexible = builder.tables()
+        self.between = interaction_tables(builder)
+        self.loops = loop_tables(builder)
+        self.planar = planar_tables(model, self.tables)
+        self._sizes = model.coordinate_count, model.free_count
+        self.seats: Sequence[Seat] = tuple(builder.seats)
+        self.inputs = builder.inputs
+        self._constants = self.inputs.constants if self.inputs.is_constant else None
+        parts = self.inputs.compiled()
+        self._fill = filler(parts) if parts else None
+        self._drives = [
+            (motion, body.name) for body in model.bodies for motion in body.joint.motions if motion is not None
+        ]
+
+    @staticmethod
+    def is_possible(model: Model) -> bool:
+        """Tell whether the kernels have all that the model needs; the literal route has it in any case."""
+        return all(
+            body.flexible is None or isinstance(body.flexible.free_moments, MassMoments) for body in model.bodies
+        )
+
+    @property
+    def is_autonomous(self) -> bool:
+        """Whether no Python function is called in a run, so that whole runs can be compiled."""
+        calls_python = not self.inputs.is_constant and self._fill is None
+        return not calls_python and not self._drives and self.loops is None
+
+    def drives(self, t: float) -> np.ndarray:
+        """Return position, speed and acceleration of the driven coordinates, (driven, 3)."""
+        if not self._drives:
+            return NO_DRIVES
+        names = ("position", "velocity", "acceleration")
+        values = [[motion.at(what, t, name) for what in names] for motion, name in self._drives]
+        return np.array(values).reshape(-1, 3)
+
+    def values(self, t: float, q: Vector, u: Vector) -> np.ndarray:
+        """Return the values of all loads at a state."""
+        layout = self.inputs
+        if layout.is_constant:
+            return layout.constants
+        values = layout.constants.copy()
+        for where, load in layout.of_time:
+            values[where] = load.value(t, None)
+        if layout.needs_state:
+            state = SceneState(self._model, t, q, all_speeds(self._model, t, u), self.frames(t, q, u))
+            for where, load in layout.of_state:
+                values[where] = load.value(t, state)
+            for where, item in layout.laws:
+                values[where] = _law_of(item, t, state)
+        return values
+
+    def frames(self, t: float, q: Vector, u: Vector) -> list[Placed]:
+        """Return the motion of every body's frame."""
+        work = frames_of_rows(self.tables, self.flexible, self.drives(t), q, u)
+        return [_placed(work, seat) for seat in self.seats]
+
+    def rates(self, t: float, y: Vector) -> Vector:
+        """Return dy/dt of ``y = (q, u, dissipated energy, work)``; see `held_rates` for what it raises."""
+        return self.held_rates(t, y)[0]
+
+    def held_rates(self, t: float, y: Vector) -> tuple[Vector, float]:
+        """Return dy/dt, and the smallest pivot of the constraints: near zero they are better left to the literal route.
+
+        Raises
+        ------
+        SimulationError
+            If the mass matrix is singular; the message names the speeds without inertia.
+        """
+        n, m = self._sizes
+        rates = np.empty_like(y)
+        if self._constants is not None:
+            inputs = self._constants
+        elif self._fill is not None and y.dtype == float:
+            inputs = self.inputs.constants.copy()  # the kernel fills it in
+        else:
+            inputs = self.values(t, y[:n].real, y[n : n + m].real)
+        none = NO_STATES if y.dtype == float else NO_STATES.astype(y.dtype)
+        done, weakest = self._march(t, inputs, y, rates, 0.0, 0, none)
+        if done == NO_INERTIA:
+            if self.loops is not None:  # what has no inertia by itself may be held by a loop
+                return rates, 0.0
+            self._explain(t, y[:n].real, y[n : n + m].real)
+        if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
+            self.values(t, y[:n].real, y[n : n + m].real)
+        return rates, weakest
+
+    def steps(self, t: float, y: Vector, h: float, count: int, outputs: int) -> np.ndarray:
+        """Take steps of the classical Runge-Kutta method without leaving compiled code.
+
+        Parameters
+        ----------
+        t : float
+            Time at the start, s.
+        y : ndarray
+            State at the start.
+        h : float
+            Step in s.
+        count, outputs : int
+            Number of steps, and how many states are returned, evenly spaced; outputs divides count.
+
+        Returns
+        -------
+        ndarray, shape (outputs, state)
+
+        Raises
+        ------
+        SimulationError
+            If the state grows without bound.
+        """
+        states = np.empty((outputs, len(y)))
+        end, rates = y.copy(), np.empty_like(y)
+        done, _ = self._march(t, self.inputs.constants.copy(), end, rates, h, count, states)
+        if done < count or not np.isfinite(end).all():
+            n, m = self._model.coordinate_count, self._model.free_count
+            if done <= 0:
+                self._explain(t, y[:n], y[n : n + m])
+            raise SimulationError(
+                f"the fixed steps of {h:g} s left all bounds after {max(done, 0)} steps. Remedy: a smaller step, or a "
+                "method with error control"
+            )
+        return states
+
+    def _march(
+        self,
+        t: float,
+        inputs: np.ndarray,
+        y: Vector,
+        rates: Vector,
+        h: float,
+        steps: int,
+        states: np.ndarray,
+    ) -> tuple[int, float]:
+        """Call the kernel of the scene: that of the plane for real states of planar ones, else that of space."""
+        drives, fill = self.drives(t), self._fill if y.dtype == float else None
+        if self.planar is not None and y.dtype == float:
+            return march_planar(self.planar, drives, fill, t, inputs, y, rates, h, steps, states)
+        return march(
+            self.tables, self.flexible, self.between, self.loops, drives, fill, t, inputs, y, rates, h, steps, states
+        )
+
+    def _explain(self, t: float, q: Vector, u: Vector) -> None:
+        """Raise the error of the literal route for a state at which the sweep failed."""
+        accelerations(self._model, t, q, u)
+        raise SimulationError(f"the equations of motion have no finite solution at t = {t:.6g} s")
+
+
+def _placed(work: np.ndarray, seat: Seat) -> Placed:
+    if seat.row < 0:
+        return Placed(seat.place, seat.axes, np.zeros(3), np.zeros(3))
+    p, R, v, w = work[seat.row, :3], work[seat.row, 3:12].reshape(3, 3), work[seat.row, 12:15], work[seat.row, 15:18]
+    lever, A = R @ seat.place, R @ seat.axes
+    return Placed(p + lever, A, A.T @ (v + np.cross(w, lever)), A.T @ w)
+
+
+def _law_of(item: SpringDamper | Bushing, t: float, state: SceneState) -> Any:
+    """Return what the user's law of a spring or bushing gives at a state."""
+    (p_a, A_a, v_a, w_a), (p_b, A_b, v_b, w_b) = state.marker(item.a), state.marker(item.b)
+    line = p_b - p_a
+    if isinstance(item, SpringDamper):
+        length = float(np.linalg.norm(line))
+        return item.given(t, length, float(line @ (v_b - v_a)) / length)
+    rates = np.concatenate((A_a.T @ (v_b - v_a - np.cross(w_a, line)), A_a.T @ (w_b - w_a)))
+    return item.given(t, A_a.T @ A_b, A_a.T @ line, rates)

@@ -1,0 +1,109 @@
+"""Figures against the peers: chains of rigid links, and a tumbling flexible body."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks import engine_scenes as ours
+from benchmarks.measure import Race, check_agreement, fill, microseconds, repeated, seconds
+from benchmarks.peer_process import Peers
+from benchmarks.report import Figure, Goal
+
+# By the number of links. The peer needs some 0.1 s for each run of so many steps.
+CHAIN_STEPS = {1: 40000, 5: 10000, 20: 2000, 100: 50}
+CHAIN_GOALS = {
+    count: Goal(f"S1 rigid chain, N={count}: time of an RK4 step / Exudyn's", limit)
+    for count, limit in ((1, 1.5), (5, 0.7), (20, 0.3), (100, 0.04))
+}
+CALL_GOALS = {count: Goal(f"S1 right-hand side, N={count}: time / Pinocchio's aba", 1.2) for count in (20, 100)}
+BODY_GOAL = Goal(f"S4 tumbling body, {ours.FREE_MODES} modes: time of an RK4 step / Exudyn's", 0.3)
+
+BAR_CELLS = (10, 2, 1)
+BAR_STEP = 5e-5
+
+
+def rigid_chains(peers: Peers, rounds: int) -> list[Figure]:
+    """Compare steps of the chain with the peer's tree in joint coordinates, both with the same method and step."""
+    figures = []
+    for count, steps in CHAIN_STEPS.items():
+        model = ours.chain_scene(count).freeze()
+        name = f"chain {count}"
+        _build_chain(peers, name, count)
+        check_agreement(
+            name, ours.run(model, 50)[-3:], peers.ask("solve", name=name, steps=50, h=ours.STEP)["end"][-3:]
+        )
+        race = Race(
+            lambda m=model, s=steps: seconds(lambda: ours.run(m, s)) / s,
+            lambda n=name, s=steps: peers.ask("solve", name=n, steps=s, h=ours.STEP)["seconds"] / s,
+            rounds,
+        )
+        remark = f"{microseconds(race.ours)} a step against {microseconds(race.theirs)}"
+        figures.append(CHAIN_GOALS[count].figure(race.ratio, remark))
+    return figures
+
+
+def articulated_bodies(peers: Peers, rounds: int) -> list[Figure]:
+    """Compare one right-hand side of the chain with Pinocchio's forward dynamics, both called from Python."""
+    figures = []
+    for count, goal in CALL_GOALS.items():
+        model = ours.chain_scene(count).freeze()
+        evaluate = ours.evaluation(model)
+        name = f"chain {count}"
+        _build_chain(peers, name, count)
+        check_agreement(name, evaluate()[count:], peers.ask("call", name=name, count=1)["end"])
+        calls = fill(evaluate)
+        race = Race(
+            lambda f=evaluate, c=calls: repeated(f, c),
+            lambda n=name, c=calls: peers.ask("call", name=n, count=c)["seconds"] / c,
+            rounds,
+        )
+        remark = f"{microseconds(race.ours)} a call from Python against {microseconds(race.theirs)}"
+        figures.append(goal.figure(race.ratio, remark))
+    return figures
+
+
+def tumbling_body(peers: Peers, rounds: int) -> list[Figure]:
+    """Compare steps of a free flexible body with the peer's floating frame with as many modes of the same matrices."""
+    full = ours.bar_model(BAR_CELLS)
+    model = ours.free_bar(full)
+    velocity, omega = ours.free_bar_start()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "bar.npz"
+        ours.save_matrices(full, file)
+        peers.ask(
+            "build_flexible",
+            name="bar",
+            file=str(file),
+            modes=ours.FREE_MODES,
+            velocity=velocity.tolist(),
+            omega=omega.tolist(),
+        )
+    run: dict[str, Any] = {"name": "bar", "h": BAR_STEP}
+    check_agreement("bar", ours.run(model, 400, BAR_STEP)[:3], peers.ask("solve", steps=400, **run)["end"])
+    steps = 2000
+    race = Race(
+        lambda: seconds(lambda: ours.run(model, steps, BAR_STEP)) / steps,
+        lambda: peers.ask("solve", steps=steps, **run)["seconds"] / steps,
+        rounds,
+    )
+    remark = f"{microseconds(race.ours)} a step against {microseconds(race.theirs)}; {len(full.nodes)} nodes"
+    return [BODY_GOAL.figure(race.ratio, remark)]
+
+
+def _build_chain(peers: Peers, name: str, count: int) -> None:
+    peers.ask(
+        "build_chain",
+        name=name,
+        links=ours.chain_links(count),
+        gravity=list(ours.GRAVITY),
+        q=ours.chain_start(count),
+    )
+
+
+GROUPS = {
+    rigid_chains: list(CHAIN_GOALS.values()),
+    articulated_bodies: list(CALL_GOALS.values()),
+    tumbling_body: [BODY_GOAL],
+}

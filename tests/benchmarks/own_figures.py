@@ -1,0 +1,162 @@
+"""Figures of the engine alone: growth with the scene, independence of the mesh, and what is skipped."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable
+
+import numpy as np
+
+from benchmarks import engine_scenes as ours
+from benchmarks.exact_accelerations import exact_accelerations, is_extended
+from benchmarks.measure import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
+from benchmarks.report import Figure, Goal, median
+from kanefe.kernels.elastic import transposed_product
+from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
+from kanefe.model import Model
+
+# Cells of quadratic hexahedra, and the nodes they make.
+SMALL_BAR, LARGE_BAR = (21, 4, 3), (54, 12, 6)
+MODES = (8, 16, 32)
+
+GROWTH = Goal("rigid chain: t(N=1000) / t(N=100)", 11.0)
+ACCURACY = Goal("rigid chain, N=1000: largest error of du / largest du", 1e-9)
+PRODUCTS = Goal(f"S4, {ours.FREE_MODES} modes: right-hand side / its own k x k products", 4.0)
+MESHES = {modes: Goal(f"S3, {modes} modes: right-hand side on 35k nodes / on 2.7k nodes", 1.05) for modes in MODES}
+MANY_MODES = Goal("S3: right-hand side with 32 modes / with 8 modes", 5.0)
+FLEXIBLE = Goal("chain of flexible bodies, 12 modes each: t(50) / t(10)", 5.5)
+PLANAR = {count: Goal(f"planar chain, N={count}: time / as a scene in space", 0.5) for count in (5, 20)}
+FREEZE = Goal("freeze of 100 bodies, tables included [ms]", 20.0)
+
+# So many times the products are taken between two looks at the clock.
+TAKEN = 2000
+
+
+def growth(rounds: int) -> list[Figure]:
+    """Compare steps of the chain of 1000 links with those of 100."""
+    race = _steps_of(ours.chain_scene(1000).freeze(), ours.chain_scene(100).freeze(), (50, 500), rounds)
+    remark = f"{microseconds(race.ours)} and {microseconds(race.theirs)} a step"
+    return [GROWTH.figure(race.ratio, remark)]
+
+
+def long_chain_accuracy(rounds: int) -> list[Figure]:
+    """Compare accelerations of 1000 links in random motion with an independent computation in extended precision."""
+    if not is_extended():
+        return [ACCURACY.skipped("numpy's longdouble is no better than double here")]
+    count = 1000
+    rng = np.random.default_rng(1000)
+    q, u = rng.standard_normal((2, count))
+    exact, bound = exact_accelerations(ours.chain_links(count), ours.GRAVITY, q, u)
+    found = ours.chain_scene(count).freeze().rhs(0.0, np.concatenate((q, u)))[count:]
+    error = float(abs(found - exact).max() / abs(exact).max())
+    return [ACCURACY.figure(error + bound, f"the judge's own error is {bound:.2g}, and counted")]
+
+
+def own_products(rounds: int) -> list[Figure]:
+    """Compare a step of S4 with the products of matrices and vectors that its four evaluations cannot do without."""
+    model = ours.free_bar(ours.bar_model((10, 2, 1)))
+    steps = 4000
+    products = _products(model)
+    products(1)
+    race = Race(
+        lambda: seconds(lambda: ours.run(model, steps, 5e-5)) / steps / 4,
+        lambda: seconds(lambda: products(TAKEN)) / TAKEN,
+        rounds,
+    )
+    remark = f"{microseconds(race.ours)} an evaluation, {microseconds(race.theirs)} the 12 products"
+    return [PRODUCTS.figure(race.ratio, remark)]
+
+
+def mesh_independence(rounds: int) -> list[Figure]:
+    """Compare evaluations of S3 on a coarse and a fine mesh, and with many and few modes."""
+    coarse, fine = ours.bar_model(SMALL_BAR), ours.bar_model(LARGE_BAR)
+    small = {modes: ours.hinged_bar(coarse, modes) for modes in MODES}
+    figures = []
+    for modes, goal in MESHES.items():
+        if rounds <= FEW_ROUNDS and modes > MODES[0]:
+            figures.append(goal.skipped("the fine mesh takes 20 s to reduce, which is too long for a quick run"))
+            continue
+        race = _steps_of(ours.hinged_bar(fine, modes), small[modes], (2000, 2000), 2 * rounds, h=1e-6)
+        remark = f"{microseconds(race.ours / 4)} an evaluation; {len(fine.nodes)} and {len(coarse.nodes)} nodes"
+        figures.append(goal.figure(race.ratio, remark))
+    race = _steps_of(small[MODES[-1]], small[MODES[0]], (1000, 2000), rounds, h=1e-6)
+    remark = f"{microseconds(race.ours / 4)} and {microseconds(race.theirs / 4)} an evaluation"
+    return [*figures, MANY_MODES.figure(race.ratio, remark)]
+
+
+def flexible_growth(rounds: int) -> list[Figure]:
+    """Compare steps of chains of 50 and 10 flexible bodies."""
+    race = _steps_of(ours.flexible_chain(50, 12), ours.flexible_chain(10, 12), (100, 500), rounds, h=1e-5)
+    remark = f"{microseconds(race.ours / 200)} and {microseconds(race.theirs / 40)} a body and evaluation"
+    return [FLEXIBLE.figure(race.ratio, remark)]
+
+
+def planar_chains(rounds: int) -> list[Figure]:
+    """Compare steps of a planar chain with those of the same chain with a hinge a millionth out of the plane."""
+    figures = []
+    for count, goal in PLANAR.items():
+        steps = 40000 // count
+        flat, spatial = ours.planar_chain(count), ours.planar_chain(count, tilt=1e-6)
+        # the tilt moves links by its own size
+        check_agreement(f"planar chain {count}", ours.run(flat, 50), ours.run(spatial, 50), tolerance=1e-5)
+        race = _steps_of(flat, spatial, (steps, steps), rounds)
+        remark = f"{microseconds(race.ours)} a step against {microseconds(race.theirs)}"
+        figures.append(goal.figure(race.ratio, remark))
+    return figures
+
+
+def freezing(rounds: int) -> list[Figure]:
+    """Time `freeze` and the tables of the kernels for 100 bodies."""
+    times = []
+    for _ in range(2 * rounds + 1):
+        scene = ours.chain_scene(100)
+        gc.collect()
+
+        def freeze(scene: ours.kf.System = scene) -> object:
+            return scene.freeze().order_n
+
+        times.append(seconds(freeze))
+    return [FREEZE.figure(1e3 * median(times[1:]))]
+
+
+def _steps_of(one: Model, other: Model, steps: tuple[int, int], rounds: int, h: float = ours.STEP) -> Race:
+    """Return the race of two models, both stepped by the same method."""
+    return Race(
+        lambda: seconds(lambda: ours.run(one, steps[0], h)) / steps[0],
+        lambda: seconds(lambda: ours.run(other, steps[1], h)) / steps[1],
+        rounds,
+    )
+
+
+def _products(model: Model) -> Callable[[int], None]:
+    """Return a compiled loop of the nine products with eta and three with deta, on the arrays of the first body."""
+    import numba
+
+    flexible = model.order_n.flexible
+    k = int(flexible.bodies[0, COUNT])
+    start = int(flexible.bodies[0, POOL]) + POOL_STIFFNESS + 13 * k
+    matrices = flexible.pool[start : start + 9 * k * k].reshape(k, 9 * k)
+    eta, deta = np.random.default_rng(0).standard_normal((2, k))
+    of_eta, of_deta = np.empty(9 * k), np.empty(3 * k)
+
+    @numba.njit(error_model="numpy")
+    def loop(matrices, eta, deta, of_eta, of_deta, count):  # type: ignore[no-untyped-def]
+        for _ in range(count):
+            transposed_product(matrices, 0, eta, of_eta)
+            transposed_product(matrices, 6 * len(eta), deta, of_deta)
+            # what depends on the last round cannot be taken out of the loop
+            eta[0] += 1e-300 * of_deta[0]
+            deta[0] += 1e-300 * of_eta[0]
+
+    return lambda count: loop(matrices, eta, deta, of_eta, of_deta, count)
+
+
+GROUPS = {
+    growth: [GROWTH],
+    long_chain_accuracy: [ACCURACY],
+    own_products: [PRODUCTS],
+    mesh_independence: [*MESHES.values(), MANY_MODES],
+    flexible_growth: [FLEXIBLE],
+    planar_chains: list(PLANAR.values()),
+    freezing: [FREEZE],
+}

@@ -1,0 +1,96 @@
+"""The engine against its peers, Exudyn and Pinocchio, and against its goals.
+
+    python tests/benchmarks/peer_engine.py [--quick] [--json FILE]
+
+makes an environment of its own for the peers, runs both sides in turn on one core with one thread, and prints a table.
+Times are CPU times; what is compared must first give the same motion.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks.measure import FEW_ROUNDS, ROUNDS, Disagreement, use_one_core
+from benchmarks.report import Figure, Goal, table, write_json
+
+
+def default_environment() -> Path:
+    """Return the folder of the peers' environment in the user's cache."""
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("kanefe")) / "peers"
+
+
+def arguments(given: Sequence[str] | None = None) -> argparse.Namespace:
+    """Return the options of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write a list of {what, value, goal, met}")
+    parser.add_argument("--quick", action="store_true", help="fewer rounds, and the fine mesh with 8 modes only")
+    parser.add_argument("--env", type=Path, metavar="FOLDER", help="environment of the peers; made if it is missing")
+    parser.add_argument("--core", type=int, metavar="NUMBER", help="core to run on; default: the last")
+    parser.add_argument("--only", default="", metavar="TEXT", help="only the groups of figures with this in the name")
+    return parser.parse_args(given)
+
+
+def measured(options: argparse.Namespace) -> list[Figure]:
+    """Return all figures; what cannot be measured is there with the reason."""
+    # numpy reads the number of threads when it is imported, which these do
+    from benchmarks import against_peers, own_figures, start_up
+    from benchmarks.peer_environment import NoPeers, peer_python
+    from benchmarks.peer_process import Peers
+    from kanefe.errors import KanefeError
+
+    rounds = FEW_ROUNDS if options.quick else ROUNDS
+    failures = (NoPeers, Disagreement, start_up.BrokenProcess, KanefeError, ModuleNotFoundError)
+    figures: list[Figure] = []
+
+    def measure(name: str, goals: Sequence[Goal], group: Callable[[], list[Figure]]) -> None:
+        print(f"measuring {name.replace('_', ' ')}", file=sys.stderr, flush=True)
+        try:
+            figures.extend(group())
+        except failures as failure:
+            figures.extend(_skipped(goals, failure))
+
+    with_peers = {g: goals for g, goals in against_peers.GROUPS.items() if options.only in g.__name__}
+    if with_peers:
+        try:
+            with Peers(peer_python(options.env or default_environment())) as peers:
+                versions = ", ".join(f"{name} {number}" for name, number in peers.ask("versions").items())
+                print(f"peers: {versions}", file=sys.stderr, flush=True)
+                for group, goals in with_peers.items():
+                    measure(group.__name__, goals, partial(group, peers, rounds))
+        except NoPeers as failure:
+            figures.extend(_skipped([goal for goals in with_peers.values() for goal in goals], failure))
+    for group, goals in (own_figures.GROUPS | start_up.GROUPS).items():
+        if options.only in group.__name__:
+            measure(group.__name__, goals, partial(group, rounds))
+    return figures
+
+
+def _skipped(goals: Sequence[Goal], failure: Exception) -> list[Figure]:
+    """Return the figures that a failure leaves out, and print it in full."""
+    print(failure, file=sys.stderr, flush=True)
+    return [goal.skipped(str(failure).partition("\n")[0]) for goal in goals]
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Measure and print; the status is 1 where a goal is missed."""
+    options = arguments(given)
+    use_one_core(options.core)
+    os.environ.pop("KANEFE_JIT", None)
+    figures = measured(options)
+    print(table(figures))
+    if options.json:
+        write_json(figures, options.json)
+    return 0 if all(figure.met for figure in figures) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,67 @@
+"""Scenes with closed loops for the tests."""
+
+import numpy as np
+
+import kanefe as kf
+from kanefe.kane.kinematics import sweep_outward
+from kanefe.model import Model
+from scenes import lattice_body, random_inertia, unit_axis
+
+ROD = 1.0 / 12.0
+
+
+def four_bar(speed: float = 2.0, rocker: float = 1.8, **crank: object) -> kf.System:
+    """Return a crank-rocker with spatial pins: bars of 1, 2 and 1.8 m over a base of 2 m; its start is to be found."""
+    scene = kf.System(gravity=(0, -9.81, 0))
+    joint = kf.Revolute("z", **(crank or {"position": 1.0, "speed": speed}))
+    first = scene.add_rigid_body("crank", 1, 0.1, com=(0.5, 0, 0), joint=joint)
+    coupler = scene.add_rigid_body("coupler", 1, 0.1, parent=first, at=(1, 0, 0), com=(1, 0, 0), joint=kf.Revolute("z"))
+    last = scene.add_rigid_body("rocker", 1, 0.1, at=(2, 0, 0), com=(0, 0.9, 0), joint=kf.Revolute("z"))
+    scene.add_loop_joint("pin", kf.Revolute("z"), coupler.frame(at=(2, 0, 0)), last.frame(at=(0, rocker, 0)))
+    return scene
+
+
+def parallelogram(angle: float = 0.0) -> kf.System:
+    """Return a parallelogram of unit bars whose cranks are `angle` from upright."""
+    scene = kf.System(gravity=(0, -9.81, 0))
+    cranks = [
+        scene.add_rigid_body(
+            f"crank{i}", 1, ROD, com=(0, 0.5, 0), at=(i, 0, 0), joint=kf.Revolute("z", position=angle, speed=-1.0)
+        )
+        for i in range(2)
+    ]
+    coupler = scene.add_rigid_body(
+        "coupler", 1, ROD, com=(0.5, 0, 0), parent=cranks[0], at=(0, 1, 0),
+        joint=kf.Revolute("z", position=-angle, speed=1.0),
+    )  # fmt: skip
+    scene.add_loop_joint("pin", kf.Revolute("z"), coupler.frame(at=(1, 0, 0)), cranks[1].frame(at=(0, 1, 0)))
+    return scene
+
+
+def spatial_loop(seed: int) -> kf.System:
+    """Return a driven crank, a flexible arm and a rigid arm that meet in a ball, a distance to a free body, a gear."""
+    rng = np.random.default_rng(seed)
+    scene = kf.System(gravity=rng.standard_normal(3))
+    a, w = rng.uniform(0.2, 0.4), rng.uniform(1.0, 2.0)
+    swing = kf.Motion(
+        lambda t: a * np.sin(w * t), lambda t: a * w * np.cos(w * t), lambda t: -a * w * w * np.sin(w * t)
+    )
+    crank = scene.add_rigid_body("crank", 2.0, random_inertia(rng), joint=kf.Revolute(unit_axis(rng), motion=swing))
+    arm = scene.add_flexible_body("arm", lattice_body(seed), parent=crank, joint=kf.Universal("y", "z"), at=(0.2, 0, 0))
+    lever = scene.add_rigid_body(
+        "lever", 1.0, random_inertia(rng), at=(1.6, 0, 0.3), com=(0, 0, -0.1), joint=kf.Universal("x", "z")
+    )
+    ball = scene.add_rigid_body("ball", 0.7, random_inertia(rng), joint=kf.Free(position=(0.3, 0.9, 0.4)))
+    disc = scene.add_rigid_body("disc", 0.5, 0.05, parent=lever, joint=kf.Revolute("y"))
+    scene.add_loop_joint("knee", kf.Spherical(), arm.interface("tip"), lever.frame(at=(-0.4, 0.05, -0.25)))
+    scene.add_distance("strut", arm.interface("tip").frame(at=(0.05, 0, 0)), ball.frame(at=(0.1, -0.1, 0)), 1.2)
+    scene.add_gear("gear", {disc: 1.0, (lever, 0): -2.0})
+    scene.add_force(ball, (0.3, -0.2, 0.5))
+    return scene
+
+
+def marker_place(model: Model, name: str, t: float, q: np.ndarray, point: tuple) -> np.ndarray:
+    """Return the position in N of a point of a rigid body."""
+    speeds = np.zeros(model.free_count + model.driven_count + model.fixed_count)
+    frame = sweep_outward(model, t, q, speeds)[model.index(name)]
+    return frame.p_NoFo_N + frame.A_NF @ np.array(point)
