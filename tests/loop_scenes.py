@@ -44,7 +44,9 @@ def spatial_loop(seed: int) -> kf.System:
     scene = kf.System(gravity=rng.standard_normal(3))
     a, w = rng.uniform(0.2, 0.4), rng.uniform(1.0, 2.0)
     swing = kf.Motion(
-        lambda t: a * np.sin(w * t), lambda t: a * w * np.cos(w * t), lambda t: -a * w * w * np.sin(w * t)
+        lambda t: a * np.sin(w * t + 0.5),
+        lambda t: a * w * np.cos(w * t + 0.5),
+        lambda t: -a * w * w * np.sin(w * t + 0.5),
     )
     crank = scene.add_rigid_body("crank", 2.0, random_inertia(rng), joint=kf.Revolute(unit_axis(rng), motion=swing))
     arm = scene.add_flexible_body("arm", lattice_body(seed), parent=crank, joint=kf.Universal("y", "z"), at=(0.2, 0, 0))

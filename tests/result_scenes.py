@@ -39,6 +39,19 @@ def turntable() -> kf.Result:
 
 
 @cache
+def four_bar() -> kf.Result:
+    """Two rods that hang from the ground, joined by a third whose far end closes a loop."""
+    scene = kf.System(gravity=(0.0, -9.81, 0.0))
+    rods = {"mass": 1.0, "inertia": 0.01, "com": (0.0, -0.25, 0.0)}
+    left = scene.add_rigid_body("left", **rods, joint=kf.Revolute("z", position=0.4))
+    right = scene.add_rigid_body("right", **rods, joint=kf.Revolute("z", position=0.4), at=(1.0, 0.0, 0.0))
+    level = kf.Revolute("z", position=-0.4)
+    bar = scene.add_rigid_body("bar", mass=2.0, inertia=0.1, parent=left, at=(0.0, -0.5, 0.0), joint=level)
+    scene.add_loop_joint("pin", kf.Revolute("z"), bar.frame(at=(1.0, 0.0, 0.0)), right.frame(at=(0.0, -0.5, 0.0)))
+    return scene.simulate((0.0, 0.2), output_step=0.02)
+
+
+@cache
 def robot() -> kf.Result:
     """A hub with a motor, a damped flexible arm off its centre, and a body at the arm's tip, under gravity."""
     scene = kf.System(gravity=(0.0, 0.0, -9.81))

@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 import kanefe as kf
 from benchmarks import engine_scenes
 from benchmarks.exact_accelerations import exact_accelerations
+from kanefe.assembly import project_positions, project_speeds
 from kanefe.integrate.dynamics import NEAR_SINGULAR
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.balance import joint_reactions
@@ -30,7 +31,7 @@ from kanefe.model import Model
 from kanefe.order_n import OrderN
 from loop_scenes import four_bar, spatial_loop
 from random_loops import LoopScene, closed_state, constraint_jacobian
-from random_scenes import Recipe, planar_model, random_model, recipes
+from random_scenes import Recipe, elastic_body, planar_model, random_model, recipes
 from scenes import random_state
 
 T = 0.37
@@ -269,3 +270,58 @@ def test_a_joint_without_inertia_is_named() -> None:
     model = scene.freeze()
     with pytest.raises(kf.SimulationError, match="nothing has inertia along tip: rate"):
         model.rhs(0.0, model.initial_state)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_loop_between_parts_of_one_body_holds_nothing(seed: int) -> None:
+    # all rows are round-off: measured by each other they would stop the pendulum in the air
+    rng = np.random.default_rng(seed)
+    scene = kf.System(gravity=(0.3, -9.81, 0.5))
+    arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(0.4, 0.1, 0), joint=kf.Revolute(rng.standard_normal(3)))
+    where = {"at": rng.uniform(-1, 1, 3), "orientation": rng.standard_normal(4)}
+    part = scene.add_rigid_body("part", 1.0, 0.1, parent=arm, **where)
+    inner = {"at": rng.uniform(-1, 1, 3), "orientation": rng.standard_normal(4)}  # the same place, rounded otherwise
+    ends = arm.frame(**where).frame(**inner), part.frame(**inner)
+    scene.add_loop_joint("glue", kf.Universal((1, 2, 3), (3, -1, 0.5)), *ends)
+    model = scene.freeze()
+    y = np.array([0.7, 1.3])
+    free = model.forces(0.0, y) / model.mass_matrix(0.0, y)[0, 0]
+    assert accelerations(model, 0.0, y[:1], y[1:]) == pytest.approx(free, rel=1e-12)
+    assert order_n(model).rates(0.0, np.concatenate((y, np.zeros(2))))[1:2] == pytest.approx(free, rel=1e-12)
+
+
+def test_loops_where_nothing_is_free() -> None:
+    scene = kf.System()
+    body = scene.add_rigid_body("body", 1.0, 0.1, at=(1, 0, 0))
+    scene.add_distance("rod", scene.ground, body, 1.0 + 1e-13)  # as good as closed: there is something to improve
+    model = scene.freeze()
+    assert project_positions(model, 0.0, model.initial_coordinates).shape == (0,)
+    assert project_speeds(model, 0.0, model.initial_coordinates, np.zeros(0)).shape == (0,)
+    assert accelerations(model, 0.0, np.zeros(0), np.zeros(0)).shape == (0,)
+    assert model.rhs(0.0, np.zeros(0)).shape == (0,)
+
+
+def test_a_gear_on_a_driven_wheel() -> None:
+    # the wheel turns as told, the other one by the gear: its acceleration and the power of the drive are known
+    scene = kf.System()
+    motion = kf.Motion(lambda t: t**3, lambda t: 3 * t**2, lambda t: 6 * t)
+    driver = scene.add_rigid_body("driver", 1.0, 0.2, joint=kf.Revolute("z", motion=motion))
+    driven = scene.add_rigid_body("driven", 1.0, 0.5, at=(1, 0, 0), joint=kf.Revolute("z"))
+    scene.add_gear("pair", {driver: 2.0, driven: 1.0})
+    model = scene.freeze()
+    t = 0.5
+    rates = order_n(model).rates(t, np.array([-2 * t**3, -6 * t**2, 0.0, 0.0]))
+    assert rates[1] == pytest.approx(-12 * t, rel=1e-13)
+    assert rates[3] == pytest.approx((0.2 + 4 * 0.5) * 6 * t * 3 * t**2, rel=1e-13)
+
+
+def test_a_flexible_body_without_modes_is_loaded_like_a_rigid_one() -> None:
+    body = elastic_body("no modes", 0)
+    scene = kf.System(gravity=(1, 2, 3))
+    member = scene.add_flexible_body("member", body, joint=kf.Revolute("y"))
+    scene.add_rigid_body("child", 1.0, 0.1, parent=member.interface("tip"), com=(0.1, 0.2, 0.3), joint=kf.Revolute("z"))
+    scene.add_traction(member, "side", (1.0, 2.0, 3.0))
+    model = scene.freeze()
+    assert body.free_count == 0
+    q, u = random_state(model, 0)
+    np.testing.assert_allclose(model.rhs(0.0, np.concatenate((q, u)))[2:], accelerations(model, 0.0, q, u), rtol=1e-13)

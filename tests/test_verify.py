@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from kanefe.errors import FileError, MissingDependency, ModelError, SimulationError
-from kanefe.verify import Case, Check, dumbbell, rigid, rotations, runner
+from kanefe.verify import Case, Check, dumbbell, loops, rigid, rotations, runner, simeon
 from kanefe.verify.references import load_references
 from kanefe.verify.registry import registered_cases
 from kanefe.verify.report import Row
 
-OWN = (*rigid.CASES, *rotations.CASES, *dumbbell.CASES)
+OWN = (*rigid.CASES, *rotations.CASES, *dumbbell.CASES, *simeon.CASES)
 KEYS = ["case", "quantity", "value", "reference", "error", "tolerance", "seconds", "passed"]
 CHECK = Check("length [m] (abs)", 1.0, 1.0, 0.0, 1e-14)
 
@@ -21,7 +21,9 @@ def only(monkeypatch, *cases):
     monkeypatch.setattr(runner, "select_cases", lambda ids: cases)
 
 
-@pytest.mark.parametrize("case", OWN, ids=lambda case: case.id)
+@pytest.mark.parametrize(
+    "case", [*OWN, *(pytest.param(case, marks=pytest.mark.slow) for case in loops.CASES)], ids=lambda case: case.id
+)
 def test_case_passes(case):
     rows = list(runner.run_case(case))
     assert rows
@@ -81,7 +83,7 @@ def test_ids_are_read_in_either_case(capsys):
 
 
 def test_an_unknown_case_is_named_with_those_there_are():
-    with pytest.raises(ModelError, match=r"'Z99'.*A01, A03, A06.*E03, E04"):
+    with pytest.raises(ModelError, match=r"'Z99'.*A01, A02, A03.*E03, E04"):
         runner.verify(["A01", "Z99"])
 
 

@@ -236,9 +236,9 @@ def _walk_inward(
 ) -> None:
     """Add the generalised forces of a wrench on a row, and the largest they could be, on the way to N."""
     rows, geometry = tables.rows, tables.geometry
+    f_size, m_size = np.sqrt(dot(force, force).real), np.sqrt(dot(moment, moment).real)
     while i >= 0:
         kind, speed = rows[i, KIND], rows[i, SPEED]
-        f_size, m_size = np.sqrt(dot(force, force).real), np.sqrt(dot(moment, moment).real)
         if flexible is not None and kind == INTERFACE:
             body = flexible.bodies[rows[i, FLEXIBLE]]
             k, first = body[COUNT], body[DETA]
@@ -266,7 +266,9 @@ def _walk_inward(
             for c in range(3):
                 J[last + c] += moment[c]
                 reach[last + c] += m_size
-        moment = plus(moment, cross(vector(work, i, OFFSET), force))
+        lever = vector(work, i, OFFSET)
+        moment = plus(moment, cross(lever, force))
+        m_size += np.sqrt(dot(lever, lever).real) * f_size
         i = rows[i, PARENT]
 
 
@@ -302,6 +304,8 @@ def _solve_pivoted(
         pivot = A[best, best]
         largest = max(largest, pivot.real)
         if pivot.real <= tolerance * largest:
+            if pivot.real > 1e-3 * tolerance * largest:
+                weakest = pivot.real / largest
             break
         weakest = min(weakest, pivot.real / largest)
         order[best] = 1.0
