@@ -110,15 +110,18 @@ class EquationsOfMotion:
         SimulationError
             If a joint has no inertia along it.
         """
-        q, u = self._parts(y)
+        size = self.coordinate_count + self.free_count
+        if np.shape(y) != (size,):
+            self._parts(y)
         if self.order_n is not None:
-            full = np.zeros(len(y) + WORKS)
-            full[:-WORKS] = y
+            full = np.empty(size + WORKS)  # the quadratures have no part in the rates
+            full[:size] = y
             rates, weakest = self.order_n.held_rates(t, full)
             if weakest > 0.0:
-                return rates[:-WORKS]
+                return rates[:size]
         from kanefe.kane.assemble import accelerations
 
+        q, u = self._parts(y)
         return np.concatenate((self.coordinate_rates(q, u), accelerations(self, t, q, u)))
 
     def jacobian(self: Model, t: float, y: Vector) -> Matrix:  # type: ignore[misc]

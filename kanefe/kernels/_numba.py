@@ -167,7 +167,7 @@ def _announce_compilation(folder: Path | None) -> None:
             if _entries.get(name) is dispatcher:
                 kept = f"kept in {folder}" if folder else "its cache cannot be written, so this happens in every run"
                 print(
-                    f"kanefe: compiling {name.replace('_', ' ')} for this kind of scene, once ({kept})",
+                    f"kanefe: compiling {name.replace('_', ' ')} for this kind of scene, 10 to 30 s, once ({kept})",
                     file=sys.stderr,
                     flush=True,
                 )
