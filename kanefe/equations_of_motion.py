@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from kanefe.order_n import OrderN
 
 WORKS = 2
+"""Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
 
 
 class MechanicalEnergy(NamedTuple):
@@ -171,6 +172,29 @@ class EquationsOfMotion:
 
         q, u = self._parts(y)
         return MechanicalEnergy(kinetic_energy(self, t, q, u), elastic_energy(self, t, q), gravity_energy(self, t, q))
+
+    def joint_reactions(self: Model, t: float, y: Vector) -> dict[str, Vector]:  # type: ignore[misc]
+        """Return what each joint exerts on its body, by name: force and moment (6,), N and N m.
+
+        About the origin of the body's frame, in its axes; the part of motors and drives included. For a controller or
+        a sensor: nothing of this is computed in a run that does not ask.
+        """
+        from kanefe.kane.balance import joint_reactions
+
+        q, u = self._parts(y)
+        wrenches = joint_reactions(self, t, q, u, self._accelerations(t, y))
+        return {body.name: wrench for body, wrench in zip(self.bodies, wrenches, strict=True)}
+
+    def driving_forces(self: Model, t: float, y: Vector) -> dict[str, Vector]:  # type: ignore[misc]
+        """Return the forces (N) and torques (N m) that driven coordinates need, by body, each (driven,)."""
+        from kanefe.kane.coupling import recovered_forces
+
+        q, u = self._parts(y)
+        forces, _ = recovered_forces(self, t, q, u, self._accelerations(t, y))
+        return {b.name: forces[b.speeds[list(b.driven)] - self.free_count] for b in self.bodies if b.is_driven}
+
+    def _accelerations(self: Model, t: float, y: Vector) -> Vector:  # type: ignore[misc]
+        return self.rhs(t, y)[self.coordinate_count :]
 
     def kinematics(self: Model, body: str, t: float, y: Vector, interface: str = "") -> FrameKinematics:  # type: ignore[misc]
         """Return where the frame of a body, or of one of its interfaces, is and how it moves.

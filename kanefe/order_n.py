@@ -29,9 +29,6 @@ from kanefe.model import Model
 from kanefe.planar_tables import planar_tables
 from kanefe.tables import Seat, TableBuilder
 
-WORKS = 2
-"""Quadratures at the end of a state: energy dissipated, and work of loads and drives, in J."""
-
 NO_DRIVES, NO_STATES = np.zeros((0, 3)), np.zeros((0, 1))
 
 
@@ -51,7 +48,7 @@ class OrderN:
     Parameters
     ----------
     model : Model
-        Without bodies in the nodal form and without constraints: see `is_possible`.
+        Without bodies in the nodal form: see `is_possible`.
     """
 
     def __init__(self, model: Model) -> None:

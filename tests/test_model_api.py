@@ -238,3 +238,17 @@ def test_the_nodal_form_has_no_exact_jacobian() -> None:
     assert np.isfinite(model.rhs(0.0, model.initial_state)).all()
     with pytest.raises(ModelError, match="Remedy: finite differences of rhs"):
         model.jacobian(0.0, model.initial_state)
+
+
+def test_reactions_and_driving_forces_are_those_of_the_result() -> None:
+    scene = kf.System(gravity=(0.0, -9.81, 0.0))
+    swing = kf.Motion(lambda t: np.sin(t), lambda t: np.cos(t), lambda t: -np.sin(t))
+    crank = scene.add_rigid_body("crank", 1.0, 0.1, com=(0.2, 0, 0), joint=kf.Revolute("z", motion=swing))
+    scene.add_rigid_body("rod", 2.0, 0.2, com=(0.3, 0, 0), joint=kf.Revolute("y"), parent=crank, at=(0.5, 0, 0))
+    result = scene.simulate((0.0, 1.0), rtol=1e-9, output_step=0.5)
+    model = scene.freeze()
+    y = np.concatenate((result.joint_coordinates("rod")[-1], result.joint_speeds("rod")[-1]))
+    # the same equations at the same state: round-off
+    np.testing.assert_allclose(model.joint_reactions(1.0, y)["rod"], result.joint_reaction("rod")[-1], rtol=1e-12)
+    np.testing.assert_allclose(model.driving_forces(1.0, y)["crank"], result.driving_force("crank")[-1], rtol=1e-12)
+    assert set(model.driving_forces(1.0, y)) == {"crank"}

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.assembly import consistent_start, project_positions, project_speeds
+from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.model import Model
-
-WORKS = 2
-"""Quadratures at the end of the state: dissipated energy and work of loads and drives, in J."""
 
 NEAR_SINGULAR = 1e-2
 """Weakest constraint, see `ConstrainedSolver.weakest`, below which the rates are those of the nearest closed state.

@@ -15,9 +15,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
+from kanefe.equations_of_motion import WORKS
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.dynamics import WORKS, Dynamics
+from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward

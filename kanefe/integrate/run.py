@@ -11,9 +11,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from kanefe.equations_of_motion import WORKS
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.integrate.dynamics import WORKS, Dynamics
+from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit import ExplicitStepper
 from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper, stiffest_rate
 from kanefe.integrate.runge_kutta import RungeKuttaStepper
