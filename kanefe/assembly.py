@@ -13,12 +13,12 @@ import numpy as np
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import all_speeds, constrained_solver
+from kanefe.kane.assemble import all_speeds, constrained_solver, mass_matrix
 from kanefe.kane.constraints import MarkerFrames, constraint_rates, constraint_residuals, scene_rows
-from kanefe.kane.inertia import flexible_inertia, rigid_inertia
-from kanefe.kane.kinematics import FrameMotion, elastic_state, sweep_outward
+from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.tangents import elastic_stiffness
 from kanefe.model import Model
-from kanefe.scene_length import scene_length
+from kanefe.scene_length import joint_scales, scene_length
 
 TOLERANCE = 1e-12
 """Largest opening of a loop that counts as closed: of the scene's length, or in rad. Some hundred times round-off."""
@@ -77,7 +77,8 @@ def consistent_start(model: Model, t: float) -> tuple[Vector, Vector]:
     best = _position(model, t, q)
     if best.worst > TOLERANCE:
         for columns in _movable(model):
-            closed, found = _closed(model, t, q, columns, _stiffness(model))
+            # K times 1 s2: elastic coordinates move as in statics
+            closed, found = _closed(model, t, q, columns, elastic_stiffness(model))
             if found.worst <= TOLERANCE:
                 q = closed
                 break
@@ -142,20 +143,6 @@ def project_speeds(model: Model, t: float, q: Vector, u: Vector, stiffness: Matr
     return np.asarray(u + solver.solve(np.zeros(n), rows.J @ full[: rows.J.shape[1]])[0])
 
 
-def mass_matrix(model: Model, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
-    """Return M_sys alone, over the speeds that the sweep spans: no load is asked for."""
-    columns = motions[0].V.shape[1]
-    M = np.zeros((columns, columns))
-    zero = np.zeros(3)
-    for body, frame in zip(model.bodies, motions, strict=True):
-        if body.rigid is not None:
-            M += rigid_inertia(body.rigid, frame, zero)[0]
-        if body.flexible is not None:
-            is_extended = columns > body.flexible.fixed.start
-            M += flexible_inertia(body.flexible, frame, zero, *elastic_state(body.flexible, q, u, is_extended))[0]
-    return M
-
-
 def _position(model: Model, t: float, q: Vector) -> _Position:
     full = all_speeds(model, t, np.zeros(model.free_count))
     motions = sweep_outward(model, t, q, full)
@@ -177,7 +164,7 @@ def _closed(
     if not len(columns):
         return q, position
     length = scene_length(model)
-    limits = LARGEST_STEP * _step_scales(model, length)[columns]
+    limits = LARGEST_STEP * joint_scales(model, length)[columns]
     for _ in range(LARGEST_ITERATIONS):
         if position.worst <= tolerance:
             break
@@ -210,16 +197,6 @@ def _shortened(
     return q, None
 
 
-def _step_scales(model: Model, length: float) -> Vector:
-    """Return a large displacement of every free speed: 1 rad, or the scene's length; no limit for elastic ones."""
-    scales = np.full(model.free_count, np.inf)
-    for body in model.bodies:
-        for column, name in zip(body.speeds, body.joint.speed_names, strict=True):
-            if column < model.free_count:
-                scales[column] = 1.0 if "rad" in name else length
-    return scales
-
-
 def _movable(model: Model) -> list[np.ndarray]:
     """Return the free speeds that may move in each attempt: joints without a given start, joints, everything."""
     joints = [body.speeds[body.speeds < model.free_count] for body in model.bodies]
@@ -233,16 +210,6 @@ def _movable(model: Model) -> list[np.ndarray]:
 def _is_default(start: Vector) -> bool:
     """Tell whether a joint's coordinates are zeros, or the Euler parameters of no rotation."""
     return not start.any() or (len(start) in (4, 7) and start[-4] == 1.0 and np.count_nonzero(start) == 1)
-
-
-def _stiffness(model: Model) -> Matrix:
-    """Return K of the flexible bodies over the free speeds times 1 s2: elastic coordinates move as in statics."""
-    K = np.zeros((model.free_count, model.free_count))
-    for body in model.bodies:
-        if body.flexible:
-            k, at = body.flexible.body.free_count, body.flexible.speeds
-            K[at, at] = body.flexible.body.stiffness[:k, :k]
-    return K
 
 
 def _consistent_speeds(model: Model, t: float, q: Vector, u: Vector) -> Vector:

@@ -153,10 +153,12 @@ class EquationsOfMotion:
 
     def mass_matrix(self: Model, t: float, y: Vector) -> Matrix:  # type: ignore[misc]
         """Return M_sys over the free speeds, shape (free, free) (Eq. 18)."""
-        from kanefe.kane.assemble import assemble
+        from kanefe.kane.assemble import all_speeds, mass_matrix
+        from kanefe.kane.kinematics import sweep_outward
 
-        n = self.free_count
-        return assemble(self, t, *self._parts(y))[0][:n, :n]
+        q, u = self._parts(y)
+        n, full = self.free_count, all_speeds(self, t, u)
+        return mass_matrix(self, sweep_outward(self, t, q, full), q, full)[:n, :n]
 
     def forces(self: Model, t: float, y: Vector) -> Vector:  # type: ignore[misc]
         """Return F of ``mass_matrix du = forces``, shape (free,) (Eq. 18), without those of constraints."""

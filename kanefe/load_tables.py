@@ -33,6 +33,8 @@ class InputLayout:
     constants : ndarray
         `inputs` with what never changes.
     of_time, of_state : list of (slice, load)
+    laws : list of (slice, spring or bushing)
+        With a law of the user's, which looks at the state.
     """
 
     def __init__(self, model: Model) -> None:
@@ -121,7 +123,7 @@ def attached_interfaces(model: Model) -> list[dict[str, tuple[InterfaceFrame, bo
 
 
 def point_load_tables(builder: TableBuilder) -> tuple[np.ndarray, np.ndarray]:
-    """Return `Tables.loads` and `Tables.points`; what acts on N moves nothing and is left out."""
+    """Return `Tables.loads` and `Tables.points`."""
     loads, points = [], []
     for number, body in enumerate(builder.model.bodies):
         for load, interface in body.loads:

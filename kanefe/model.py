@@ -16,7 +16,7 @@ from kanefe.constraints.rows import Constraint
 from kanefe.equations_of_motion import EquationsOfMotion
 from kanefe.errors import ModelError
 from kanefe.flexible import FlexibleBody, InterfaceFrame
-from kanefe.joints import Joint
+from kanefe.joints import Joint, Motion
 from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
 from kanefe.mass_moments import MassMoments
 from kanefe.nodal_moments import NodalMoments
@@ -261,8 +261,12 @@ class Model(EquationsOfMotion):
                 rates[body.flexible.eta] = u[body.flexible.speeds]
         return rates
 
+    @property
+    def drives(self) -> tuple[tuple[Motion, str], ...]:
+        """The motions of the driven coordinates, each with the name of its body, in the order of the driven speeds."""
+        return tuple((motion, b.name) for b in self.bodies for motion in b.joint.motions if motion is not None)
+
     def driven_speeds(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the driven joint speeds and their rates at time t, each (driven,)."""
-        driven = [(motion, b.name) for b in self.bodies for motion in b.joint.motions if motion is not None]
-        speeds = np.array([motion.at("velocity", t, name) for motion, name in driven])
-        return speeds, np.array([motion.at("acceleration", t, name) for motion, name in driven])
+        speeds = np.array([motion.at("velocity", t, name) for motion, name in self.drives])
+        return speeds, np.array([motion.at("acceleration", t, name) for motion, name in self.drives])

@@ -64,9 +64,7 @@ class OrderN:
         self._constants = self.inputs.constants if self.inputs.is_constant else None
         parts = self.inputs.compiled()
         self._fill = filler(parts) if parts else None
-        self._drives = [
-            (motion, body.name) for body in model.bodies for motion in body.joint.motions if motion is not None
-        ]
+        self._drives = model.drives
 
     @staticmethod
     def is_possible(model: Model) -> bool:
@@ -167,7 +165,7 @@ class OrderN:
         end, rates = y.copy(), np.empty_like(y)
         done, _ = self._march(t, self.inputs.constants.copy(), end, rates, h, count, states)
         if done < count or not np.isfinite(end).all():
-            n, m = self._model.coordinate_count, self._model.free_count
+            n, m = self._sizes
             if done <= 0:
                 self._explain(t, y[:n], y[n : n + m])
             raise SimulationError(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
@@ -31,18 +29,10 @@ from kanefe.kernels.planar_layout import (
     PlanarTables,
 )
 from kanefe.model import BodyTerms, Model
+from kanefe.tables import Seat, turn_to
 
 # Axes this far from parallel are round-off of what the user has composed; the plane then turns by as much.
 ROUND_OFF = 1e-12
-
-
-@dataclass(frozen=True, eq=False)
-class Seat:
-    """Where the frame of a body sits: row, origin in the row (m), and axes; both in axes of the row."""
-
-    row: int
-    place: Vector
-    axes: Matrix
 
 
 def planar_tables(model: Model, tables: Tables) -> PlanarTables | None:
@@ -104,7 +94,8 @@ def _plane(model: Model, axes: list[Matrix]) -> Matrix | None:
         elif isinstance(body.joint, Prismatic):
             directions.append(A @ body.joint.direction)
     normal = normals[0] if normals else _across(np.array(directions))
-    basis = _basis(normal)
+    up = normal * np.sign(normal[int(np.argmax(abs(normal)))])
+    basis = turn_to(up).T
     if normals and abs(basis[:2] @ np.array(normals).T).max() > ROUND_OFF:
         return None
     if directions and abs(np.array(directions) @ basis[2]).max() > ROUND_OFF:
@@ -121,16 +112,6 @@ def _across(directions: Matrix) -> Vector:
     if sizes[chosen] < 1e-6:  # all parallel: any plane along them will do
         chosen = int(np.argmax(sizes))
     return crosses[chosen] / sizes[chosen]
-
-
-def _basis(normal: Vector) -> Matrix:
-    """Return two axes across a unit vector, and the vector or its opposite, in rows; the identity for z."""
-    n = normal * np.sign(normal[int(np.argmax(abs(normal)))])
-    if n[2] == 1.0:
-        return np.eye(3)
-    x = np.cross(np.eye(3)[int(np.argmin(abs(n)))], n)
-    x /= np.linalg.norm(x)
-    return np.array((x, np.cross(n, x), n))
 
 
 class _Builder:
@@ -173,7 +154,7 @@ class _Builder:
         return len(self._integers) - 1
 
     def _add_body(self, body: BodyTerms, axes: Matrix) -> None:
-        parent = self.seats[body.parent] if body.parent >= 0 else Seat(0, np.zeros(3), self.basis)
+        parent = self.seats[body.parent] if body.parent >= 0 else Seat(0, self.basis, np.zeros(3))
         row, place, joint = parent.row, parent.place + parent.axes @ body.p_PoFo_P, body.joint
         if isinstance(joint, Revolute):
             row = self._add_row(TURN, row, place, sign=float(np.sign(axes[2] @ joint.direction)))
@@ -190,7 +171,7 @@ class _Builder:
                 self._number(row, body, i)
             row = self._add_row(TURN, row, np.zeros(3), sign=float(np.sign(axes[2, 2])))
             self._number(row, body, 2)
-        seat = Seat(row, place if isinstance(joint, Fixed) else np.zeros(3), axes)
+        seat = Seat(row, axes, place if isinstance(joint, Fixed) else np.zeros(3))
         self._add_mass(body, seat)
         self.seats.append(seat)
 

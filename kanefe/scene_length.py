@@ -1,4 +1,4 @@
-"""A length of a scene, against which displacements are small or large."""
+"""Sizes of a scene, against which displacements are small or large."""
 
 from __future__ import annotations
 
@@ -14,3 +14,13 @@ def scene_length(model: Model) -> float:
     lengths += [float(np.linalg.norm(b.rigid.com)) for b in model.bodies if b.rigid]
     lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
     return max([x for x in lengths if x > 0], default=1.0)
+
+
+def joint_scales(model: Model, length: float) -> np.ndarray:
+    """Return a large displacement along every free speed: 1 rad, or `length` in m; infinite for elastic coordinates."""
+    scales = np.full(model.free_count, np.inf)
+    for body in model.bodies:
+        for where, name in zip(body.speeds, body.joint.speed_names, strict=True):
+            if where < model.free_count:
+                scales[where] = 1.0 if "rad" in name else length
+    return scales

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.assembly import closed_coordinates, mass_matrix
+from kanefe.assembly import closed_coordinates
 from kanefe.frames import Vector
-from kanefe.kane.assemble import all_speeds, constrained_solver
+from kanefe.kane.assemble import all_speeds, constrained_solver, mass_matrix
 from kanefe.kane.constraints import RANK_TOLERANCE, constraint_rates
 from kanefe.kane.kinematics import sweep_outward
 from kanefe.model import Model

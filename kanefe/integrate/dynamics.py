@@ -98,8 +98,7 @@ class Dynamics:
         """Return the rates of the quadratures, in W; nothing is computed where nothing exchanges energy."""
         if not self.model.has_power:
             return np.zeros(WORKS)
-        if self.is_tree_in_order_n:
-            self.evaluations -= 1  # that of the step, once more
-            return self.rate(t, np.concatenate((q, u, np.zeros(WORKS))))[-WORKS:]
+        if self.is_tree_in_order_n and self._order_n is not None:
+            return self._order_n.rates(t, np.concatenate((q, u, np.zeros(WORKS))))[-WORKS:]
         work = load_power(self.model, t, q, u) + drive_power(self.model, t, q, u, du)
         return np.array((dissipated_power(self.model, t, q, u), work))

@@ -19,12 +19,12 @@ from kanefe.equations_of_motion import WORKS
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver
+from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
-from kanefe.kane.tangents import current_tangents
+from kanefe.kane.tangents import current_tangents, elastic_stiffness
 from kanefe.model import Model
-from kanefe.scene_length import scene_length
+from kanefe.scene_length import joint_scales, scene_length
 
 SPECTRAL_RADIUS = 0.8
 """Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step."""
@@ -181,8 +181,9 @@ class GeneralisedAlphaStepper:
         if not np.all(np.isfinite(needed)):
             return None
         if self._kept is None:
-            motions = sweep_outward(model, t, q, all_speeds(model, t, u))
-            mass = assemble(model, t, q, u, motions=motions)[0][:n, :n]
+            full = all_speeds(model, t, u)
+            motions = sweep_outward(model, t, q, full)
+            mass = mass_matrix(model, motions, q, full)[:n, :n]
             factors = scipy.linalg.lu_factor(self._iteration_matrix(h, mass, motions, q, u), check_finite=False)
             self._kept = _Kept(h, mass, partial(scipy.linalg.lu_solve, factors, check_finite=False))
         return self._kept.solve(self._kept.mass @ (du - needed))
@@ -227,11 +228,8 @@ def _solve_held(solver: ConstrainedSolver, force: Vector) -> Vector:
 def displacement_scales(model: Model) -> np.ndarray:
     """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
     length = scene_length(model)
-    scales = np.empty(model.free_count)
+    scales = joint_scales(model, length)
     for body in model.bodies:
-        for where, name in zip(body.speeds, body.joint.speed_names, strict=True):
-            if where < model.free_count:
-                scales[where] = 1.0 if "rad" in name else length
         if body.flexible:
             flexible = body.flexible.body
             extent = float(np.ptp(flexible.nodes, axis=0).max()) or length
@@ -243,14 +241,14 @@ def displacement_scales(model: Model) -> np.ndarray:
 
 def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Return K and C of flexible bodies and of springs and dampers in joints over the free speeds, (free, free)."""
-    K, C = np.zeros((model.free_count, model.free_count)), np.zeros((model.free_count, model.free_count))
+    K = elastic_stiffness(model)
+    C = np.zeros_like(K)
     for body in model.bodies:
         for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
             if force is not None and where < model.free_count:
                 K[where, where], C[where, where] = force.stiffness, force.damping
         if body.flexible:
             k, at = body.flexible.body.free_count, body.flexible.speeds
-            K[at, at] = body.flexible.body.stiffness[:k, :k]
             if body.flexible.damping is not None:
                 C[at, at] = body.flexible.damping[:k]
     return K, C
@@ -263,16 +261,16 @@ def stiffest_rate(model: Model, start: float) -> float:
     one on a stiff spring, vibrates faster than its own modes say.
     """
     q, u = model.initial_coordinates, all_speeds(model, start, model.initial_speeds)
-    K, C = current_tangents(model, sweep_outward(model, start, q, u), start, q, u, *iteration_matrices(model))
+    motions = sweep_outward(model, start, q, u)
+    K, C = current_tangents(model, motions, start, q, u, *iteration_matrices(model))
     if not (np.any(K) or np.any(C)):
         return 0.0
-    M, _ = assemble(model, start, model.initial_coordinates, model.initial_speeds)
-    n = model.free_count
+    M, n = mass_matrix(model, motions, q, u), model.free_count
     try:
         squares, rates = (
             scipy.linalg.eigh(X, M[:n, :n], eigvals_only=True, subset_by_index=(n - 1, n - 1))[0] for X in (K, C)
         )
     except np.linalg.LinAlgError:
-        accelerations(model, start, model.initial_coordinates, model.initial_speeds)  # names what has no inertia
+        accelerations(model, start, q, model.initial_speeds)  # names what has no inertia
         raise
     return float(max(np.sqrt(max(squares, 0.0)), rates))

@@ -82,6 +82,20 @@ def assemble(
     return M, F
 
 
+def mass_matrix(model: Model, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
+    """Return M_sys alone, over the speeds that the sweep spans: no load is asked for."""
+    columns = motions[0].V.shape[1]
+    M = np.zeros((columns, columns))
+    zero = np.zeros(3)
+    for body, frame in zip(model.bodies, motions, strict=True):
+        if body.rigid is not None:
+            M += rigid_inertia(body.rigid, frame, zero)[0]
+        if body.flexible is not None:
+            is_extended = columns > body.flexible.fixed.start
+            M += flexible_inertia(body.flexible, frame, zero, *elastic_state(body.flexible, q, u, is_extended))[0]
+    return M
+
+
 def solve_positive_definite(model: Model, M: Matrix, F: Vector) -> Vector:
     """Return ``M^-1 F``; a singular mass matrix is an error that names the speeds without inertia."""
     if not len(F):

@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kane.active import loaded_frames
-from kanefe.kane.assemble import all_speeds, assemble, constraint_forces
+from kanefe.kane.assemble import all_speeds, assemble, constraint_forces, mass_matrix
 from kanefe.kane.interactions import interaction_energy, interaction_powers
 from kanefe.kane.kinematics import sweep_outward
 from kanefe.loads.state import SceneState
@@ -15,8 +15,9 @@ from kanefe.model import Model
 
 def kinetic_energy(model: Model, t: float, q: Vector, u: Vector) -> float:
     """Return 1/2 u^T M_sys u over free and driven speeds, in J."""
-    M, _ = assemble(model, t, q, u)
-    speeds = all_speeds(model, t, u)[: len(M)]
+    full = all_speeds(model, t, u)
+    M = mass_matrix(model, sweep_outward(model, t, q, full), q, full)
+    speeds = full[: len(M)]
     return float(0.5 * speeds @ M @ speeds)
 
 

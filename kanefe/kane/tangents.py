@@ -1,13 +1,25 @@
-"""Stiffness and damping that change with the state: of friction and stops in joints, and between markers."""
+"""Stiffness of flexible bodies, and what changes with the state: of friction and stops in joints, between markers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.interactions import add_interaction_slopes
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.model import Model
+
+
+def elastic_stiffness(model: Model) -> Matrix:
+    """Return K of the flexible bodies over the free speeds, (free, free)."""
+    K = np.zeros((model.free_count, model.free_count))
+    for body in model.bodies:
+        if body.flexible:
+            k, at = body.flexible.body.free_count, body.flexible.speeds
+            K[at, at] = body.flexible.body.stiffness[:k, :k]
+    return K
 
 
 def current_tangents(

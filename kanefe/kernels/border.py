@@ -67,16 +67,12 @@ from kanefe.kernels.vectors import (
 
 
 def border_size(count: int, carried: int) -> int:
-    """Return how many numbers the border of a body with `count` modes and `carried` carrying interfaces takes."""
+    """Return how many numbers the border of a body with `count` modes and `carried` carrying interfaces takes.
+
+    The parts of `border_span`, and a matrix and a column of six.
+    """
     n = 6 * carried
     return n * count + 6 * n + 3 * n * n + 2 * n + 42
-
-
-@inlined
-def border_parts_size(body: np.ndarray) -> int:
-    """Return how many numbers `border_parts` takes."""
-    n = 6 * body[CARRIED_COUNT]
-    return n * body[COUNT] + 6 * n + 3 * n * n + 2 * n
 
 
 @inlined
@@ -124,7 +120,7 @@ def eliminate_modes(
     G = matrix(work, link, R)
     coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
     zero = 0.0 * p[0]
-    at = body[BORDER] + border_parts_size(body)
+    at = border_span(body, COLUMN).stop
     push, change = border[at : at + 6], border[at + 6 : at + 42].reshape(6, 6)
     for a in range(6):
         push[a] = total(coupling[a], p)

@@ -82,6 +82,12 @@ class Loops(NamedTuple):
     tolerance: np.ndarray
 
 
+@inlined
+def hold_size(m: int, n: int) -> int:
+    """Return how many numbers `hold` needs room for, with m rows and n free and driven speeds."""
+    return m * (WRENCHES + n + m + 3) + 2 * n
+
+
 @kernel
 def hold(
     loops: Loops,
@@ -105,8 +111,7 @@ def hold(
         Room: what is in it is lost.
     multipliers : ndarray, shape (m,)
         On return: of each row.
-    room : ndarray, shape (m (m + 2 n + 15),)
-        With n the number of free and driven speeds.
+    room : ndarray, shape (`hold_size`,)
     """
     m, n, count = len(loops.rows), len(applied), len(du)
     wrenches = room[: m * WRENCHES].reshape(m, WRENCHES)
@@ -142,7 +147,7 @@ def hold(
                 force, moment = vector(wrenches, j, 6 * end), vector(wrenches, j, 6 * end + 3)
                 push(tables.rows, flexible, row, force, moment, work, modal)
                 _walk_inward(tables, flexible, row, force, moment, work, J, reach)
-        scale[j] = _row_scale(tables, J, reach, work, count)
+        scale[j] = _row_scale(J, reach, work, count)
         answer = answers[j, :count]  # the driven entries keep the answer of the driving forces
         sweep_forces_inward(tables, flexible, applied, work, modal, border)
         sweep_accelerations(tables, flexible, applied, work, modal, border, answer)
@@ -273,8 +278,8 @@ def _walk_inward(
 
 
 @inlined
-def _row_scale(tables: Tables, J: np.ndarray, reach: np.ndarray, work: np.ndarray, count: int) -> Any:
-    """Return how much of its reach a row has, between 0 and 1, weighed by the inertia along each speed."""
+def _row_scale(J: np.ndarray, reach: np.ndarray, work: np.ndarray, count: int) -> Any:
+    """Return the square of how much of its reach a row has, between 0 and 1."""
     own = full = 0.0
     for i in range(count):
         own += J[i].real * J[i].real

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.kernels._numba import entry, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
-from kanefe.kernels.constraints import Loops, hold
+from kanefe.kernels.constraints import Loops, hold, hold_size
 from kanefe.kernels.elastic import span, total
 from kanefe.kernels.inertia import set_inertia
 from kanefe.kernels.interactions import Interactions, add_interactions
@@ -117,7 +117,7 @@ def march(
     y : ndarray, shape (coordinates + free + 2,)
         q, u, energy dissipated and work; at the end of the steps on return.
     rates : ndarray, shape of y
-        dy/dt at the start, on return.
+        dy/dt at the last stage, on return.
     h : float
         Step in s.
     steps : int
@@ -139,7 +139,7 @@ def march(
         modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     if loops is not None:
         held = len(loops.rows)
-    closings = held * (held + speeds + 15) + 2 * speeds
+    closings = hold_size(held, speeds)
     room = np.empty(rows + modes + borders + speeds + held + closings + sizes[DRIVES] + 2 * len(y), dtype=y.dtype)
     work = room[:rows].reshape(-1, WORK)
     modal = room[rows : rows + modes]

@@ -63,9 +63,8 @@ STIFFNESS = 7  # full matrix in the pool; -1: a diagonal, among the constants
 DAMPING = 8  # full matrix in the pool; -1: none
 CARRIED = 9  # first of its interfaces that carry something, in `FlexibleTables.carrying`
 CARRIED_COUNT = 10
-GRAM = 11  # Gram matrix of the nodal form in the pool; -1: mass moments
-BORDER = 12  # its place in the border work array
-BODY_INTEGERS = 13
+BORDER = 11  # its place in the border work array
+BODY_INTEGERS = 12
 
 # Constants of a flexible body, from POOL on
 POOL_MASS = 0

@@ -30,36 +30,9 @@ def march_planar(
     steps: int,
     states: np.ndarray,
 ) -> tuple[int, float]:
-    """Evaluate dy/dt once (steps = 0), or take steps of the classical Runge-Kutta method of order 4.
+    """Evaluate dy/dt once (steps = 0), or take steps, as `kanefe.kernels.equations.march` does in space.
 
-    Parameters
-    ----------
-    tables : PlanarTables
-    drives : ndarray, shape (driven, 3)
-        Position, speed and acceleration of the driven coordinates.
-    fill : function (t, y, inputs) or None
-        Writes the values of loads that are compiled functions.
-    t : float
-        Time at the start, s.
-    inputs : ndarray
-        Values of loads, as of the same scene in space.
-    y : ndarray, shape (coordinates + free + 2,)
-        q, u, energy dissipated and work; at the end of the steps on return.
-    rates : ndarray, shape of y
-        dy/dt at the last stage, on return.
-    h : float
-        Step in s.
-    steps : int
-    states : ndarray, shape (outputs, state)
-        Every ``steps / outputs``-th state is stored.
-
-    Returns
-    -------
-    steps : int
-        Steps taken; NO_INERTIA along a joint at the start, or rates that are NOT_FINITE. Fewer than asked: the state
-        is no longer finite.
-    weakest : float
-        1, as of a scene without constraints.
+    State, drives, inputs and what is returned are the same; `weakest` is 1, as of a scene without constraints.
     """
     n, m = tables.sizes[COORDINATES], tables.sizes[SPEEDS]
     rows, speeds = len(tables.rows), m + tables.sizes[DRIVES]
