@@ -77,13 +77,19 @@ class InterfaceTies:
     Attributes
     ----------
     transformation : csr_matrix, shape (N, tied)
-    interior_count : int
+    interior_dofs : ndarray of int
+        Degrees of freedom of the model that are tied coordinates themselves, the first ones.
     ties : tuple of Tie
     """
 
     transformation: sp.csr_matrix
-    interior_count: int
+    interior_dofs: np.ndarray
     ties: tuple[Tie, ...]
+
+    @property
+    def interior_count(self) -> int:
+        """Number of interior coordinates."""
+        return len(self.interior_dofs)
 
     @property
     def fixed(self) -> np.ndarray:
@@ -149,7 +155,7 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
         columns.append(sp.csr_matrix((motion[rows, cols], (dofs[rows], cols)), (model.size, motion.shape[1])))
     return InterfaceTies(
         transformation=sp.hstack(columns, format="csr"),
-        interior_count=len(interior),
+        interior_dofs=interior,
         ties=tuple(
             Tie(name, position, components, fixed, len(interior) + start + np.arange(len(components)))
             for name, position, components, fixed, start in ties

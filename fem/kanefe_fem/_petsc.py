@@ -63,7 +63,7 @@ def factorise(matrix: sp.spmatrix) -> Factor:
     """
     if matrix.shape[0] > SMALL and importlib.util.find_spec("petsc4py") is not None:
         return MumpsFactor(matrix)
-    from kanefe.reduction import splu_factorise
+    from kanefe.factorise import splu_factorise
 
     factor: Factor = splu_factorise(matrix)
     return factor

@@ -1,0 +1,177 @@
+"""Statics of a body tied at its interfaces: one factorisation serves constraint modes, normal modes and load cases.
+
+Tied coordinates are the interior degrees of freedom followed by the components of the interface frames. K of the
+interior, with all interfaces held, is factored once; interfaces that are free are solved for by the Schur complement.
+A body without a fixed interface floats: its loads are balanced by the inertia of its rigid motion (inertia relief).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from kanefe.errors import ModelError
+from kanefe.factorise import Factorisation, Factorise, factor_interior
+from kanefe.finite_element_model import FiniteElementModel, rigid_motion
+from kanefe.interface_ties import InterfaceTies
+
+SHIFT = 1e-6
+"""Share of ``trace K / trace M`` that is added, times M, to a singular K: far below its largest eigenvalues."""
+
+
+class StaticProblem:
+    """K and M of a body in tied coordinates, and what is solved with them.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    ties : InterfaceTies
+    rigid_count : int
+        How many rigid motions the fixed interfaces leave: all (6, 3 in a plane) of a floating body, else none.
+    factorise : callable
+        Factors a symmetric positive definite sparse matrix.
+
+    Attributes
+    ----------
+    stiffness, mass : csr_matrix, shape (tied, tied)
+    interior, boundary : ndarray of int
+        Tied coordinates of the interior and of the interface components.
+    fixed, released : ndarray of int
+        Those of the boundary that are fixed in G, and the others.
+    """
+
+    def __init__(self, model: FiniteElementModel, ties: InterfaceTies, rigid_count: int, factorise: Factorise) -> None:
+        self.model, self.ties, self.rigid_count = model, ties, rigid_count
+        self._factorise = factorise
+        self.stiffness, self.mass = ties.project(model.stiffness), ties.project(model.mass)
+        self.interior = np.arange(ties.interior_count)
+        self.boundary = np.arange(ties.interior_count, self.size)
+        self.fixed = ties.fixed
+        self.released = np.setdiff1d(self.boundary, self.fixed)
+
+    @property
+    def size(self) -> int:
+        """Number of tied coordinates."""
+        return int(self.stiffness.shape[0])
+
+    @cached_property
+    def interior_stiffness(self) -> sp.csc_matrix:
+        """K of the interior."""
+        return self.stiffness[self.interior][:, self.interior].tocsc()
+
+    @cached_property
+    def interior_mass(self) -> sp.csc_matrix:
+        """M of the interior."""
+        return self.mass[self.interior][:, self.interior].tocsc()
+
+    @cached_property
+    def shift(self) -> float:
+        """Factor of M that is added to K of the interior before it is factored; zero where the interfaces hold it."""
+        if len(self.boundary):
+            return 0.0
+        return float(SHIFT * self.interior_stiffness.diagonal().sum() / self.interior_mass.diagonal().sum())
+
+    @cached_property
+    def factors(self) -> Factorisation:
+        """Factors of K of the interior (plus `shift` M), made at the first use."""
+        K = self.interior_stiffness
+        return factor_interior(K + self.shift * self.interior_mass if self.shift else K, self._factorise)
+
+    @cached_property
+    def constraint_modes(self) -> np.ndarray:
+        """Static shapes of unit motion of each interface component, all others held, shape (tied, boundary)."""
+        modes = np.zeros((self.size, len(self.boundary)))
+        if len(self.boundary):
+            modes[self.interior] = self.factors.solve(-self.stiffness[self.interior][:, self.boundary].toarray())
+            modes[self.boundary] = np.eye(len(self.boundary))
+        return modes
+
+    @cached_property
+    def rigid_modes(self) -> np.ndarray:
+        """M-orthonormal rigid motions of a floating body in tied coordinates, shape (tied, rigid_count)."""
+        if not self.rigid_count:
+            return np.zeros((self.size, 0))
+        about = self.model.nodes.mean(axis=0)
+        full = self.model.rigid_modes(about=about)
+        parts = [full[self.ties.interior_dofs]]
+        parts += [rigid_motion(tie.position[None], about, tie.names) for tie in self.ties.ties]
+        motions = np.vstack(parts)
+        size = np.linalg.norm(motions, axis=0)
+        motions = motions[:, size > 1e-12 * size.max()]
+        gram = motions.T @ (self.mass @ motions)
+        scale = 1.0 / np.sqrt(np.diag(gram))
+        squares, vectors = scipy.linalg.eigh(gram * np.outer(scale, scale))
+        kept = squares > 1e-10  # nodes on a line leave the turn about it out
+        return np.asarray(motions @ (scale[:, None] * vectors[:, kept] / np.sqrt(squares[kept])))
+
+    def relieved(self, f: np.ndarray) -> np.ndarray:
+        """Return loads (tied, m) of a floating body balanced by the inertia of its rigid motion; others unchanged."""
+        R = self.rigid_modes
+        return f - self.mass @ (R @ (R.T @ f)) if R.shape[1] else f
+
+    def solve(self, f: np.ndarray) -> np.ndarray:
+        """Return the static displacements of load cases.
+
+        Parameters
+        ----------
+        f : ndarray, shape (tied, m)
+            Forces on the tied coordinates, N and N m.
+
+        Returns
+        -------
+        ndarray, shape (tied, m)
+            With the fixed components held and the released ones free. Of a floating body: under the loads balanced by
+            inertia, and M-orthogonal to its rigid motions.
+        """
+        if not self.rigid_count:
+            return self._solve_held(f, self._schur_inverse)
+        R, f = self.rigid_modes, self.relieved(f)
+        u = self._solve_held(f, self._schur_inverse) if len(self.boundary) else self._solve_free(f)
+        return np.asarray(u - R @ (R.T @ (self.mass @ u)))
+
+    @cached_property
+    def _schur_inverse(self) -> np.ndarray:
+        """(Pseudo-)inverse of the stiffness of the released components, shape (released, released)."""
+        columns = self.released - self.ties.interior_count
+        modes = self.constraint_modes[:, columns]
+        S = modes.T @ (self.stiffness @ modes)
+        if not len(S):
+            return S
+        squares, vectors = scipy.linalg.eigh(0.5 * (S + S.T))
+        kept = np.arange(len(squares)) >= self.rigid_count  # ascending: the rigid motions come first
+        if squares[kept].min(initial=np.inf) <= 1e-14 * squares.max():
+            raise ModelError(
+                "the interfaces can move without any force: the body is a mechanism. Remedy: check the mesh for loose "
+                "parts or hinges, or fix more components of an interface"
+            )
+        return np.asarray((vectors[:, kept] / squares[kept]) @ vectors[:, kept].T)
+
+    def _solve_held(self, f: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+        modes = self.constraint_modes[:, self.released - self.ties.interior_count]
+        u = np.zeros(f.shape)
+        u[self.interior] = self.factors.solve(f[self.interior])
+        return np.asarray(u + modes @ (inverse @ (modes.T @ f)))
+
+    def _solve_free(self, f: np.ndarray) -> np.ndarray:
+        """Solve without any interface: K is singular, its shifted factors precondition conjugate gradients."""
+        K, R = self.stiffness, self.rigid_modes
+
+        def without_rigid(x: np.ndarray) -> np.ndarray:
+            return np.asarray(x - R @ (R.T @ (self.mass @ x)))
+
+        precondition = spla.LinearOperator(K.shape, matvec=lambda b: without_rigid(self.factors.solve(b)), dtype=float)
+        u = np.zeros(f.shape)
+        for column in range(f.shape[1]):
+            limit = 1e-14 * np.linalg.norm(f[:, column])
+            residual, x = f[:, column], np.zeros(len(f))
+            for _ in range(3):  # restarts clean the rigid motions that round-off brings in
+                if np.linalg.norm(residual) <= limit:
+                    break
+                x = without_rigid(x + spla.cg(K, residual, M=precondition, maxiter=50)[0])
+                residual = self.relieved((f[:, column] - K @ x)[:, None])[:, 0]
+            u[:, column] = x
+        return u
