@@ -6,13 +6,14 @@ moving body is exact. It knows nothing of the mesh generator or the finite-eleme
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.elasticity import Elasticity
 from kanefe.errors import ModelError
 from kanefe.load_pattern import NodalPattern
 
@@ -107,6 +108,11 @@ class FiniteElementModel:
         Candidates for interfaces.
     load_patterns : dict of str to NodalPattern
         Surfaces and lines that can carry distributed loads.
+    elasticity : Elasticity or None
+        Moduli of the cells, for stresses.
+    stress_stiffness : callable or None
+        Returns the geometric stiffness matrix, shape (N, N), of the stress that a static displacement (N,) causes. It
+        is linear in the displacement. None: motion-induced stiffening cannot be had.
     provenance : dict
         Where the arrays come from (json-able).
     """
@@ -120,6 +126,8 @@ class FiniteElementModel:
     cells: tuple[Cells, ...] = ()
     groups: Mapping[str, NodeGroup] = field(default_factory=dict)
     load_patterns: Mapping[str, NodalPattern] = field(default_factory=dict)
+    elasticity: Elasticity | None = None
+    stress_stiffness: Callable[[np.ndarray], sp.csr_matrix] | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
