@@ -127,7 +127,7 @@ def _body(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> FlexibleBody
                 p["kind"],
                 p["has_pressure"],
                 p["measure"],
-                *(arrays[f"load_pattern_{i}_{name}"] for name in ARRAYS),
+                **{name: arrays[f"load_pattern_{i}_{name}"] for name in ARRAYS if f"load_pattern_{i}_{name}" in arrays},
             )
             for i, p in enumerate(header["load_patterns"])
         ),

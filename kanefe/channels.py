@@ -250,8 +250,9 @@ class RunChannels:
 
     def _deflection(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.flexible_terms(body)
-        motion = terms.body.interface(interface).motion[:, : terms.body.free_count]
-        return {("deflection", body, interface): self.trajectory.coordinates[:, terms.eta] @ motion.T}
+        frame = terms.body.interface(interface)
+        moved = [frame.moved(eta)[0] for eta in self.trajectory.coordinates[:, terms.eta]]
+        return {("deflection", body, interface): np.array(moved).reshape(-1, 6)}
 
     def _energies(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         run, model = self.trajectory, self.model

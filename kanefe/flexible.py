@@ -39,6 +39,9 @@ class InterfaceFrame:
         Which of the six components are fixed in G (0..5).
     fixed_columns : tuple of int
         The coordinates they are, among the last ones of the body.
+    quadratic : ndarray, shape (6, K, K), or None
+        Second-order part of the motion, ``1/2 eta^T quadratic eta`` in m and rad (rotation vector): the foreshortening
+        and what goes with it. None: without stiffening by loads on the interface.
     """
 
     name: str
@@ -46,6 +49,29 @@ class InterfaceFrame:
     motion: np.ndarray
     fixed_components: tuple[int, ...] = ()
     fixed_columns: tuple[int, ...] = ()
+    quadratic: np.ndarray | None = None
+
+    def moved(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return translation and slopes of the frame, (6,), and their derivatives by the leading coordinates (6, k).
+
+        Parameters
+        ----------
+        eta : ndarray, shape (k,)
+            The leading coordinates of the body.
+        """
+        count = len(eta)
+        motion = self.motion[:, :count]
+        if self.quadratic is None:
+            return motion @ eta, motion
+        bent = self.quadratic[:, :count, :count] @ eta
+        return motion @ eta + 0.5 * (bent @ eta), motion + bent
+
+    def remainder(self, deta: np.ndarray) -> np.ndarray:
+        """Return the accelerations of translation and slopes that go with rates, ``deta^T quadratic deta``, (6,)."""
+        if self.quadratic is None:
+            return np.zeros(6)
+        count = len(deta)
+        return np.asarray((self.quadratic[:, :count, :count] @ deta) @ deta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +127,9 @@ class FlexibleBody:
     def __post_init__(self) -> None:
         frozen = [self.nodes, self.basis, self.stiffness, self.damping, self.inertia_points, self.inertia_basis]
         frozen += [*self.moments.arrays().values(), self.inertia_mass.data]
-        frozen += [a for frame in self.interfaces for a in (frame.position, frame.motion)]
+        for frame in self.interfaces:
+            frozen += [frame.position, frame.motion]
+            frozen += [] if frame.quadratic is None else [frame.quadratic]
         frozen += [block.nodes for block in self.cells]
         frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
         for array in frozen:

@@ -20,7 +20,7 @@ import numpy as np
 
 PatternKind = Literal["surface", "line"]
 
-ARRAYS = ("first", "shape_first", "pressure_force", "pressure_moment", "pressure_elastic")
+ARRAYS = ("first", "shape_first", "pressure_force", "pressure_moment", "pressure_elastic", "quadratic_first")
 """Names of the arrays of a `LoadPattern`, in its order."""
 
 
@@ -136,6 +136,8 @@ class LoadPattern:
         -int n dA and -int X x n dA of the undeformed surface, in components of G, N/Pa and N m/Pa.
     pressure_elastic : ndarray, shape (K,)
         -int Psi_i . n dA.
+    quadratic_first : ndarray, shape (3, K, K), or None
+        int H_a dA of the second-order displacement ``1/2 eta^T H_a eta``: stiffening by a traction.
     """
 
     name: str
@@ -147,10 +149,11 @@ class LoadPattern:
     pressure_force: np.ndarray
     pressure_moment: np.ndarray
     pressure_elastic: np.ndarray
+    quadratic_first: np.ndarray | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays by name, for a file."""
-        return {name: getattr(self, name) for name in ARRAYS}
+        return {name: getattr(self, name) for name in ARRAYS if getattr(self, name) is not None}
 
     def of_traction(self, traction: np.ndarray, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the forces of a uniform traction on translation and rotation of G and on the coordinates.
@@ -168,8 +171,13 @@ class LoadPattern:
             N and N m about G's origin, in components of G.
         elastic : ndarray, shape (k,)
         """
-        S = self.shape_first[:, : len(eta)]
-        return self.measure * traction, np.cross(self.first + S @ eta, traction), S.T @ traction
+        count = len(eta)
+        S = self.shape_first[:, :count]
+        place = self.first + S @ eta
+        if self.quadratic_first is not None:
+            bent = self.quadratic_first[:, :count, :count] @ eta
+            place, S = place + 0.5 * (bent @ eta), S + bent
+        return self.measure * traction, np.cross(place, traction), S.T @ traction
 
     def of_pressure(self, pressure: float, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the same of a uniform pressure in Pa on the outside, for the first `count` coordinates."""

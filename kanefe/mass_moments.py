@@ -34,6 +34,10 @@ class MassMoments:
         D_ab,i = int rho X_a Psi_b,i.
     shape_product : ndarray, shape (3, 3, K, K)
         M_ab,ij = int rho Psi_a,i Psi_b,j.
+    quadratic_first : ndarray, shape (3, K, K), or None
+        G_a = int rho H_a of the second-order displacement ``u_a = 1/2 eta^T H_a eta``; None: without stiffening.
+    quadratic_second : ndarray, shape (3, 3, K, K), or None
+        N_ab = int rho X_a H_b.
     """
 
     mass: np.ndarray
@@ -42,6 +46,8 @@ class MassMoments:
     shape_first: np.ndarray
     shape_second: np.ndarray
     shape_product: np.ndarray
+    quadratic_first: np.ndarray | None = None
+    quadratic_second: np.ndarray | None = None
 
     @classmethod
     def of_points(cls, points: np.ndarray, point_mass: sp.csr_matrix, point_basis: np.ndarray) -> MassMoments:
@@ -90,6 +96,7 @@ class MassMoments:
             np.ascontiguousarray(self.shape_first[:, :count]),
             np.ascontiguousarray(self.shape_second[:, :, :count]),
             np.ascontiguousarray(self.shape_product[:, :, :count, :count]),
+            *leading_quadratic(self.quadratic_first, self.quadratic_second, count),
         )
 
     def terms(self, eta: np.ndarray, deta: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -139,8 +146,63 @@ class MassMoments:
         bias[:3] = W2 @ c + 2.0 * (W @ (self.shape_first @ deta))
         bias[3:6] = axial(B @ W2.T + 2.0 * ((P @ deta) @ W.T))
         bias[6:] = np.tensordot(W2.T, P, axes=2) + 2.0 * np.tensordot(W, M_deta, axes=2)
+        if self.quadratic_first is not None and self.quadratic_second is not None:
+            add_quadratic_terms(self.quadratic_first, self.quadratic_second, eta, deta, w, mass, bias)
         return mass, bias
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the moments by name, for a file."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
+        return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) is not None}
+
+
+def leading_quadratic(
+    first: np.ndarray | None, second: np.ndarray | None, count: int
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return the second-order moments of the first `count` coordinates alone."""
+    if first is None or second is None:
+        return None, None
+    leading = slice(count)
+    return np.ascontiguousarray(first[:, leading, leading]), np.ascontiguousarray(second[:, :, leading, leading])
+
+
+def add_quadratic_terms(
+    G: np.ndarray,
+    N: np.ndarray,
+    eta: np.ndarray,
+    deta: np.ndarray,
+    w: np.ndarray,
+    mass: np.ndarray,
+    bias: np.ndarray,
+) -> None:
+    """Add the inertia of the second-order displacement: motion-induced stiffening, to the order of K eta.
+
+    The points of a bent beam come closer to its root. This displacement, ``u_a = 1/2 eta^T H_a eta``, is small, but
+    its *work* is not: under an acceleration or in a spin it gives forces linear in eta, as K does. First and second
+    moments of mass, their rates and their derivatives by eta get all of its terms of second order in (eta, deta), so
+    that the equations stay those of a Lagrangian, and energy and momenta are kept exactly.
+
+    Parameters
+    ----------
+    G, N : ndarray, shape (3, k, k) and (3, 3, k, k)
+        `MassMoments.quadratic_first` and `quadratic_second`.
+    eta, deta, w, mass, bias
+        As in `MassMoments.terms`; the last two are added to.
+    """
+    G_eta, N_eta = G @ eta, N @ eta
+    c = 0.5 * (G_eta @ eta)
+    B = 0.5 * (N_eta @ eta)
+    B = B + B.T
+    c_skew = skew(c)
+    mass[:3, 3:6] -= c_skew
+    mass[3:6, :3] += c_skew
+    mass[3:6, 3:6] += np.trace(B) * np.eye(3) - B
+    mass[:3, 6:] += G_eta
+    mass[6:, :3] += G_eta.T
+    turning = np.array((N_eta[1, 2] - N_eta[2, 1], N_eta[2, 0] - N_eta[0, 2], N_eta[0, 1] - N_eta[1, 0]))
+    mass[3:6, 6:] += turning
+    mass[6:, 3:6] += turning.T
+    W = skew(w)
+    W2 = W @ W
+    bias[:3] += W2 @ c + 2.0 * (W @ (G_eta @ deta)) + (G @ deta) @ deta
+    bias[3:6] += axial(B @ W2.T + 2.0 * ((N_eta @ deta) @ W.T) + (N @ deta) @ deta)
+    bias[6:] += np.tensordot(W2.T, N_eta, axes=2)

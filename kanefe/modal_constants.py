@@ -32,16 +32,25 @@ class ModalConstants:
         L and L^-1, each (k, k), of ``M = L L^T``: the modes of unit mass are L^T eta. None: M is the identity.
     stiffness, damping : ndarray or None, shape (k, k)
         K where it is not diagonal; C where there is any.
+    quadratic : ndarray or None, shape (k, 6 k)
+        Moments G of the second-order displacement, and the part of the products that gives Coriolis forces.
     """
 
     constants: tuple[np.ndarray, ...]
     transform: tuple[Matrix, Matrix] | None
     stiffness: Matrix | None
     damping: Matrix | None
+    quadratic: Matrix | None
 
     def of_interface(self, motion: Matrix) -> Matrix:
         """Return the motion of an interface (6, k) from the modes of unit mass."""
         return motion if self.transform is None else motion @ self.transform[1].T
+
+    def of_bending(self, quadratic: Matrix) -> Matrix:
+        """Return second-order motions (m, k, k) in modes of unit mass, as (k, m k)."""
+        if self.transform is not None:
+            quadratic = self.transform[1] @ quadratic @ self.transform[1].T
+        return side_by_side(quadratic)
 
     def of_field(self, load: FieldLoad, k: int) -> tuple[Any, ...]:
         """Return the constants of a distributed load for the modes of unit mass."""
@@ -76,8 +85,15 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
     is_diagonal = k == 0 or np.abs(off).max() <= ROUND_OFF * diagonal.max()
     symmetric = [0.5 * (products[a, b] + products[b, a]) for a, b in PAIRS]
     antisymmetric = [products[b, a] - products[a, b] for a, b in AXES]
-    # row j of the products is column j of each matrix
-    columns = np.concatenate([X.T for X in (*symmetric, *antisymmetric)], axis=1) if k else np.zeros(0)
+    quadratic = None
+    if moments.quadratic_first is not None and moments.quadratic_second is not None:
+        first, second = moments.quadratic_first, moments.quadratic_second
+        if transform is not None:
+            first, second = (transform[1] @ X @ transform[1].T for X in (first, second))
+        quadratic = side_by_side(np.array((*first, *antisymmetric)))
+        symmetric = [X + 0.5 * (second[a, b] + second[b, a]) for X, (a, b) in zip(symmetric, PAIRS, strict=True)]
+        antisymmetric = [X + second[a, b] - second[b, a] for X, (a, b) in zip(antisymmetric, AXES, strict=True)]
+    columns = side_by_side(np.array((*symmetric, *antisymmetric)))
     constants = (
         np.atleast_1d(moments.mass),
         moments.first,
@@ -86,6 +102,12 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
         S,
         np.array([0.5 * (D[a, b] + D[b, a]) for a, b in PAIRS]),
         np.array([D[a, b] - D[b, a] for a, b in AXES]),
-        columns,
+        columns.ravel(),
     )
-    return ModalConstants(constants, transform, None if is_diagonal else K, C)
+    return ModalConstants(constants, transform, None if is_diagonal else K, C, quadratic)
+
+
+def side_by_side(matrices: Matrix) -> Matrix:
+    """Return matrices (m, k, k) as (k, m k): row j is column j of each of them, so that x^T of it is each times x."""
+    m, k = matrices.shape[:2]
+    return np.ascontiguousarray(matrices.transpose(2, 0, 1)).reshape(k, m * k)

@@ -9,13 +9,14 @@ the size of the elements. Beams of `kanefe_fem` do not use this form.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.finite_element_model import COMPONENTS
 from kanefe.frames import skew
+from kanefe.mass_moments import add_quadratic_terms, leading_quadratic
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +31,13 @@ class NodalMoments:
     ----------
     gram : ndarray, shape (15 + 18 K, 15 + 18 K)
         ``F^T M F``.
+    quadratic_first, quadratic_second : ndarray or None
+        Of the second-order displacement, as in `MassMoments`.
     """
 
     gram: np.ndarray
+    quadratic_first: np.ndarray | None = None
+    quadratic_second: np.ndarray | None = None
 
     @classmethod
     def of_nodes(
@@ -76,7 +81,8 @@ class NodalMoments:
         """Return the moments of the first `count` coordinates alone."""
         K = self.count
         kept = np.concatenate((np.arange(15), *(15 + block * K + np.arange(count) for block in range(18))))
-        return NodalMoments(self.gram[np.ix_(kept, kept)])
+        quadratic = leading_quadratic(self.quadratic_first, self.quadratic_second, count)
+        return NodalMoments(self.gram[np.ix_(kept, kept)], *quadratic)
 
     def terms(self, eta: np.ndarray, deta: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the generalised mass and velocity-dependent inertia forces (Eq. 24-26, 38); as `MassMoments.terms`."""
@@ -96,11 +102,14 @@ class NodalMoments:
         start = 15 + 9 * K
         Z[start:] = np.einsum("ab,i->abi", W, deta).ravel()  # Y_n = w x dtheta
         weighted = V.T @ self.gram
-        return weighted @ V, weighted @ Z
+        mass, bias = weighted @ V, weighted @ Z
+        if self.quadratic_first is not None and self.quadratic_second is not None:
+            add_quadratic_terms(self.quadratic_first, self.quadratic_second, eta, deta, w, mass, bias)
+        return mass, bias
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the moments by name, for a file."""
-        return {"gram": self.gram}
+        return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) is not None}
 
     def _field(self, A: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the coefficients of the nodal motion ``A (X + psi eta)`` in the fields."""

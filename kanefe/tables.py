@@ -33,6 +33,8 @@ from kanefe.kernels.layout import (
     AXES,
     AXIS,
     BASIS,
+    BENDING,
+    BENT,
     BODY_INTEGERS,
     BORDER,
     CARRIED,
@@ -57,6 +59,8 @@ from kanefe.kernels.layout import (
     PARENT,
     PLACE,
     POOL,
+    QUADRATIC,
+    QUADRATIC_WORK,
     REVOLUTE,
     ROTATION_VECTOR,
     ROTOR,
@@ -172,7 +176,7 @@ class TableBuilder:
         self._bodies: list[np.ndarray] = []
         self._pool = _Pool()
         self._carrying: list[int] = []
-        self._fields: list[tuple[int, int, int, int, int]] = []
+        self._fields: list[tuple[int, int, int, int, int, int, int]] = []
         self.inputs = InputLayout(model)
         self._modal = self._border = 0
         wanted = attached_interfaces(model)
@@ -207,7 +211,7 @@ class TableBuilder:
             bodies=np.array(self._bodies, dtype=np.int64).reshape(-1, BODY_INTEGERS),
             pool=np.concatenate(self._pool.parts),
             carrying=np.array(self._carrying, dtype=np.int64),
-            fields=np.array(self._fields, dtype=np.int64).reshape(-1, 5),
+            fields=np.array(self._fields, dtype=np.int64).reshape(-1, 7),
             sizes=np.array((self._modal, self._border, SLOPE_CODES[model.slopes.name])),
         )
 
@@ -295,8 +299,9 @@ class TableBuilder:
             integers[STIFFNESS] = self._pool.add(modes.stiffness)
         if modes.damping is not None:
             integers[DAMPING] = self._pool.add(modes.damping)
-        integers[MODAL] = self._modal
-        self._modal += MODAL_WORK * k
+        integers[MODAL] = self._room(MODAL_WORK * k)
+        if modes.quadratic is not None:
+            integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._room(9 * k)
         flexible = len(self._bodies)
         self._integers[row][FLEXIBLE] = flexible
         integers[CARRIED] = len(self._carrying)
@@ -305,6 +310,9 @@ class TableBuilder:
             self._integers[at][FLEXIBLE] = flexible
             self._integers[at][BASIS] = self._pool.add(modes.of_interface(frame.motion[:, :k]))
             self._integers[at][CARRIES] = carries
+            if frame.quadratic is not None and k:
+                self._integers[at][BENDING] = self._pool.add(modes.of_bending(frame.quadratic[:, :k, :k]))
+                self._integers[at][BENT] = self._room(12 * k)
             self.interfaces[number, name] = at
             if carries:
                 self._carrying.append(at)
@@ -312,8 +320,16 @@ class TableBuilder:
         integers[BORDER] = self._border
         self._border += border_size(k, int(integers[CARRIED_COUNT]))
         for load in body.field_loads:
-            constants = modes.of_field(load, k)
-            self._fields.append(
-                (flexible, self.inputs.of(load), int(load.is_pressure), int(load.follows), self._pool.add(*constants))
-            )
+            constants = self._pool.add(*modes.of_field(load, k))
+            quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
+            if quadratic is not None and k and not load.is_pressure:
+                bending, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._room(3 * k)
+            kinds = int(load.is_pressure), int(load.follows)
+            self._fields.append((flexible, self.inputs.of(load), *kinds, constants, bending, bent))
         self._bodies.append(integers)
+
+    def _room(self, size: int) -> int:
+        """Return where so many numbers are in the modal work."""
+        start = self._modal
+        self._modal += size
+        return start

@@ -14,6 +14,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 import kanefe as kf
+from bent_bodies import bent
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.joints.base import ScalarJoint
 from kanefe.load_pattern import NodalPattern
@@ -42,6 +43,8 @@ BODIES: dict[str, dict[str, Any]] = {
     "planar mesh": {"interfaces": TIP, "planar": True, "interior": 2},
     "floating unreduced": {"interfaces": {"tip": "rigid"}, "interior": 1, "damping": kf.RayleighDamping(0.1, 0.001)},
     "no modes": {"interfaces": {"root": "clamped", "tip": "clamped"}, "reduction": kf.CraigBampton(modes=0)},
+    "stiffened": {"interfaces": TIP, "reduction": kf.CraigBampton(modes=4), "is_bent": True},
+    "stiffened unreduced, floating": {"interfaces": {"tip": "rigid"}, "interior": 1, "is_bent": True},
 }
 
 
@@ -49,6 +52,7 @@ BODIES: dict[str, dict[str, Any]] = {
 def elastic_body(kind: str, seed: int) -> kf.FlexibleBody:
     """Return a lattice of one of the kinds, whose nodes share a "side" with an outside, and an "edge"."""
     options = dict(BODIES[kind])
+    is_bent = options.pop("is_bent", False)
     ours = {name: options.pop(name) for name in ("interfaces", "reduction", "damping") if name in options}
     model = lattice_model(seed, **options)
     rng = np.random.default_rng(seed)
@@ -58,7 +62,8 @@ def elastic_body(kind: str, seed: int) -> kf.FlexibleBody:
         "side": NodalPattern.of_nodes(model.nodes, model.components, shares, normals),
         "edge": NodalPattern.of_nodes(model.nodes, model.components, shares[::-1].copy(), kind="line"),
     }
-    return flexible_body(replace(model, load_patterns=patterns), **ours)
+    body = flexible_body(replace(model, load_patterns=patterns), **ours)
+    return bent(body, seed, 0.1) if is_bent else body
 
 
 @dataclass(frozen=True)

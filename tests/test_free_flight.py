@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from bent_bodies import bent
 from kanefe.integrate.run import Trajectory, integrate
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.model import Model
@@ -54,6 +55,10 @@ SCENES: dict[str, Callable[[], kf.System]] = {
     "floating, alone": lambda: scene_of(lattice_body(3, {}, reduction=kf.CraigBampton(modes=6)), tip=False),
     "unreduced": lambda: scene_of(lattice_body(4, interior=1)),
     "planar, unreduced": planar_scene,
+    "stiffened": lambda: scene_of(bent(lattice_body(1, reduction=CB), strength=0.1)),
+    "stiffened, floating": lambda: scene_of(
+        bent(lattice_body(2, {"tip": "rigid"}, reduction=kf.CraigBampton(modes=3)), strength=0.1)
+    ),
 }
 
 

@@ -84,7 +84,7 @@ def coupling_force_columns(
     for frame in fixed_interfaces(terms):
         n = interface_motion(G, frame, terms, q, u, model.slopes)
         A_Gn = G.A_NF.T @ n.A_NF
-        theta = frame.motion[3:, : terms.body.free_count] @ q[terms.eta]
+        theta = frame.moved(q[terms.eta])[0][3:]
         wrench = unit_wrenches(frame.fixed_components, model.slopes.tangent(theta))
         columns.append(np.vstack((A_Gn @ n.V, A_Gn @ n.W)).T @ wrench)
         positions.append(R.A_NF.T @ (n.p_NoFo_N - R.p_NoFo_N))

@@ -146,10 +146,9 @@ def interface_motion(
     """
     columns = G.V.shape[1]
     is_extended = columns > terms.fixed.start
-    count = frame.motion.shape[1] if is_extended else terms.body.free_count
     eta, deta = elastic_state(terms, q, u, is_extended)
-    motion = frame.motion[:, :count]
-    displacement, rates = motion @ eta, motion @ deta
+    displacement, motion = frame.moved(eta)
+    rates, remainder = motion @ deta, frame.remainder(deta)
     theta, dtheta = displacement[3:], rates[3:]
     tangent = slopes.tangent(theta)
     partial = motion @ elastic_partial_rates(terms, columns)
@@ -160,8 +159,8 @@ def interface_motion(
         w=tangent @ dtheta,
         V=partial[:3],
         W=tangent @ partial[3:],
-        Z=np.zeros(3),
-        Y=slopes.remainder(theta, dtheta),
+        Z=remainder[:3],
+        Y=slopes.remainder(theta, dtheta) + tangent @ remainder[3:],
         columns=slice(None),
     )
     return compose(G, relative)

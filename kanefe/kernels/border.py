@@ -23,6 +23,7 @@ from kanefe.kernels.layout import (
     ACCELERATION,
     ALPHA,
     BASIS,
+    BENT,
     BORDER,
     CARRIED,
     CARRIED_COUNT,
@@ -140,9 +141,12 @@ def eliminate_modes(
         series[:] = 0.0  # A, until the system is solved
         for c in range(carried):
             i = flexible.carrying[body[CARRIED] + c]
-            at = rows[i, BASIS]
-            raw = flexible.pool[at : at + 6 * k].reshape(6, k)
-            _place_basis(raw, matrix(work, i, TANGENT), basis[6 * c : 6 * c + 6])
+            T, placed = matrix(work, i, TANGENT), basis[6 * c : 6 * c + 6]
+            at, bent = rows[i, BASIS], rows[i, BENT]
+            if bent < 0:
+                _place_basis(flexible.pool[at : at + 6 * k].reshape(6, k), T, placed)
+            else:
+                _place_basis(modal[bent : bent + 6 * k].reshape(6, k), T, placed)
             r = rotated(back, vector(work, i, OFFSET))
             block = lever[6 * c : 6 * c + 6]
             for a in range(6):

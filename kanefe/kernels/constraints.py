@@ -24,6 +24,7 @@ from kanefe.kernels.layout import (
     ALPHA,
     AXIS,
     BASIS,
+    BENT,
     COUNT,
     DETA,
     FIXED,
@@ -146,7 +147,7 @@ def hold(
                 row = loops.rows[j, ROW_A + end]
                 force, moment = vector(wrenches, j, 6 * end), vector(wrenches, j, 6 * end + 3)
                 push(tables.rows, flexible, row, force, moment, work, modal)
-                _walk_inward(tables, flexible, row, force, moment, work, J, reach)
+                _walk_inward(tables, flexible, row, force, moment, work, modal, J, reach)
         scale[j] = _row_scale(J, reach, work, count)
         answer = answers[j, :count]  # the driven entries keep the answer of the driving forces
         sweep_forces_inward(tables, flexible, applied, work, modal, border)
@@ -236,6 +237,7 @@ def _walk_inward(
     force: Numbers,
     moment: Numbers,
     work: np.ndarray,
+    modal: np.ndarray,
     J: np.ndarray,
     reach: np.ndarray,
 ) -> None:
@@ -249,14 +251,12 @@ def _walk_inward(
             k, first = body[COUNT], body[DETA]
             G = matrix(work, rows[i, PARENT], R)
             a, b = rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
-            basis = flexible.pool[rows[i, BASIS] : rows[i, BASIS] + 6 * k].reshape(6, k)
-            for j in range(k):
-                size, turn = 0.0, 0.0
-                for c in range(3):
-                    J[first + j] += basis[c, j] * a[c] + basis[3 + c, j] * b[c]
-                    size += basis[c, j] * basis[c, j]
-                    turn += basis[3 + c, j] * basis[3 + c, j]
-                reach[first + j] += np.sqrt(size) * f_size + np.sqrt(turn) * m_size
+            at, bent = rows[i, BASIS], rows[i, BENT]
+            own, room = J[first : first + k], reach[first : first + k]
+            if bent < 0:
+                _add_modal_row(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
+            else:
+                _add_modal_row(modal[bent : bent + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
         elif FIXED < kind <= AXIS:
             axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
             J[speed] += geometry[i, ALONG] * dot(axis, force) + geometry[i, ABOUT] * dot(axis, moment)
@@ -275,6 +275,20 @@ def _walk_inward(
         moment = plus(moment, cross(lever, force))
         m_size += np.sqrt(dot(lever, lever).real) * f_size
         i = rows[i, PARENT]
+
+
+@kernel
+def _add_modal_row(
+    basis: np.ndarray, a: Numbers, b: Numbers, f_size: float, m_size: float, J: np.ndarray, reach: np.ndarray
+) -> None:
+    """Add the generalised forces of a wrench in G on the modes of a body, and the largest they could be."""
+    for j in range(len(J)):
+        size, turn = 0.0, 0.0
+        for c in range(3):
+            J[j] += basis[c, j] * a[c] + basis[3 + c, j] * b[c]
+            size += (basis[c, j] * basis[c, j]).real
+            turn += (basis[3 + c, j] * basis[3 + c, j]).real
+        reach[j] += np.sqrt(size) * f_size + np.sqrt(turn) * m_size
 
 
 @inlined

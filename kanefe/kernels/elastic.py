@@ -23,6 +23,8 @@ from kanefe.kernels.layout import (
     POOL_MASS,
     POOL_SECOND,
     POOL_STIFFNESS,
+    QUADRATIC,
+    QUADRATIC_WORK,
     STIFFNESS,
     TRANSFORM,
     WORK_COUPLING,
@@ -137,15 +139,23 @@ def set_flexible(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, mod
     of_deta = modal[start + WORK_RATES * k : start + (WORK_RATES + 3) * k]
     coupling = modal[start + WORK_COUPLING * k : start + (WORK_COUPLING + 6) * k].reshape(6, k)
     transposed_product(products, 0, eta, of_eta)
-    transposed_product(products, 6 * k, deta, of_deta)
     _couple(translation, rotation_shapes, of_eta, coupling)
+    zero = 0.0 * G[0]
+    first, pull, twist = three(constants, POOL_FIRST), (zero, zero, zero), (zero, zero, zero)
+    if body[QUADRATIC] < 0:
+        transposed_product(products, 6 * k, deta, of_deta)
+    else:
+        room = modal[body[QUADRATIC_WORK] : body[QUADRATIC_WORK] + 9 * k].reshape(9, k)
+        at = body[QUADRATIC]
+        quadratic = pool[at : at + 6 * k * k].reshape(k, 6 * k)
+        first, pull, twist = _bend(quadratic, products, eta, deta, of_deta, first, room, coupling)
 
     # moments of the deformed body: int rho r_a r_b and int rho r_a du_b
     B = _second_moments(second_shapes, of_eta, eta, 2.0)
     B0 = six(constants, POOL_SECOND)
     B = (B[0] + B0[0], B[1] + B0[1], B[2] + B0[2], B[3] + B0[3], B[4] + B0[4], B[5] + B0[5])
     Q = _second_moments(second_shapes, of_eta, deta, 1.0)
-    c, turn = plus(three(constants, POOL_FIRST), project(coupling, 0, eta)), project(coupling, 3, deta)
+    c, turn = plus(first, project(coupling, 0, eta)), project(coupling, 3, deta)
     dc = project(coupling, 0, deta)
     inertia = inertia_of(B)
     mass = constants[POOL_MASS]
@@ -155,6 +165,7 @@ def set_flexible(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, mod
     coriolis = plus(plus(times(2.0 * (Q[0] + Q[3] + Q[5]), w), times(-2.0, symmetric_times(Q, w))), cross(w, turn))
     gyroscopic = cross(w, symmetric_times(inertia, w))
     moment = plus(plus(cross(c, a), symmetric_times(inertia, alpha)), plus(gyroscopic, coriolis))
+    force, moment = plus(force, pull), plus(moment, twist)
     _modal_forces(second_shapes, of_eta, of_deta, coupling, w, a, alpha, p)
     if body[STIFFNESS] < 0:
         diagonal = constants[POOL_STIFFNESS:]
@@ -165,6 +176,34 @@ def set_flexible(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, mod
     if body[DAMPING] >= 0:
         _subtract_product(pool[body[DAMPING] : body[DAMPING] + k * k].reshape(k, k), deta, p)
     put_inertia(work, i, mass, rotated(G, c), congruent(G, inertia), rotated(G, force), rotated(G, moment))
+
+
+@kernel
+def _bend(
+    quadratic: np.ndarray,
+    products: np.ndarray,
+    eta: np.ndarray,
+    deta: np.ndarray,
+    of_deta: np.ndarray,
+    first: Numbers,
+    room: np.ndarray,
+    coupling: np.ndarray,
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Add the second-order displacement to the coupling of translations; see `mass_moments.add_quadratic_terms`.
+
+    Its second moments are part of `products` already. Returns the first moment, less what its derivative counts twice,
+    and the forces ``deta^T G deta`` and ``deta^T N deta`` on the translation and rotation of G.
+    """
+    k = len(eta)
+    flat = room.reshape(9 * k)
+    transposed_product(quadratic, 0, eta, flat[: 3 * k])
+    transposed_product(quadratic, 0, deta, flat[3 * k : 6 * k])
+    transposed_product(quadratic, 3 * k, deta, of_deta)
+    transposed_product(products, 6 * k, deta, flat[6 * k :])
+    for c in range(3):
+        for i in range(k):
+            coupling[c, i] += room[c, i]
+    return plus(first, times(-0.5, project(room, 0, eta))), project(room, 3, deta), project(room, 6, deta)
 
 
 @inlined

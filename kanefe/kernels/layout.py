@@ -16,8 +16,10 @@ import numpy as np
 FIXED, REVOLUTE, AXIS, SPHERICAL, FREE, INTERFACE = range(6)
 
 # Columns of `Tables.rows`: integers of a row; -1: none
-PARENT, KIND, COORDINATE, SPEED, DRIVE, FLEXIBLE, HAS_GRAVITY, BASIS, CARRIES = range(9)
-ROW_INTEGERS = 9
+PARENT, KIND, COORDINATE, SPEED, DRIVE, FLEXIBLE, HAS_GRAVITY, BASIS, CARRIES, BENDING, BENT = range(11)
+ROW_INTEGERS = 11
+# of an interface with a second-order motion: BENDING is its place in the pool, (k, 6 k), and BENT that of its current
+# basis (6, k) in the modal work, followed by as much room
 
 # Columns of `Tables.geometry`: numbers of a row that do not change
 PLACE = 0  # origin from the parent row's origin, in its axes; of an interface: undeformed, in G
@@ -64,7 +66,9 @@ DAMPING = 8  # full matrix in the pool; -1: none
 CARRIED = 9  # first of its interfaces that carry something, in `FlexibleTables.carrying`
 CARRIED_COUNT = 10
 BORDER = 11  # its place in the border work array
-BODY_INTEGERS = 12
+QUADRATIC = 12  # moments of the second-order displacement, (k, 6 k) in the pool; -1: none
+QUADRATIC_WORK = 13  # room for 9 k numbers in the modal work
+BODY_INTEGERS = 14
 
 # Constants of a flexible body, from POOL on
 POOL_MASS = 0
@@ -124,8 +128,9 @@ class FlexibleTables(NamedTuple):
         Constants of the bodies and bases of interfaces.
     carrying : ndarray of int
         Rows of interfaces that carry something, body by body.
-    fields : ndarray of int, shape (distributed loads, 5)
-        Body, first input, is a pressure, follows, first constant in `pool`.
+    fields : ndarray of int, shape (distributed loads, 7)
+        Body, first input, is a pressure, follows, first constant in `pool`; second-order moments in the pool, (k, 3 k),
+        or -1, and their room in the modal work.
     sizes : ndarray of int
         Modal work, border work, slope measure.
     """

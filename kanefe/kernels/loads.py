@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel
-from kanefe.kernels.elastic import project, span
+from kanefe.kernels._numba import kernel, vector_kernel
+from kanefe.kernels.elastic import project, span, transposed_product
 from kanefe.kernels.layout import (
     BASIS,
+    BENT,
     CARRIES,
     COUNT,
     FLEXIBLE,
@@ -60,7 +61,7 @@ def push(
         return
     if flexible is not None and rows[i, KIND] == INTERFACE and not rows[i, CARRIES]:
         parent = rows[i, PARENT]
-        _push_modes(flexible, rows[i, FLEXIBLE], rows[i, BASIS], i, parent, force, moment, work, modal)
+        _push_modes(flexible, rows, i, force, moment, work, modal)
         moment = plus(moment, cross(vector(work, i, OFFSET), force))
         i = parent
     accumulate(work, i, FORCE, (-force[0], -force[1], -force[2]))
@@ -70,24 +71,29 @@ def push(
 @kernel
 def _push_modes(
     flexible: FlexibleTables,
-    f: int,
-    at: int,
+    rows: np.ndarray,
     i: int,
-    parent: int,
     force: Numbers,
     moment: Numbers,
     work: np.ndarray,
     modal: np.ndarray,
 ) -> None:
     """Add the share of the modes in what acts on an interface."""
-    body = flexible.bodies[f]
-    k = body[COUNT]
-    G = matrix(work, parent, R)
+    body = flexible.bodies[rows[i, FLEXIBLE]]
+    k, at, bent = body[COUNT], rows[i, BASIS], rows[i, BENT]
+    G = matrix(work, rows[i, PARENT], R)
     a = rotated_back(G, force)
     b = rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
-    basis = flexible.pool[at : at + 6 * k].reshape(6, k)
     p = modal[span(body, WORK_FORCE)]
-    for j in range(k):
+    if bent < 0:
+        _add_share(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, p)
+    else:
+        _add_share(modal[bent : bent + 6 * k].reshape(6, k), a, b, p)
+
+
+@vector_kernel
+def _add_share(basis: np.ndarray, a: Numbers, b: Numbers, p: np.ndarray) -> None:
+    for j in range(len(p)):
         p[j] += (
             basis[0, j] * a[0] + basis[1, j] * a[1] + basis[2, j] * a[2]
             + basis[3, j] * b[0] + basis[4, j] * b[1] + basis[5, j] * b[2]
@@ -123,7 +129,7 @@ def add_field_loads(flexible: FlexibleTables, inputs: np.ndarray, work: np.ndarr
     """Apply tractions, line loads and pressures; return their power."""
     power = 0.0 * work[0, R]
     for n in range(len(flexible.fields)):
-        f, at, is_pressure, follows, pool = flexible.fields[n]
+        f, at, is_pressure, follows, pool, bending, bent = flexible.fields[n]
         body = flexible.bodies[f]
         k, i = body[COUNT], body[ROW]
         G = matrix(work, i, R)
@@ -144,10 +150,20 @@ def add_field_loads(flexible: FlexibleTables, inputs: np.ndarray, work: np.ndarr
                 t = rotated_back(G, t)
             basis = flexible.pool[pool + 4 : pool + 4 + 3 * k].reshape(3, k)
             force = times(flexible.pool[pool], t)
-            moment = cross(plus(three(flexible.pool, pool + 1), project(basis, 0, eta)), t)
-            power += dot(t, project(basis, 0, deta))
+            place = plus(three(flexible.pool, pool + 1), project(basis, 0, eta))
+            rate = project(basis, 0, deta)
             for j in range(k):
                 p[j] += t[0] * basis[0, j] + t[1] * basis[1, j] + t[2] * basis[2, j]
+            if bending >= 0:
+                rows = modal[bent : bent + 3 * k].reshape(3, k)
+                moments = flexible.pool[bending : bending + 3 * k * k].reshape(k, 3 * k)
+                transposed_product(moments, 0, eta, modal[bent : bent + 3 * k])
+                place = plus(place, times(0.5, project(rows, 0, eta)))
+                rate = plus(rate, project(rows, 0, deta))
+                for j in range(k):
+                    p[j] += t[0] * rows[0, j] + t[1] * rows[1, j] + t[2] * rows[2, j]
+            moment = cross(place, t)
+            power += dot(t, rate)
         force, moment = rotated(G, force), rotated(G, moment)
         power += dot(force, vector(work, i, VELOCITY)) + dot(moment, vector(work, i, OMEGA))
         accumulate(work, i, FORCE, (-force[0], -force[1], -force[2]))

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
-from kanefe.kernels.elastic import modal_state, project, span
+from kanefe.kernels.elastic import modal_state, project, span, transposed_product
 from kanefe.kernels.layout import (
     ABOUT,
     ALONG,
     AXES,
     AXIS,
     BASIS,
+    BENDING,
+    BENT,
     COORDINATE,
     COUNT,
     DRIVE,
@@ -169,13 +171,27 @@ def _interface(
     k = body[COUNT]
     parent = rows[i, PARENT]
     zero = 0.0 * work[parent, R]
-    displacement = shift = slopes = rates = (zero, zero, zero)
+    displacement = shift = slopes = rates = pull = twist = (zero, zero, zero)
     if k > 0:
         eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
         basis = flexible.pool[rows[i, BASIS] : rows[i, BASIS] + 6 * k].reshape(6, k)
-        displacement, shift = project(basis, 0, eta), project(basis, 0, deta)
-        slopes, rates = project(basis, 3, eta), project(basis, 3, deta)
+        displacement, slopes = project(basis, 0, eta), project(basis, 3, eta)
+        if rows[i, BENDING] < 0:
+            shift, rates = project(basis, 0, deta), project(basis, 3, deta)
+        else:
+            bending = flexible.pool[rows[i, BENDING] : rows[i, BENDING] + 6 * k * k].reshape(k, 6 * k)
+            bent = modal[rows[i, BENT] : rows[i, BENT] + 12 * k].reshape(12, k)
+            transposed_product(bending, 0, eta, modal[rows[i, BENT] : rows[i, BENT] + 6 * k])
+            transposed_product(bending, 0, deta, modal[rows[i, BENT] + 6 * k : rows[i, BENT] + 12 * k])
+            displacement = plus(displacement, times(0.5, project(bent, 0, eta)))
+            slopes = plus(slopes, times(0.5, project(bent, 3, eta)))
+            pull, twist = project(bent, 6, deta), project(bent, 9, deta)
+            for c in range(6):
+                for j in range(k):
+                    bent[c, j] += basis[c, j]
+            shift, rates = project(bent, 0, deta), project(bent, 3, deta)
     A, T, bend = slope_motion(flexible.sizes[SLOPES], slopes, rates)
+    bend = plus(bend, rotated(T, twist))
     G, w, turn = matrix(work, parent, R), vector(work, parent, OMEGA), vector(work, parent, Y)
     offset, velocity, spin = rotated(G, plus(place, displacement)), rotated(G, shift), rotated(G, rotated(T, rates))
     swing = cross(w, offset)
@@ -186,7 +202,10 @@ def _interface(
         work,
         i,
         Z,
-        plus(plus(vector(work, parent, Z), cross(turn, offset)), cross(w, plus(swing, times(2.0, velocity)))),
+        plus(
+            plus(plus(vector(work, parent, Z), cross(turn, offset)), cross(w, plus(swing, times(2.0, velocity)))),
+            rotated(G, pull),
+        ),
     )
     put(work, i, Y, plus(turn, plus(cross(w, spin), rotated(G, bend))))
     put(work, i, OMEGA, plus(w, spin))

@@ -124,8 +124,8 @@ class SceneState:
         terms, slopes = self._model.bodies[number].flexible, self._model.slopes
         if frame is None or terms is None:
             return G.p_NoFo_N, G.A_NF, G.v, G.w
-        motion = frame.motion[:, : terms.body.free_count]
-        moved, rates = motion @ self._q[terms.eta], motion @ self._u[terms.speeds]
+        moved, motion = frame.moved(self._q[terms.eta])
+        rates = motion @ self._u[terms.speeds]
         r, A = frame.position + moved[:3], slopes.rotation(moved[3:])
         v = G.v + cross(G.w, r) + rates[:3]
         w = G.w + slopes.tangent(moved[3:]) @ rates[3:]
