@@ -16,6 +16,7 @@ from kanefe.verify.rigid import attitude_checks
 from kanefe.verify.scenes import natural_modes, states_at, stretching_frequencies_with_tip_mass
 from kanefe_fem.material import Material
 from kanefe_fem.solid import solid_body, solid_model
+from kanefe_fem.verification import plates, satellite
 from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
 
@@ -116,4 +117,6 @@ CASES = (
     Case("B08a", free_block),
     Case("E01a", tumbling_block),
     Case("E02a", spinning_bar),
+    *plates.CASES,
+    *satellite.CASES,
 )
