@@ -1,6 +1,8 @@
-"""Door to FEniCSx: arrays in, sparse matrices out. The only file that imports dolfinx, ufl, basix or mpi4py.
+"""Door to FEniCSx: meshes, spaces and sparse matrices. The only file that imports dolfinx, ufl, basix or mpi4py.
 
-And the only one that knows their versions: 0.5 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (the wheel).
+And the only one that knows their versions: 0.5 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (the wheel). `load` hands
+out a namespace `fx` from which the forms are made (`kanefe_fem.solid_forms`); they are used within `quiet` and
+`compiling`.
 """
 
 from __future__ import annotations
@@ -10,10 +12,8 @@ import logging
 import os
 import tempfile
 import threading
-import time
 import warnings
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,7 +23,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe_fem._petsc import start_mpi
-from kanefe_fem.shapes import Shape, kind_of_order, shape
+from kanefe_fem.shapes import Shape
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Versions of dolfinx this door was tested with."""
@@ -36,130 +36,10 @@ REMEDY = (
 _CELLS = {"triangle": "triangle", "quad": "quadrilateral", "tetra": "tetrahedron", "hexahedron": "hexahedron"}
 
 
-@dataclass(frozen=True, eq=False)
-class Assembly:
-    """Matrices in the assembler's own numbering of the nodes.
-
-    Attributes
-    ----------
-    stiffness : csr_matrix, shape (n d, n d)
-        K in N/m, node-major.
-    mass : csr_matrix, shape (n, n)
-        Scalar mass matrix Ms in kg.
-    order_of_nodes : ndarray of int, shape (n,)
-        Number, in the arrays given, of each node of the matrices.
-    seconds : dict
-        Time of each stage.
-    versions : dict
-        Of dolfinx and PETSc.
-    """
-
-    stiffness: sp.csr_matrix
-    mass: sp.csr_matrix
-    order_of_nodes: np.ndarray
-    seconds: dict[str, float]
-    versions: dict[str, str]
-
-
-def assemble(
-    nodes: np.ndarray,
-    connectivity: np.ndarray,
-    kind: str,
-    *,
-    straight: bool,
-    lame: np.ndarray,
-    shear: np.ndarray,
-    density: np.ndarray,
-) -> Assembly:
-    """Assemble stiffness and scalar mass of an isotropic linear elastic body.
-
-    ``K_ij = int lambda tr e(N_i) tr e(N_j) + 2 mu e(N_i) : e(N_j)`` and ``Ms_ij = int rho N_i N_j``.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (n, 3)
-        Nodes of the displacement in m; all are used.
-    connectivity : ndarray of int, shape (m, nodes per cell)
-        VTK order.
-    kind : str
-        meshio's name of the cells; its order is that of the displacement.
-    straight : bool
-        The mid-side nodes are the means of the corners: the geometry is taken of order 1 (faster).
-    lame, shear, density : ndarray, shape (m,)
-        lambda and mu in Pa, rho in kg/m3 of each cell (times the thickness in 2D).
-
-    Notes
-    -----
-    The material is a function constant on each cell, so one compiled kernel serves all values and all groups. The mass
-    is integrated exactly.
-    """
-    fx = _load()
-    with _quiet(), _compiling():
-        return _assemble(fx, nodes, connectivity, kind, straight, (lame, shear, density))
-
-
-def _assemble(
-    fx: Any,
-    nodes: np.ndarray,
-    connectivity: np.ndarray,
-    kind: str,
-    straight: bool,
-    fields: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> Assembly:
-    clock = [time.perf_counter()]
-    element = shape(kind)
-    geometry = shape(kind_of_order(kind, 1)) if straight else element
-    mesh = _create_mesh(fx, nodes, connectivity, geometry)
-    original = np.asarray(mesh.topology.original_cell_index)
-    clock.append(time.perf_counter())
-
-    vector = _space(fx, mesh, element, element.dimension)
-    scalar = _space(fx, mesh, element, 0)
-    lame, shear, density = (_cell_function(fx, mesh, values[original]) for values in fields)
-    u, v = fx.ufl.TrialFunction(vector), fx.ufl.TestFunction(vector)
-    p, q = fx.ufl.TrialFunction(scalar), fx.ufl.TestFunction(scalar)
-    strain_u, strain_v = fx.ufl.sym(fx.ufl.grad(u)), fx.ufl.sym(fx.ufl.grad(v))
-    energy = lame * fx.ufl.tr(strain_u) * fx.ufl.tr(strain_v) + 2.0 * shear * fx.ufl.inner(strain_u, strain_v)
-    dx = fx.ufl.Measure("dx", domain=mesh)
-    stiffness_form = fx.fem.form(energy * dx(metadata={"quadrature_degree": stiffness_degree(element, geometry)}))
-    mass_form = fx.fem.form(density * p * q * dx(metadata={"quadrature_degree": mass_degree(element, geometry)}))
-    clock.append(time.perf_counter())
-
-    stiffness = _matrix(fx, stiffness_form)
-    clock.append(time.perf_counter())
-    mass = _matrix(fx, mass_form)
-    clock.append(time.perf_counter())
-
-    numbering = _node_of_dof(fx, vector, connectivity[original], element)
-    numbering_of_mass = _node_of_dof(fx, scalar, connectivity[original], element)
-    if not np.array_equal(numbering, numbering_of_mass):
-        to_vector = np.argsort(numbering_of_mass)[numbering]
-        mass = mass[to_vector][:, to_vector]
-    _check_numbering(vector, nodes, numbering)
-    stages = ("create mesh", "compile forms", "assemble stiffness", "assemble mass")
-    seconds = dict(zip(stages, np.diff(clock).tolist(), strict=True))
-    return Assembly(stiffness, mass, numbering, seconds, fx.versions)
-
-
-def mass_degree(element: Shape, geometry: Shape) -> int:
-    """Degree that integrates the mass exactly: total on simplices, in each direction on cubes."""
-    d = element.dimension
-    if element.is_simplex:
-        return 2 * element.order + d * (geometry.order - 1)
-    return 2 * element.order + d * geometry.order - 1
-
-
-def stiffness_degree(element: Shape, geometry: Shape) -> int:
-    """Degree of quadrature of the stiffness: exact on straight simplices and on boxes."""
-    if element.is_simplex:
-        return 2 * (element.order - 1) + 2 * (geometry.order - 1)
-    return 2 * element.order
-
-
-def _load() -> Any:
-    """Import FEniCSx, once MPI is made safe, and return what the assembly needs of it."""
+def load() -> Any:
+    """Import FEniCSx, once MPI is made safe, and return what the forms need of it."""
     start_mpi()
-    cache = _make_cache_writable()
+    cache = make_cache_writable()
     try:
         from mpi4py import MPI  # isort: skip
         import basix
@@ -191,7 +71,16 @@ def _load() -> Any:
     )
 
 
-def _make_cache_writable() -> Path:
+def load_ufl() -> tuple[Any, type[Exception]]:
+    """Return UFL alone, for expressions without a mesh, and the error that it raises (ValueError since 2024)."""
+    try:
+        import ufl
+    except ImportError as problem:
+        raise MissingDependency("ufl", "UserEnergy", f"{REMEDY} ({problem})") from problem
+    return ufl, getattr(ufl, "UFLException", ValueError)
+
+
+def make_cache_writable() -> Path:
     """Return the folder of compiled forms; choose a temporary one if the usual one cannot be written."""
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "fenics"
     try:
@@ -219,7 +108,7 @@ def _reference_points(fx: Any, element: Shape) -> np.ndarray:
     return np.asarray(made.points)
 
 
-def _create_mesh(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, geometry: Shape) -> Any:
+def create_mesh(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, geometry: Shape) -> Any:
     """Return dolfinx's mesh; `nodes` and `connectivity` may carry more nodes a cell than the geometry has."""
     cells = connectivity[:, : len(geometry.nodes)]
     used = np.zeros(len(nodes), dtype=bool)
@@ -239,7 +128,7 @@ def _create_mesh(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, geometry:
     return fx.dolfinx.mesh.create_mesh(fx.comm, cells=cells.astype(np.int64), x=x, e=fx.ufl.Mesh(coordinate))
 
 
-def _space(fx: Any, mesh: Any, element: Shape, components: int) -> Any:
+def lagrange_space(fx: Any, mesh: Any, element: Shape, components: int) -> Any:
     """Return the Lagrange space with so many components (0: scalar)."""
     if fx.old:
         if components:
@@ -250,11 +139,16 @@ def _space(fx: Any, mesh: Any, element: Shape, components: int) -> Any:
     return fx.fem.functionspace(mesh, ("Lagrange", element.order))
 
 
-def _cell_function(fx: Any, mesh: Any, values: np.ndarray) -> Any:
-    """Return a function constant on each cell."""
-    space = fx.fem.FunctionSpace(mesh, ("DG", 0)) if fx.old else fx.fem.functionspace(mesh, ("DG", 0))
+def cell_function(fx: Any, mesh: Any, values: np.ndarray) -> Any:
+    """Return a function constant on each cell, from values of shape (cells,), or (cells, k) for a vector of k."""
+    if values.ndim == 1:
+        space = fx.fem.FunctionSpace(mesh, ("DG", 0)) if fx.old else fx.fem.functionspace(mesh, ("DG", 0))
+    elif fx.old:
+        space = fx.fem.VectorFunctionSpace(mesh, ("DG", 0), dim=values.shape[1])
+    else:
+        space = fx.fem.functionspace(mesh, ("DG", 0, (values.shape[1],)))
     function = fx.fem.Function(space)
-    function.x.array[_dofmap(space, len(values))[:, 0]] = values
+    function.x.array.reshape(values.shape)[_dofmap(space, len(values))[:, 0]] = values
     return function
 
 
@@ -264,7 +158,7 @@ def _dofmap(space: Any, cells: int) -> np.ndarray:
     return np.asarray(getattr(table, "array", table)).reshape(cells, -1)
 
 
-def _node_of_dof(fx: Any, space: Any, connectivity: np.ndarray, element: Shape) -> np.ndarray:
+def node_of_dof(fx: Any, space: Any, connectivity: np.ndarray, element: Shape) -> np.ndarray:
     """Return the node of each (blocked) degree of freedom; cells and their nodes say it, not coordinates."""
     dofs = _dofmap(space, len(connectivity))
     numbering = np.full(dofs.max() + 1, -1)
@@ -272,7 +166,7 @@ def _node_of_dof(fx: Any, space: Any, connectivity: np.ndarray, element: Shape) 
     return numbering
 
 
-def _check_numbering(space: Any, nodes: np.ndarray, numbering: np.ndarray) -> None:
+def check_numbering(space: Any, nodes: np.ndarray, numbering: np.ndarray) -> None:
     """Compare the points of the degrees of freedom with our nodes: a new version could order them otherwise."""
     points = np.asarray(space.tabulate_dof_coordinates())[: len(numbering)]
     d = space.mesh.geometry.dim
@@ -284,7 +178,18 @@ def _check_numbering(space: Any, nodes: np.ndarray, numbering: np.ndarray) -> No
         )
 
 
-def _matrix(fx: Any, form: Any) -> sp.csr_matrix:
+def compiled_expression(fx: Any, mesh: Any, expression: Any, points: np.ndarray) -> Callable[[int], np.ndarray]:
+    """Return a function of the number of cells that evaluates a UFL expression at reference points of each of them."""
+    made = fx.fem.Expression(expression, np.ascontiguousarray(points))
+
+    def values(cells: int) -> np.ndarray:
+        numbers = np.arange(cells, dtype=np.int32)
+        return np.asarray(made.eval(numbers) if fx.old else made.eval(mesh, numbers))
+
+    return values
+
+
+def assemble_matrix(fx: Any, form: Any) -> sp.csr_matrix:
     """Assemble a form and return a copy of the matrix."""
     matrix = fx.petsc.assemble_matrix(form)
     matrix.assemble()
@@ -295,7 +200,7 @@ def _matrix(fx: Any, form: Any) -> sp.csr_matrix:
 
 
 @contextlib.contextmanager
-def _compiling() -> Iterator[None]:
+def compiling() -> Iterator[None]:
     """Turn the failures of the form compiler into errors with a remedy."""
     try:
         yield
@@ -316,7 +221,7 @@ _NOISY = (None, "UFL", "ffcx", "FFCX", "FFCx", "basix", "dolfinx", "compilers.C.
 
 
 @contextlib.contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Keep the compiler's chatter (below WARNING, from this thread) off the user's loggers."""
     me = threading.get_ident()
 

@@ -6,7 +6,10 @@ import math
 import warnings
 from dataclasses import dataclass
 
+import numpy as np
+
 from kanefe.errors import ModelError
+from kanefe_fem.voigt import isotropic
 
 
 class UnitWarning(UserWarning):
@@ -101,19 +104,26 @@ class Material:
         return self.E * self.nu / (1.0 - self.nu**2)
 
     @property
-    def wave_speed(self) -> float:
-        """Speed of waves in a rod, sqrt(E / rho), in m/s."""
-        return math.sqrt(self.E / self.rho)
+    def stiffness(self) -> np.ndarray:
+        """Stresses from strains in the order xx, yy, zz, yz, xz, xy, shape (6, 6), Pa."""
+        return isotropic(self.lame, self.shear_modulus)
+
+    def describe(self) -> dict[str, object]:
+        """Return the constants (json-able)."""
+        return {"E": self.E, "nu": self.nu, "rho": self.rho, "name": self.name}
 
 
-def warn_of_units(label: str, material: Material, size: float, mass: float) -> None:
+def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) -> None:
     """Warn (UnitWarning) when a body's size, mass, density, stiffness or frequency is not that of a solid in SI units.
 
     Parameters
     ----------
     label : str
         Name of the body or of its group, for the message.
-    material : Material
+    E : float
+        Young's modulus of the stiffest direction in Pa.
+    rho : float
+        Density in kg/m3.
     size : float
         Diagonal of the bounding box in m.
     mass : float
@@ -125,17 +135,17 @@ def warn_of_units(label: str, material: Material, size: float, mass: float) -> N
     millions of tons; E in MPa a wave speed of some m/s; rho in t/mm3 a density of 1e-9. The first frequency of the body
     as a free rod, ``sqrt(E / rho) / (2 size)``, is told with each warning.
     """
-    c = material.wave_speed
+    c = math.sqrt(E / rho)
     odd = []
     if not EXTENT[0] <= size <= EXTENT[1]:
         odd.append(f"it is {size:.3g} m in size (is the mesh in mm? kanefe takes m)")
     if mass > MASS:
         odd.append(f"its mass is {mass:.3g} kg (is the mesh in mm, or rho in g/m3?)")
-    if not DENSITY[0] <= material.rho <= DENSITY[1]:
-        odd.append(f"its density is {material.rho:.3g} kg/m3 (is rho in t/mm3 or g/m3?)")
+    if not DENSITY[0] <= rho <= DENSITY[1]:
+        odd.append(f"its density is {rho:.3g} kg/m3 (is rho in t/mm3 or g/m3?)")
     elif not WAVE_SPEED[0] <= c <= WAVE_SPEED[1]:
         odd.append(
-            f"its wave speed sqrt(E/rho) is {c:.3g} m/s for E = {material.E:.3g} Pa and rho = {material.rho:.3g} kg/m3 "
+            f"its wave speed sqrt(E/rho) is {c:.3g} m/s for E = {E:.3g} Pa and rho = {rho:.3g} kg/m3 "
             "(is E in MPa or GPa, or rho in g/cm3?)"
         )
     if odd:

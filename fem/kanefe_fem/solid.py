@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,19 +12,27 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import MeshError, ModelError
-from kanefe.finite_element_model import TRANSLATIONS, Cells, FiniteElementModel, MassField, NodeGroup
+from kanefe.finite_element_model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.load_pattern import NodalPattern
-from kanefe_fem.material import LOCKING_NU, AccuracyWarning, Material, warn_of_units
+from kanefe.progress import stage, stages, told_size
+from kanefe_fem.interfaces import check_interfaces, node_groups
+from kanefe_fem.lumped import Lumped, attach, groups_of
 from kanefe_fem.mesh import Mesh, read_mesh, to_order
-from kanefe_fem.mesh_checks import check_groups, check_mesh, extent
-from kanefe_fem.shapes import MIDS, measures, shape
+from kanefe_fem.mesh_checks import check_arrays, check_groups, check_mesh, extent
+from kanefe_fem.mesh_parts import part_of
+from kanefe_fem.preload import Preload, preloaded
+from kanefe_fem.shapes import MIDS, shape
+from kanefe_fem.solid_materials import Materials, cell_materials, materials_by_group, warn_of_group_units
 from kanefe_fem.surfaces import check_surfaces, facet_integrals
 
 if TYPE_CHECKING:
     from kanefe.flexible import FlexibleBody
+    from kanefe.stiffening import StiffeningLevel
 
 Plane = Literal["stress", "strain"]
-Materials = Material | Mapping[str, Material]
+
+STAGES = 6
+"""Stages of the making of a body."""
 
 STRAIGHT = 1e-12
 """Mid-side nodes this close (relative to the body) to the means of their corners make a straight geometry."""
@@ -37,6 +45,11 @@ def solid_model(
     plane: Plane | None = None,
     thickness: float | None = None,
     surfaces: Sequence[str] = (),
+    *,
+    cells: str | Sequence[str] | None = None,
+    densities: Mapping[str, float] | None = None,
+    lumped: Sequence[Lumped] = (),
+    preload: Preload | None = None,
 ) -> FiniteElementModel:
     """Return the full-order model of a solid (3D) or of a plane body (2D).
 
@@ -44,8 +57,9 @@ def solid_model(
     ----------
     mesh : Mesh, str or Path
         The mesh, or the file it is read from (see `kanefe_fem.read_mesh`); m.
-    materials : Material or dict of str to Material
-        Material of each group of cells; one alone if there is one group.
+    materials : SolidMaterial or dict of str to SolidMaterial
+        Material of each group of cells (`Material`, `Orthotropic`, `Anisotropic`, `Laminate`, `UserEnergy`, or one of
+        them `Oriented`); one alone if there is one group.
     order : int
         Order of the displacement, 1 or 2. With 2 on a mesh of order 1 the sides stay straight and mid-side nodes are
         added; with 1 on a mesh of order 2 the mid-side nodes are dropped.
@@ -56,6 +70,15 @@ def solid_model(
     surfaces : sequence of str
         Groups of outer facets that can carry tractions and pressures (lines of a 2D mesh: their faces, as wide as the
         body is thick).
+    cells : str or sequence of str, optional
+        The groups of cells that make the body, of a mesh with several bodies. Default: all. Facets between two bodies
+        are interfaces of both.
+    densities : dict of str to float, optional
+        Of groups of cells, instead of their materials', kg/m3: what is smeared over a part (cables, fuel, paint).
+    lumped : sequence of LumpedMass or LumpedSpring
+        What hangs on nodes and groups; see `kanefe_fem.attach`.
+    preload : Preload, optional
+        A static load case that the body is under: its tangent stiffness is taken; see `kanefe_fem.preloaded`.
 
     Returns
     -------
@@ -70,31 +93,40 @@ def solid_model(
 
     Examples
     --------
+    >>> from kanefe_fem.material import Material
     >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
     >>> model = solid_model("meshes/arm.msh", steel)                      # doctest: +SKIP
     >>> model.groups["tip"].position                                     # doctest: +SKIP
     """
-    from kanefe_fem import _fenicsx
+    from kanefe_fem import solid_problem
+    from kanefe_fem._petsc import factorise
+    from kanefe_fem.geometric_stiffness import solid_stress_stiffness
 
     start = time.perf_counter()
-    mesh = _as_mesh(mesh)
-    by_group = _materials_by_group(mesh, materials, order)
+    mesh = _as_mesh(mesh, cells)
+    by_group = materials_by_group(mesh, materials, order, plane, densities)
     scale = _thickness(mesh, plane, thickness)
     check_surfaces(mesh, surfaces)
+    if preload is not None:
+        check_surfaces(mesh, preload.surfaces)
+        check_interfaces(mesh, dict.fromkeys(preload.groups))
+        surfaces = [*dict.fromkeys([*surfaces, *preload.surfaces])]
+    check_interfaces(mesh, dict.fromkeys(groups_of(lumped)))
     lifted = to_order(mesh, order)
     integrals = {name: facet_integrals(lifted, name, scale) for name in surfaces}
-    lame, shear, density = _fields(lifted, by_group, plane, scale)
-    _warn_of_units(lifted, by_group, scale)
+    of_cells = cell_materials(lifted, by_group, plane, scale, densities)
+    warn_of_group_units(lifted, by_group, scale, densities)
     read = time.perf_counter()
-    assembly = _fenicsx.assemble(
-        lifted.nodes,
-        lifted.connectivity,
-        lifted.kind,
-        straight=is_straight(lifted),
-        lame=lame,
-        shear=shear,
-        density=density,
-    )
+    told_size(mesh.dimension * len(lifted.nodes))
+    with stage("assemble"):
+        assembly = solid_problem.assemble(
+            lifted.nodes,
+            lifted.connectivity,
+            lifted.kind,
+            straight=is_straight(lifted),
+            moduli=of_cells.moduli,
+            density=of_cells.density,
+        )
     assembled = time.perf_counter()
     numbered = _renumber(lifted, assembly.order_of_nodes)
     components = TRANSLATIONS[: mesh.dimension]
@@ -107,7 +139,7 @@ def solid_model(
         mass=sp.kron(assembly.mass, blocks, format="csr"),
         mass_field=field,
         cells=numbered.cell_blocks,
-        groups=_node_groups(numbered),
+        groups=node_groups(numbered),
         load_patterns={
             name: NodalPattern.of_nodes(
                 numbered.nodes,
@@ -117,13 +149,16 @@ def solid_model(
             )
             for name, found in integrals.items()
         },
+        elasticity=of_cells.elasticity,
+        stress_stiffness=solid_stress_stiffness(assembly.problem),
         provenance={
             "source": mesh.source,
             **mesh.provenance,
             "element": f"{lifted.kind}, displacement of order {order}",
             "plane": plane,
             "thickness_m": thickness,
-            "materials": {name: {"E": m.E, "nu": m.nu, "rho": m.rho, "name": m.name} for name, m in by_group.items()},
+            "materials": {name: material.describe() for name, material in by_group.items()},
+            "densities": dict(densities or {}),
             "nodes": len(numbered.nodes),
             "cells": numbered.cell_count,
             "dofs": len(numbered.nodes) * len(components),
@@ -135,7 +170,9 @@ def solid_model(
             },
         },
     )
-    return model
+    if lumped:
+        model = attach(model, lumped)
+    return model if preload is None else preloaded(model, preload, factorise)
 
 
 def solid_body(
@@ -148,66 +185,74 @@ def solid_body(
     plane: Plane | None = None,
     thickness: float | None = None,
     surfaces: Sequence[str] = (),
+    *,
+    cells: str | Sequence[str] | None = None,
+    densities: Mapping[str, float] | None = None,
+    lumped: Sequence[Lumped] = (),
+    preload: Preload | None = None,
+    stiffening: StiffeningLevel = "none",
+    cache: bool = True,
+    progress: bool | None = None,
 ) -> FlexibleBody:
     """Return a flexible body made from a mesh: `solid_model`, then `kanefe.reduction.flexible_body`.
 
     Parameters
     ----------
-    mesh, materials, order, plane, thickness, surfaces
+    mesh, materials, order, plane, thickness, surfaces, cells, densities, lumped, preload
         As for `solid_model`.
-    interfaces : dict of str to str
-        How each named group of facets carries the body's frame or another body: "clamped", "rigid", ...
+    interfaces : dict of str to str or Interface
+        How each named group of facets carries the body's frame or another body: "clamped", "rigid", "hinged",
+        "average", "node", or a `kanefe.Interface`.
     reduction : CraigBampton, optional
         None keeps every degree of freedom.
     damping : optional
         None, RayleighDamping, ModalDamping or a matrix.
+    stiffening : "none", "inertial" or "full"
+        By the motion, as in `kanefe.reduction.flexible_body`.
+    cache : bool
+        Whether to take the body from the cache if it was made before, and to keep it there (see `kanefe.cache`).
+    progress : bool, optional
+        Whether to show the stages. Default: on a terminal, of a large body.
 
     Examples
     --------
-    >>> import kanefe as kf
+    >>> import kanefe as kf                                              # doctest: +SKIP
     >>> arm = solid_body("meshes/arm.msh", Material(E=70e9, nu=0.33, rho=2700.0),
     ...                  interfaces={"root": "clamped", "tip": "rigid"},
     ...                  reduction=kf.CraigBampton(modes=12))              # doctest: +SKIP
     """
+    # whatever parameters there are beside the mesh: none of them can be forgotten in the key of the cache
+    options = {name: value for name, value in locals().items() if name not in ("mesh", "cache", "progress")}
+    from kanefe_fem.body_cache import cached_body
+
+    def make(mesh: Mesh | str | Path) -> FlexibleBody:
+        with stages(STAGES, progress) as done:
+            body = _made_body(mesh, **options)
+        return replace(body, provenance={**body.provenance, "stages": done.seconds})
+
+    return cached_body(mesh, options, make) if cache else make(mesh)
+
+
+def _made_body(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    interfaces: Mapping[str, Any],
+    reduction: Any,
+    damping: Any,
+    stiffening: StiffeningLevel,
+    **of: Any,
+) -> FlexibleBody:
+    """Return the body, made anew."""
     from kanefe.reduction import flexible_body
     from kanefe_fem._petsc import factorise
 
-    mesh = _as_mesh(mesh)
+    with stage("read the mesh"):
+        mesh = _as_mesh(mesh, of["cells"])
     check_interfaces(mesh, interfaces)
-    model = solid_model(mesh, materials, order, plane, thickness, surfaces)
-    return flexible_body(model, interfaces, reduction=reduction, damping=damping, factorise=factorise)
-
-
-def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
-    """Refuse interfaces that the mesh does not have, before anything is assembled.
-
-    Raises
-    ------
-    ModelError
-        Unknown name.
-    MeshError
-        The group has no facets, or facets that are not on the body.
-    """
-    known = sorted({*mesh.facets, *mesh.lines, *mesh.points} - {""})
-    body = np.zeros(len(mesh.nodes), dtype=bool)
-    body[mesh.connectivity] = True
-    for name in interfaces:
-        if name not in known:
-            also = f"; {name!r} is a group of cells, an interface is a group of facets" if name in mesh.cells else ""
-            raise ModelError(
-                f"{mesh.source} has no group of facets called {name!r}{also}. Remedy: use one of those it has "
-                f"({', '.join(known) or 'none'}), or give the facets a physical group of this name"
-            )
-        nodes = _group_nodes(mesh, name)
-        if not len(nodes):
-            raise MeshError(
-                f"{mesh.source}: the group {name!r} has no facets. Remedy: mesh its surfaces, and save all elements"
-            )
-        if not body[nodes].all():
-            raise MeshError(
-                f"{mesh.source}: the group {name!r} has {np.count_nonzero(~body[nodes])} nodes that are not on the "
-                "body. Remedy: choose faces of the meshed body only"
-            )
+    model = solid_model(mesh, materials, **of)
+    return flexible_body(
+        model, interfaces, reduction=reduction, damping=damping, stiffening=stiffening, factorise=factorise
+    )
 
 
 def is_straight(mesh: Mesh) -> bool:
@@ -223,9 +268,12 @@ def is_straight(mesh: Mesh) -> bool:
     return True
 
 
-def _as_mesh(mesh: Mesh | str | Path) -> Mesh:
-    """Return a checked mesh of dimension 2 or 3."""
-    mesh = check_mesh(mesh) if isinstance(mesh, Mesh) else read_mesh(mesh)
+def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:
+    """Return a checked mesh of dimension 2 or 3, of all or some groups of cells."""
+    if isinstance(mesh, Mesh):
+        mesh = check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
+    else:
+        mesh = read_mesh(mesh, cells=cells)
     if mesh.dimension == 1:
         raise MeshError(
             f"{mesh.source} has only lines. Remedy: mesh the volume (or the plane surface) and give it a physical "
@@ -233,41 +281,6 @@ def _as_mesh(mesh: Mesh | str | Path) -> Mesh:
         )
     check_groups(mesh)
     return mesh
-
-
-def _materials_by_group(mesh: Mesh, materials: Materials, order: int) -> dict[str, Material]:
-    """Return a material for every group of cells."""
-    if order not in (1, 2):
-        raise ModelError(f"order={order!r} of the displacement is not possible. Remedy: give 1 or 2")
-    groups = list(mesh.cells)
-    if isinstance(materials, Material):
-        if len(groups) > 1:
-            raise ModelError(
-                f"one material is given, but {mesh.source} has the groups {', '.join(map(repr, groups))}. "
-                f"Remedy: materials={{{groups[0]!r}: Material(...), ...}}"
-            )
-        materials = {groups[0]: materials}
-    for name, material in materials.items():
-        if not isinstance(material, Material):
-            raise ModelError(f"the material of {name!r} is {material!r}. Remedy: Material(E=..., nu=..., rho=...)")
-        if name not in mesh.cells:
-            raise ModelError(
-                f"a material is given for {name!r}, but {mesh.source} has no such group of cells. "
-                f"Remedy: use the names of its groups, {', '.join(map(repr, groups))}"
-            )
-    for name in groups:
-        if name not in materials:
-            raise ModelError(
-                f"{mesh.source}: the group {name!r} has no material. Remedy: add {name!r}: Material(...) to materials"
-            )
-        if order == 1 and materials[name].nu >= LOCKING_NU:
-            warnings.warn(
-                f"group {name!r}: nu = {materials[name].nu:g} with elements of order 1 is much too stiff (locking). "
-                "Use order=2",
-                AccuracyWarning,
-                stacklevel=3,
-            )
-    return {name: materials[name] for name in groups}
 
 
 def _thickness(mesh: Mesh, plane: str | None, thickness: float | None) -> float:
@@ -286,30 +299,6 @@ def _thickness(mesh: Mesh, plane: str | None, thickness: float | None) -> float:
     if thickness is None or not np.isfinite(thickness) or thickness <= 0.0:
         raise ModelError(f"thickness={thickness!r} of a plane body. Remedy: give a positive number of metres")
     return float(thickness)
-
-
-def _fields(
-    mesh: Mesh, materials: Mapping[str, Material], plane: str | None, scale: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return lambda, mu and rho of every cell, times the thickness."""
-    table = [materials[name] for name in mesh.cells]
-    counts = [sum(len(block.nodes) for block in blocks) for blocks in mesh.cells.values()]
-    lame = [m.plane_stress_lame if plane == "stress" else m.lame for m in table]
-    shear = [m.shear_modulus for m in table]
-    density = [m.rho for m in table]
-    return scale * np.repeat(lame, counts), scale * np.repeat(shear, counts), scale * np.repeat(density, counts)
-
-
-def _warn_of_units(mesh: Mesh, materials: Mapping[str, Material], scale: float) -> None:
-    """Warn when a group's material, or the size and mass of the body, are not those of a solid in SI units."""
-    size = extent(mesh)
-    volumes = {
-        name: scale * sum(float(measures(b.kind, mesh.nodes[b.nodes], degree=2)[0].sum()) for b in blocks)
-        for name, blocks in mesh.cells.items()
-    }
-    mass = sum(materials[name].rho * volume for name, volume in volumes.items())
-    for name, material in materials.items():
-        warn_of_units(f"group {name!r} of {mesh.source}", material, size, mass)
 
 
 def _interpolation(nodes: int, dimension: int) -> sp.csr_matrix:
@@ -335,28 +324,3 @@ def _renumber(mesh: Mesh, order_of_nodes: np.ndarray) -> Mesh:
         source=mesh.source,
         provenance=mesh.provenance,
     )
-
-
-def _node_groups(mesh: Mesh) -> dict[str, NodeGroup]:
-    """Return the groups of facets, lines and points; of equal names, facets go before lines and points."""
-    groups: dict[str, NodeGroup] = {}
-    for name in [*mesh.facets, *mesh.lines, *mesh.points]:
-        nodes = _group_nodes(mesh, name)
-        if name == "" or name in groups or not len(nodes):
-            continue
-        blocks = mesh.facets.get(name) or mesh.lines.get(name) or ()
-        position = mesh.nodes[nodes].mean(axis=0)
-        pieces = [measures(b.kind, mesh.nodes[b.nodes]) for b in blocks]
-        area = sum(float(size.sum()) for size, _ in pieces)
-        if area > 0.0:
-            position = sum(moment.sum(axis=0) for _, moment in pieces) / area
-        groups[name] = NodeGroup(nodes, np.asarray(position))
-    return groups
-
-
-def _group_nodes(mesh: Mesh, name: str) -> np.ndarray:
-    """Return the nodes of a group of facets, lines or points."""
-    blocks = mesh.facets.get(name) or mesh.lines.get(name) or ()
-    if any(len(b.nodes) for b in blocks):
-        return np.unique(np.concatenate([b.nodes.reshape(-1) for b in blocks]))
-    return np.unique(np.asarray(mesh.points.get(name, ()), dtype=np.int64))

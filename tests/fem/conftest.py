@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from kanefe_fem import _fenicsx
+from kanefe_fem import solid_problem
 
 GEO_BOX = """
 SetFactory("Built-in");
@@ -64,4 +64,4 @@ def no_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*args: Any, **kwargs: Any) -> None:
         pytest.fail("the assembler was called with bad input")
 
-    monkeypatch.setattr(_fenicsx, "assemble", fail)
+    monkeypatch.setattr(solid_problem, "assemble", fail)

@@ -53,7 +53,7 @@ class TestMaterial:
     )
     def test_mixed_up_units_are_warned_of(self, material, size, mass, word):
         with pytest.warns(UnitWarning, match=word):
-            warn_of_units("bar", material, size, mass)
+            warn_of_units("bar", material.E, material.rho, size, mass)
 
     @pytest.mark.parametrize(
         "material",
@@ -62,7 +62,7 @@ class TestMaterial:
     )
     @pytest.mark.parametrize("size", [1e-4, 1.0, 110.0])
     def test_what_exists_is_not_warned_of(self, material, size, recwarn):
-        warn_of_units("bar", material, size, material.rho * size**3 / 1000)
+        warn_of_units("bar", material.E, material.rho, size, material.rho * size**3 / 1000)
         assert not recwarn.list
 
     @pytest.mark.usefixtures("no_assembly")

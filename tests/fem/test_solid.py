@@ -16,11 +16,11 @@ from skfem.helpers import ddot, sym_grad, trace
 from fem_meshes import STEEL, box, deformed
 from kanefe.finite_element_model import Cells
 from kanefe_fem import _fenicsx
-from kanefe_fem._fenicsx import mass_degree, stiffness_degree
 from kanefe_fem.material import Material
 from kanefe_fem.mesh import Mesh, read_mesh
 from kanefe_fem.shapes import kind_of_order, quadrature, shape
 from kanefe_fem.solid import is_straight, solid_body, solid_model
+from kanefe_fem.solid_forms import mass_degree, stiffness_degree
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
 
@@ -313,7 +313,7 @@ class TestModel:
         assert u @ (model.stiffness @ u) == pytest.approx(energy, rel=1e-11)
 
     def test_new_values_compile_nothing(self):
-        cache = _fenicsx._make_cache_writable()
+        cache = _fenicsx.make_cache_writable()
         mesh = box("tetra", (2, 1, 1), (1.0, 0.1, 0.1))
         solid_model(mesh, STEEL)
         before = {path.name for path in cache.iterdir()}
@@ -365,8 +365,8 @@ class TestModel:
             solid_model(box_of("tetra"), STEEL)
 
     def test_a_numbering_that_is_not_understood_is_refused(self, monkeypatch):
-        correct = _fenicsx._node_of_dof
-        monkeypatch.setattr(_fenicsx, "_node_of_dof", lambda *args: np.roll(correct(*args), 1))
+        correct = _fenicsx.node_of_dof
+        monkeypatch.setattr(_fenicsx, "node_of_dof", lambda *args: np.roll(correct(*args), 1))
         with pytest.raises(ValueError, match="ordered in an unknown way"):
             solid_model(box_of("tetra"), STEEL)
 

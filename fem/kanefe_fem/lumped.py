@@ -1,0 +1,371 @@
+"""Lumped masses, inertias and springs on the nodes and groups of a finite-element model.
+
+What hangs on a group follows its mean motion, the weighted least-squares fit of a rigid motion to the nodes (RBE3),
+
+    (d, theta) = T q,   T = (R^T W R)^+ R^T W,   R the rigid motions of the nodes about the point,
+
+so the group stays as soft as it is. A group that is a rigid interface of the body moves rigidly anyway, and its mean
+motion is the motion of the frame (RBE2). The mass enters M and, as points that move with the group, the mass field: the
+inertia of the moving body is as exact as that of the mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from kanefe.errors import ModelError
+from kanefe.finite_element_model import FiniteElementModel, MassField, rigid_motion
+from kanefe_fem.voigt import check_numbers
+
+Target: TypeAlias = str | int
+Vector: TypeAlias = Sequence[float] | np.ndarray
+
+LARGEST_PATCH = 300
+"""A larger group is followed by so many of its nodes, each with the weight of those near it: M and K stay sparse."""
+
+FOLLOWS = 1e-8
+"""Relative part of a motion that nodes cannot follow from which it is refused."""
+
+
+@dataclass(frozen=True)
+class LumpedMass:
+    """A small rigid body that moves with a node or a group.
+
+    Parameters
+    ----------
+    at : str or int
+        Name of a group, or number of a node of the model.
+    mass : float
+        In kg, > 0.
+    inertia : array_like, shape (3,) or (3, 3), optional
+        About its centre of mass, in axes of G, kg m2: principal moments if they lie along the axes, or the matrix.
+        Default: a point.
+    position : array_like, shape (3,), optional
+        Its centre of mass in G in m. Default: that of the node or the group.
+
+    Raises
+    ------
+    ModelError
+        A number is out of range, or there is no body with such an inertia.
+
+    Examples
+    --------
+    >>> motor = LumpedMass("flange", mass=1.2, inertia=(2e-3, 2e-3, 1e-3), position=(0.5, 0.0, 0.06))
+    """
+
+    at: Target
+    mass: float
+    inertia: Any = None
+    position: Any = None
+
+    def __post_init__(self) -> None:
+        label = f"lumped mass on {self.at!r}"
+        object.__setattr__(self, "mass", check_numbers(label, ("mass",), (self.mass,), "give it in kg")[0])
+        object.__setattr__(self, "position", _point(label, self.position))
+        if self.inertia is None:
+            return
+        J = np.asarray(self.inertia, dtype=float)
+        J = np.diag(J) if J.shape == (3,) else J
+        if J.shape != (3, 3) or not np.isfinite(J).all() or np.abs(J - J.T).max() > 1e-9 * np.abs(J).max():
+            raise ModelError(
+                f"{label}: inertia={self.inertia!r}. Remedy: three moments, or a symmetric matrix, in kg m2"
+            )
+        if np.linalg.eigvalsh(_second_moments(J))[0] < -1e-9 * np.trace(J):
+            raise ModelError(
+                f"{label}: no body has the inertia {np.round(np.linalg.eigvalsh(J), 9).tolist()} kg m2 (each principal "
+                "moment is at most the sum of the other two). Remedy: give it about the centre of mass"
+            )
+        object.__setattr__(self, "inertia", tuple(map(tuple, J.tolist())))
+
+    @property
+    def cloud(self) -> np.ndarray:
+        """Places of equal point masses about the centre of mass which have its inertia, shape (1 or 6, 3), m."""
+        if self.inertia is None:
+            return np.zeros((1, 3))
+        values, vectors = np.linalg.eigh(_second_moments(np.array(self.inertia)))
+        arms = np.sqrt(3.0 * np.maximum(values, 0.0) / self.mass) * vectors
+        return np.concatenate([arms.T, -arms.T])
+
+
+@dataclass(frozen=True)
+class LumpedSpring:
+    """A massless spring from a node or a group to G, or to another one.
+
+    Parameters
+    ----------
+    at : str or int
+        Name of a group, or number of a node of the model.
+    stiffness : array_like, shape (3,), (6,), (3, 3) or (6, 6)
+        Against translations (N/m) and rotations (N m/rad) in axes of G: along the axes, or a symmetric matrix without
+        negative eigenvalues. With three, none against rotations.
+    to : str or int, optional
+        The other end. Default: G, the frame in which the body is meshed; it moves with the body's fixed interfaces.
+    position : array_like, shape (3,), optional
+        The point where the motions of both ends are compared, in m: a rigid motion of the body strains no spring
+        between two groups. Default: the position of the node or group, or the middle of the two.
+
+    Raises
+    ------
+    ModelError
+        The stiffness is none, or would push.
+
+    Examples
+    --------
+    >>> mount = LumpedSpring("foot", stiffness=(2e6, 2e6, 5e6))
+    >>> strut = LumpedSpring("left", stiffness=(0.0, 1e7, 0.0), to="right")
+    """
+
+    at: Target
+    stiffness: Any
+    to: Target | None = None
+    position: Any = None
+
+    def __post_init__(self) -> None:
+        label = self.label
+        S = np.asarray(self.stiffness, dtype=float)
+        S = np.diag(S) if S.shape in ((3,), (6,)) else S
+        if (
+            S.shape not in ((3, 3), (6, 6))
+            or not np.isfinite(S).all()
+            or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max()
+        ):
+            raise ModelError(
+                f"{label}: stiffness={self.stiffness!r}. Remedy: three or six numbers, or a symmetric matrix, in N/m "
+                "and N m/rad"
+            )
+        # translations and rotations have units of their own: scale each row to compare signs
+        scale = np.sqrt(np.abs(np.diagonal(S)))
+        scale[scale == 0.0] = 1.0
+        if np.linalg.eigvalsh(S / np.outer(scale, scale))[0] < -1e-9 or not np.abs(S).max() > 0.0:
+            raise ModelError(f"{label}: the stiffness is zero or pushes in some direction. Remedy: positive numbers")
+        full = np.zeros((6, 6))
+        full[: len(S), : len(S)] = 0.5 * (S + S.T)
+        object.__setattr__(self, "stiffness", tuple(map(tuple, full.tolist())))
+        object.__setattr__(self, "position", _point(label, self.position))
+        if self.to is not None and self.to == self.at:
+            raise ModelError(f"{label}: both ends are the same. Remedy: leave `to` out for a spring to G")
+
+    @property
+    def label(self) -> str:
+        """What messages call it."""
+        return f"lumped spring on {self.at!r}" if self.to is None else f"lumped spring {self.at!r} to {self.to!r}"
+
+
+Lumped: TypeAlias = LumpedMass | LumpedSpring
+
+
+class _Cloud(NamedTuple):
+    """Points of a lumped mass: places, mass of each, displacement and rotation by the dofs, and arms from its nodes."""
+
+    points: np.ndarray
+    shares: np.ndarray
+    motion: sp.csr_matrix
+    turns: sp.csr_matrix
+    arms: np.ndarray
+
+
+def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElementModel:
+    """Return the model with lumped masses and springs on its nodes and groups.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+        Of a solid, of beams, or from matrices.
+    lumped : sequence of LumpedMass or LumpedSpring
+
+    Returns
+    -------
+    FiniteElementModel
+        With the masses in M and in the mass field, and the springs in K.
+
+    Raises
+    ------
+    ModelError
+        A group or node is unknown, or cannot follow the motion: a mass off a single node of a solid, which has no
+        rotation, or an inertia on nodes that lie on a line.
+
+    Notes
+    -----
+    The forces in springs do not count for the geometric stiffness of `Preload` and of stiffening by motion.
+
+    Examples
+    --------
+    >>> from kanefe_fem.beams import straight_beam
+    >>> from kanefe_fem.material import Material
+    >>> from kanefe_fem.sections import Rectangle
+    >>> beam = straight_beam(1.0, Rectangle(0.05, 0.1), Material(E=210e9, nu=0.3, rho=7850.0))
+    >>> heavy = attach(beam, [LumpedMass("tip", mass=3.0)])
+    """
+    if isinstance(lumped, (str, LumpedMass, LumpedSpring)) or not all(
+        isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped
+    ):
+        raise ModelError(f"lumped={lumped!r}. Remedy: a list of LumpedMass(...) and LumpedSpring(...)")
+    stiffness, mass = model.stiffness, model.mass
+    clouds: list[_Cloud] = []
+    for item in lumped:
+        if isinstance(item, LumpedSpring):
+            T = _strain_of(model, item)
+            stiffness = stiffness + T.T @ sp.csr_matrix(np.array(item.stiffness)) @ T
+            continue
+        cloud = _cloud_of(model, item)
+        mass = mass + cloud.shares[0] * (cloud.motion.T @ cloud.motion)
+        clouds.append(cloud)
+    return replace(
+        model,
+        stiffness=sp.csr_matrix(stiffness),
+        mass=sp.csr_matrix(mass),
+        mass_field=_extended(model.mass_field, clouds),
+        provenance={**model.provenance, "lumped": [_described(item) for item in lumped]},
+    )
+
+
+def groups_of(lumped: Sequence[Lumped]) -> list[str]:
+    """Return the names of the groups that lumped parts hang on."""
+    ends = [end for item in lumped for end in (getattr(item, "at", None), getattr(item, "to", None))]
+    return [end for end in ends if isinstance(end, str)]
+
+
+def mean_motion(model: FiniteElementModel, at: Target, position: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return the mean motion of a node or a group as that of a frame.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    at : str or int
+    position : ndarray, shape (3,)
+        Of the frame in m.
+
+    Returns
+    -------
+    T : csr_matrix, shape (6, N)
+        Translation and rotation of the frame from the degrees of freedom.
+    blind : ndarray, shape (6, b)
+        Motions of the frame that the nodes cannot tell from rest although the body can make them.
+    """
+    nodes, weights = _patch(model, at)
+    width = len(model.components)
+    R = rigid_motion(model.nodes[nodes], position, model.components)
+    spread = np.sqrt(np.mean(np.sum((model.nodes[nodes] - model.nodes[nodes].mean(axis=0)) ** 2, axis=1))) or 1.0
+    # rotations of nodes count like translations at the mean distance from the middle
+    of_component = np.array([1.0 if c in ("x", "y", "z") else spread**2 for c in model.components])
+    W = (weights[:, None] * of_component).ravel()
+    scale = np.array([1.0, 1.0, 1.0, spread, spread, spread])
+    values, vectors = np.linalg.eigh((R.T * W) @ R / np.outer(scale, scale))
+    seen = values > 1e-10 * values[-1]
+    scaled = vectors[:, seen] / scale[:, None]
+    T = (scaled / values[seen]) @ (scaled.T @ (R.T * W))
+    dofs = (nodes[:, None] * width + np.arange(width)).ravel()
+    rows = np.repeat(np.arange(6), len(dofs))
+    matrix = sp.csr_matrix((T.ravel(), (rows, np.tile(dofs, 6))), shape=(6, model.size))
+    impossible = np.linalg.norm(model.rigid_modes(model.nodes.mean(axis=0)), axis=0) == 0.0
+    blind = vectors[:, ~seen] / scale[:, None]
+    blind[impossible] = 0.0
+    return matrix, blind
+
+
+def _patch(model: FiniteElementModel, at: Target) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes that are followed and their weights."""
+    if isinstance(at, str):
+        nodes = np.asarray(model.group(at).nodes)
+    elif isinstance(at, (int, np.integer)) and not isinstance(at, bool) and 0 <= at < len(model.nodes):
+        nodes = np.array([at])
+    else:
+        raise ModelError(
+            f"{at!r} is no place of this model. Remedy: the name of a group, or a node from 0 to {len(model.nodes) - 1}"
+        )
+    if not len(nodes):
+        raise ModelError(f"the group {at!r} has no nodes. Remedy: give its physical group some facets")
+    if len(nodes) <= LARGEST_PATCH:
+        return nodes, np.ones(len(nodes))
+    points = model.nodes[nodes]
+    kept = [0]
+    distance = np.linalg.norm(points - points[0], axis=1)
+    while len(kept) < LARGEST_PATCH:
+        kept.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(points - points[kept[-1]], axis=1))
+    _, owner = cKDTree(points[kept]).query(points)
+    return nodes[kept], np.bincount(owner, minlength=len(kept)).astype(float)
+
+
+def _place(model: FiniteElementModel, at: Target) -> np.ndarray:
+    if isinstance(at, str):
+        return np.asarray(model.group(at).position, dtype=float)
+    return model.nodes[_patch(model, at)[0][0]]
+
+
+def _cloud_of(model: FiniteElementModel, item: LumpedMass) -> _Cloud:
+    """Return the points of a mass, with their displacements and rotations from the degrees of freedom."""
+    centre = _place(model, item.at) if item.position is None else np.array(item.position)
+    points = centre + item.cloud
+    T, blind = mean_motion(model, item.at, centre)
+    levers = rigid_motion(points, centre)
+    arm = max(float(np.ptp(model.nodes, axis=0).max()), 1e-300)
+    if blind.size and np.abs(levers @ blind).max() > FOLLOWS * arm:
+        raise ModelError(
+            f"lumped mass on {item.at!r}: its nodes cannot turn it, since they "
+            f"{'are one node without rotations' if len(_patch(model, item.at)[0]) == 1 else 'lie on a line'}. Remedy: "
+            "leave out the inertia and the position, or hang it on a group of facets"
+        )
+    shares = np.full(len(points), item.mass / len(points))
+    turns = sp.vstack([T[3:]] * len(points), format="csr")
+    nodes, weights = _patch(model, item.at)
+    turned_about = weights @ model.nodes[nodes] / weights.sum()  # to second order too: the mean of its arms is zero
+    return _Cloud(points, shares, sp.csr_matrix(sp.csr_matrix(levers) @ T), turns, points - turned_about)
+
+
+def _strain_of(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_matrix:
+    """Return the motion of one end against the other at the spring's point, shape (6, N)."""
+    ends = [spring.at] if spring.to is None else [spring.at, spring.to]
+    centre = np.mean([_place(model, end) for end in ends], axis=0)
+    centre = centre if spring.position is None else np.array(spring.position)
+    S = np.array(spring.stiffness)
+    motions = []
+    for end in ends:
+        T, blind = mean_motion(model, end, centre)
+        if blind.size and np.abs(S @ blind).max() > FOLLOWS * np.abs(S).max() * np.abs(blind).max():
+            raise ModelError(
+                f"{spring.label}: the nodes of {end!r} cannot tell a rotation that the spring resists. Remedy: put "
+                "`position` at the node, leave out the stiffness against rotation, or take a group of facets"
+            )
+        motions.append(T)
+    return motions[0] if spring.to is None else sp.csr_matrix(motions[0] - motions[1])
+
+
+def _extended(field: MassField | None, clouds: list[_Cloud]) -> MassField | None:
+    """Return the mass field with the points of lumped masses after its own; they turn with what they hang on."""
+    if field is None or not clouds:
+        return field
+    points, shares, motions, turns, arms = zip(*clouds, strict=True)
+    none = sp.csr_matrix(field.interpolation.shape)
+    return MassField(
+        np.concatenate([field.points, *points]),
+        sp.block_diag([field.mass, sp.diags(np.concatenate(shares))], format="csr"),
+        sp.vstack([field.interpolation, *motions], format="csr"),
+        turns=sp.vstack([none if field.turns is None else field.turns, *turns], format="csr"),
+        arms=np.concatenate([np.zeros(field.points.shape) if field.arms is None else field.arms, *arms]),
+    )
+
+
+def _described(item: Lumped) -> dict[str, Any]:
+    kind = "mass" if isinstance(item, LumpedMass) else "spring"
+    return {"kind": kind, **{name: getattr(item, name) for name in item.__dataclass_fields__}}
+
+
+def _second_moments(inertia: np.ndarray) -> np.ndarray:
+    """Return int r r^T dm from the inertia int (r^2 I - r r^T) dm, about the same point."""
+    return 0.5 * np.trace(inertia) * np.eye(3) - inertia
+
+
+def _point(label: str, position: Any) -> tuple[float, ...] | None:
+    if position is None:
+        return None
+    point = np.asarray(position, dtype=float)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise ModelError(f"{label}: position={position!r} is no point. Remedy: three coordinates in m")
+    return tuple(point.tolist())

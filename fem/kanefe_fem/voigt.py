@@ -1,0 +1,131 @@
+"""Stiffness matrices of materials in six components: rotation, condensation, and what they must satisfy.
+
+Stresses and strains are listed as xx, yy, zz, yz, xz, xy, with engineering shear strains (2 e_yz, ...).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+
+PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+"""Tensor components of the six places."""
+
+IN_PLANE = (0, 1, 5)
+"""Places of xx, yy and xy."""
+
+_ROWS, _COLUMNS = (np.array(indices) for indices in zip(*PLACES, strict=True))
+
+
+def rotated(stiffness: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return stiffness matrices in components of G, ``C_G = T C_M T^T``.
+
+    Parameters
+    ----------
+    stiffness : ndarray, shape (6, 6)
+        C_M, in the material's axes, Pa.
+    axes : ndarray, shape (..., 3, 3)
+        A_GM: the material's axes as columns, in components of G.
+
+    Returns
+    -------
+    ndarray, shape (..., 6, 6)
+
+    Notes
+    -----
+    T takes stresses from M to G, ``s_G = T s_M``, and its transpose takes engineering strains from G to M (the Bond
+    matrix; Auld, Acoustic Fields and Waves in Solids, 1973, sec. 3.D).
+    """
+    A = np.asarray(axes, dtype=float)
+    # (A s A^T)_ab = sum over i <= j of (A_ai A_bj + A_aj A_bi) s_ij, once for i = j
+    first = A[..., _ROWS[:, None], _ROWS] * A[..., _COLUMNS[:, None], _COLUMNS]
+    second = A[..., _ROWS[:, None], _COLUMNS] * A[..., _COLUMNS[:, None], _ROWS]
+    T = first + np.where(_ROWS == _COLUMNS, 0.0, second)
+    C = T @ stiffness @ np.swapaxes(T, -1, -2)
+    return np.asarray(0.5 * (C + np.swapaxes(C, -1, -2)))
+
+
+def plane_stress(stiffness: np.ndarray) -> np.ndarray:
+    """Return the stiffness in the plane with no stress across it: the inverse of the compliance's part, (..., 3, 3)."""
+    compliance = np.linalg.inv(stiffness)
+    return np.asarray(np.linalg.inv(compliance[..., IN_PLANE, :][..., IN_PLANE]))
+
+
+def plane_strain(stiffness: np.ndarray) -> np.ndarray:
+    """Return the stiffness in the plane with no strain across it, shape (..., 3, 3)."""
+    return stiffness[..., IN_PLANE, :][..., IN_PLANE]
+
+
+def in_space(plane: np.ndarray) -> np.ndarray:
+    """Return plane stiffnesses (..., 3, 3) in the six places, zero elsewhere, shape (..., 6, 6)."""
+    full = np.zeros((*plane.shape[:-2], 6, 6))
+    full[..., np.array(IN_PLANE)[:, None], np.array(IN_PLANE)] = plane
+    return full
+
+
+def isotropic(lame: float, shear: float) -> np.ndarray:
+    """Return the stiffness of Lame's parameters in Pa, shape (6, 6)."""
+    C = np.diag([2.0 * shear] * 3 + [shear] * 3)
+    C[:3, :3] += lame
+    return C
+
+
+def poisson_ratio(stiffness: np.ndarray) -> float:
+    """Return Poisson's ratio of the isotropic material with the same Reuss averages: near 0.5 it keeps its volume.
+
+    Hill, The elastic behaviour of a crystalline aggregate, Proc. Phys. Soc. A 65 (1952).
+    """
+    S = np.linalg.inv(stiffness)
+    direct, sum_of_all = np.trace(S[:3, :3]), S[:3, :3].sum()
+    bulk = 1.0 / sum_of_all
+    shear = 15.0 / (6.0 * direct - 2.0 * sum_of_all + 3.0 * np.trace(S[3:, 3:]))
+    return float((3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear))
+
+
+def check_stiffness(label: str, stiffness: Any, remedy: str) -> np.ndarray:
+    """Return a symmetric positive definite stiffness matrix, shape (6, 6).
+
+    Raises
+    ------
+    ModelError
+        It has another shape, is not finite, not symmetric, or not positive definite; the message names the strain that
+        would gain energy.
+    """
+    C = np.asarray(stiffness, dtype=float)
+    if C.shape != (6, 6):
+        raise ModelError(f"{label}: the stiffness has shape {C.shape}, not (6, 6). Remedy: {remedy}")
+    if not np.isfinite(C).all():
+        raise ModelError(f"{label}: the stiffness is not finite. Remedy: {remedy}")
+    if np.abs(C - C.T).max() > 1e-9 * np.abs(C).max():
+        raise ModelError(f"{label}: the stiffness is not symmetric, so there is no energy. Remedy: {remedy}")
+    C = 0.5 * (C + C.T)
+    values, vectors = np.linalg.eigh(C)
+    if values[0] <= 1e-14 * values[-1]:
+        mode = ", ".join(f"{x:.2g}" for x in vectors[:, 0])
+        raise ModelError(
+            f"{label}: the stiffness is not positive definite: the strain ({mode}) in the order xx, yy, zz, yz, xz, xy "
+            f"has the modulus {values[0]:.3g} Pa. Remedy: {remedy}"
+        )
+    return C
+
+
+def check_density(label: str, rho: Any) -> float:
+    """Return a density in kg/m3, positive and finite; raise a ModelError else."""
+    return check_numbers(label, ("rho",), (rho,), "steel has rho=7850")[0]
+
+
+def check_numbers(label: str, names: Sequence[str], values: Sequence[Any], remedy: str) -> list[float]:
+    """Return positive finite numbers; raise a ModelError that names the first one which is not."""
+    numbers = []
+    for name, value in zip(names, values, strict=True):
+        if isinstance(value, bool) or not hasattr(value, "__float__"):
+            raise ModelError(f"{label}: {name} is {value!r}. Remedy: give one number, in SI units")
+        number = float(value)
+        if not np.isfinite(number) or number <= 0.0:
+            raise ModelError(f"{label}: {name} = {number:g} must be positive and finite. Remedy: {remedy}")
+        numbers.append(number)
+    return numbers
