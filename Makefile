@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-latest bench-engine lint clean
+.PHONY: help setup demo test test-latest bench-engine bench-fem lint clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -19,6 +19,9 @@ test-latest:     ## the finite element tests on the newest dolfinx, in .venv-lat
 
 bench-engine: setup  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/peer_engine.py $(OPTIONS)
+
+bench-fem: setup  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")
+	@bash .ci/in-env .venv python tests/benchmarks/fe_pipeline.py $(OPTIONS)
 
 lint: setup      ## ruff and mypy
 	@bash .ci/setup.sh dev

@@ -32,6 +32,35 @@ def version() -> None:
     typer.echo(__version__)
 
 
+def list_cache() -> None:
+    """List the flexible bodies in the cache, last used first."""
+    import time
+
+    from kanefe import cache
+
+    found = cache.cached_bodies()
+    if not found:
+        typer.echo(f"the cache {cache.bodies_folder()} is empty")
+        return
+    typer.echo(f"{cache.bodies_folder()}: {len(found)} bodies, {1e-6 * sum(body.size for body in found):.1f} MB")
+    for body in found:
+        used = time.strftime("%Y-%m-%d %H:%M", time.localtime(body.used))
+        typer.echo(f"{body.key[:8]}  {1e-6 * body.size:8.1f} MB  used {used}  {body.summary}")
+
+
+def clear_cache(
+    kernels: Annotated[bool, typer.Option("--kernels", help="Throw the compiled kernels away as well.")] = False,
+) -> None:
+    """Throw away all flexible bodies in the cache."""
+    from kanefe import cache
+
+    count, freed = cache.clear()
+    typer.echo(f"{count} files, {1e-6 * freed:.1f} MB thrown away")
+    if kernels:
+        freed = cache.clear_kernels()
+        typer.echo(f"the compiled kernels, {1e-6 * freed:.1f} MB, thrown away")
+
+
 def main() -> None:
     """Run the command line; what the user can mend is one sentence on standard error and exit code 2."""
     app = typer.Typer(
@@ -43,6 +72,10 @@ def main() -> None:
     )
     app.command()(verify)
     app.command()(version)
+    of_cache = typer.Typer(name="cache", help="The cache of flexible bodies.", no_args_is_help=True)
+    of_cache.command("list")(list_cache)
+    of_cache.command("clear")(clear_cache)
+    app.add_typer(of_cache)
     for command in entry_points(group=COMMANDS):
         app.command(command.name)(command.load())
     try:

@@ -11,9 +11,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe_fem.memory import free_memory, rough_size, warn_of_memory
 
 SMALL = 10_000
 """Up to this many unknowns SuperLU is as fast as MUMPS, counting the import of petsc4py."""
+
+ROUGHLY = 0.5
+"""Part of the free memory that the rough size of a factor may have before MUMPS is asked for the right one."""
 
 CONDITION = 1e15
 """Least scaled condition number, estimated by one solve, from which a matrix counts as singular."""
@@ -70,12 +74,25 @@ def factorise(matrix: sp.spmatrix) -> Factor:
 
 
 class MumpsFactor:
-    """Cholesky factor ``A = L D L^T`` by MUMPS through PETSc.
+    """Cholesky factor ``A = L L^T`` by MUMPS through PETSc.
+
+    Only the upper half of the matrix is stored. Told that the matrix is positive definite, MUMPS does not look for
+    pivots, which is a fifth faster; it goes on behind a negative one, but counts them.
 
     Parameters
     ----------
     matrix : sparse matrix, shape (n, n)
         Symmetric positive definite.
+
+    Raises
+    ------
+    ModelError
+        If the matrix is singular or not positive definite.
+
+    Warns
+    -----
+    MemoryWarning
+        If the factorisation needs more memory than is free; it is tried nevertheless.
     """
 
     def __init__(self, matrix: sp.spmatrix) -> None:
@@ -83,32 +100,66 @@ class MumpsFactor:
         from petsc4py import PETSc
 
         self._petsc: Any = PETSc
-        csr = sp.csr_matrix(matrix)
+        csr = matrix.T if matrix.format == "csc" else sp.csr_matrix(matrix)  # symmetric
         csr.sort_indices()
         self.size = csr.shape[0]
-        integer = PETSc.IntType
-        arrays = (csr.indptr.astype(integer), csr.indices.astype(integer), csr.data.astype(PETSc.ScalarType))
-        self._matrix = PETSc.Mat().createAIJ(csr.shape, csr=arrays, comm=PETSc.COMM_SELF)
-        self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        self._pc = PETSc.PC().create(comm=PETSc.COMM_SELF)
-        self._pc.setOperators(self._matrix)
-        self._pc.setType(PETSc.PC.Type.CHOLESKY)
+        if not np.all(csr.diagonal() > 0.0):
+            raise _insufficient_support("a degree of freedom has no stiffness at all")
+        self._matrix = self._upper_half(csr)
+        free = free_memory()
+        if free is not None and rough_size(self.size) > ROUGHLY * free:
+            pc, factor = self._set_up(megabytes=1)
+            warn_of_memory(self.size, 1e6 * factor.getMumpsInfog(17), free)
+            pc.destroy()
         try:
-            self._pc.setFactorSolverType("mumps")
-            self._pc.setFactorSetUpSolverType()
-            self._factor = self._pc.getFactorMatrix()
-            self._factor.setMumpsIcntl(13, 1)  # no parallel root: else the inertia below is not counted
-            self._factor.setMumpsIcntl(24, 1)  # look for null pivots
-            self._pc.setUp()
+            self._pc, self._factor = self._set_up()
         except PETSc.Error as problem:
             raise _insufficient_support(f"MUMPS cannot factorise it ({problem})") from problem
-        failure, null = self._factor.getMumpsInfog(1), self._factor.getMumpsInfog(28)
-        negative = self._factor.getMumpsInfog(12)
-        if failure < 0:
-            raise _insufficient_support(f"MUMPS stopped with the error {failure}, {self._factor.getMumpsInfog(2)}")
-        if null or negative:
-            raise _insufficient_support(f"{null} pivots vanish and {negative} are negative")
+        self._refuse_failure()
         self._refuse_singular(csr)
+
+    def _upper_half(self, csr: sp.csr_matrix) -> Any:
+        """Return PETSc's matrix of the upper half of a symmetric matrix with sorted rows."""
+        petsc = self._petsc
+        rows = np.repeat(np.arange(self.size, dtype=csr.indices.dtype), np.diff(csr.indptr))
+        upper = csr.indices >= rows
+        starts = np.zeros(self.size + 1, dtype=petsc.IntType)
+        np.cumsum(np.bincount(rows[upper], minlength=self.size), out=starts[1:])
+        arrays = (starts, csr.indices[upper].astype(petsc.IntType), csr.data[upper].astype(petsc.ScalarType))
+        matrix = petsc.Mat().createSBAIJ(csr.shape, 1, csr=arrays, comm=petsc.COMM_SELF)
+        matrix.setOption(petsc.Mat.Option.SPD, True)
+        return matrix
+
+    def _set_up(self, megabytes: int = 0) -> tuple[Any, Any]:
+        """Factorise; with one megabyte to work in, MUMPS stops after its analysis, which tells the memory it needs."""
+        petsc = self._petsc
+        pc = petsc.PC().create(comm=petsc.COMM_SELF)
+        pc.setOperators(self._matrix)
+        pc.setType(petsc.PC.Type.CHOLESKY)
+        pc.setFactorSolverType("mumps")
+        pc.setFactorSetUpSolverType()
+        factor = pc.getFactorMatrix()
+        factor.setMumpsIcntl(13, 1)  # no parallel root: else negative pivots are not counted
+        factor.setMumpsIcntl(23, megabytes)
+        pc.setUp()
+        return pc, factor
+
+    def _refuse_failure(self) -> None:
+        """Raise if MUMPS stopped: for want of memory, or at a pivot that is not positive."""
+        failure, detail = self._factor.getMumpsInfog(1), self._factor.getMumpsInfog(2)
+        if failure in (-9, -13, -19):
+            raise ModelError(
+                f"there is not enough memory to factor the stiffness of {self.size} unknowns: it takes "
+                f"{self._factor.getMumpsInfog(17)} MB. Remedy: a coarser mesh where stresses do not matter, or a "
+                "larger machine"
+            )
+        if failure in (-10, -40):
+            raise _insufficient_support(f"pivot {detail} is zero")
+        if failure < 0:
+            raise _insufficient_support(f"MUMPS stopped with the error {failure}, {detail}")
+        negative = self._factor.getMumpsInfog(12)
+        if negative:
+            raise _insufficient_support(f"{negative} pivots are negative")
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """Return A^-1 rhs for rhs of shape (n,) or (n, m), in the same shape."""
@@ -141,9 +192,7 @@ class MumpsFactor:
 
     def _refuse_singular(self, csr: sp.csr_matrix) -> None:
         """Estimate the condition of the scaled matrix by one solve: a lower bound, huge if a motion is free."""
-        scale = np.sqrt(np.abs(csr.diagonal()))
-        if not np.all(scale > 0.0):
-            raise _insufficient_support("a degree of freedom has no stiffness at all")
+        scale = np.sqrt(csr.diagonal())
         b = np.random.default_rng(0).standard_normal(self.size)
         growth = np.linalg.norm(scale * self.solve(scale * b)) / np.linalg.norm(b)
         if not growth < CONDITION / np.sqrt(self.size):

@@ -14,6 +14,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from kanefe.cache_folder import cache_folder
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 IS_COMPILED = os.environ.get("KANEFE_JIT", "1") != "0"
@@ -143,12 +145,10 @@ def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
 
 def _cache_folder() -> Path | None:
     """Return the folder of the compiled kernels, or None where none can be written."""
-    import platformdirs
-
     stamp = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         stamp.update(path.read_bytes())
-    folder = Path(platformdirs.user_cache_dir("kanefe")) / "kernels" / stamp.hexdigest()[:16]
+    folder = cache_folder() / "kernels" / stamp.hexdigest()[:16]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

@@ -1,0 +1,162 @@
+"""Bodies made from a mesh, through the cache: what they are made from, told without reading the mesh.
+
+The key is a digest of the bytes of the mesh file, of all options, of kanefe's own code, and of the versions of the
+packages that the numbers hang on. Neither gmsh nor dolfinx is imported for it.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import re
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import kanefe
+from kanefe import cache
+from kanefe.body_file import VERSION
+from kanefe.content_hash import Unhashable, code_stamp, digest, installed_versions
+from kanefe.flexible import FlexibleBody
+from kanefe_fem.memory import MemoryWarning
+from kanefe_fem.mesh import Mesh
+
+PACKAGES = ("fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "meshio")
+"""Distributions whose versions are part of the key."""
+
+WHOLE = (".msh", ".vtu", ".vtk", ".med", ".mesh", ".meshb", ".inp", ".bdf", ".nas", ".cdb", ".geo", ".py")
+"""Formats whose mesh is in the file itself, unless the file includes others. All others are read before."""
+
+_INCLUDES = re.compile(rb"^\s*\*?(include|merge)\b", re.IGNORECASE | re.MULTILINE)
+_PURE_MODULES = {"__future__", "math", "cmath", "itertools", "functools", "collections", "typing", "numpy", "gmsh"}
+_WAYS_OUT = {"open", "exec", "eval", "__import__", "compile", "input", "globals", "__file__", "merge"}
+_WAYS_OUT |= {"load", "loadtxt", "genfromtxt", "fromfile"}
+
+
+def cached_body(
+    mesh: Mesh | str | Path, options: Mapping[str, Any], make: Callable[[Mesh | str | Path], FlexibleBody]
+) -> FlexibleBody:
+    """Return the body that ``make(mesh)`` makes, from the cache if it was made before.
+
+    Its ``provenance["cache"]`` says which: ``{"key", "found"}``, or ``{"skipped": reason}`` where the content of an
+    option cannot be told. Warnings that came with making it come again.
+
+    Parameters
+    ----------
+    mesh : Mesh, str or Path
+    options : dict
+        All else that the body is made from.
+    make : callable
+    """
+    if not cache.is_on():
+        return make(mesh)
+    mesh = _read_where_needed(mesh, options.get("cells"))
+    try:
+        key = digest(mesh=_content(mesh), options=options, kanefe=_versions(mesh))
+    except Unhashable as reason:
+        body = make(mesh)
+        return replace(body, provenance={**body.provenance, "cache": {"skipped": str(reason)}})
+    body_found = cache.find(key)
+    if body_found is not None:
+        for category, text in body_found.provenance.get("warnings", ()):
+            warnings.warn(text, _category(category), stacklevel=3)
+        return replace(body_found, provenance={**body_found.provenance, "cache": {"key": key, "found": True}})
+    with _own_warnings() as heard:
+        body = make(mesh)
+    if type(body) is not FlexibleBody:
+        # the matrices of an unreduced body are as large as those that are not worth keeping
+        return replace(body, provenance={**body.provenance, "cache": {"skipped": "the body is not reduced"}})
+    body = replace(body, provenance={**body.provenance, "warnings": heard, "cache": {"key": key, "found": False}})
+    cache.keep(key, body)
+    return body
+
+
+def is_whole(path: Path) -> bool:
+    """Tell whether a mesh is made from the bytes of its file alone: it neither includes files nor runs other code."""
+    suffix = path.suffix.lower()
+    if suffix not in WHOLE:
+        return False
+    if suffix == ".py":
+        return _is_pure(path)
+    return suffix not in (".geo", ".inp", ".bdf", ".nas", ".cdb") or _INCLUDES.search(path.read_bytes()) is None
+
+
+def _is_pure(path: Path) -> bool:
+    """Tell whether a Python source imports and calls only what depends on nothing else."""
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError):
+        return False
+    for node in ast.walk(tree):
+        modules: list[str] = []
+        if isinstance(node, ast.Import):
+            modules = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            modules = ["." * node.level + (node.module or "")]
+        used = node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+        if used in _WAYS_OUT:
+            return False
+        if any(module.partition(".")[0] not in _PURE_MODULES for module in modules):
+            return False
+    return True
+
+
+def _read_where_needed(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh | str | Path:
+    """Return a mesh that has been read where its file alone does not say what it is."""
+    if isinstance(mesh, Mesh) or not Path(mesh).is_file() or is_whole(Path(mesh)):
+        return mesh
+    from kanefe_fem.mesh import read_mesh
+
+    return read_mesh(mesh, cells=cells)
+
+
+def _content(mesh: Mesh | str | Path) -> Any:
+    """Return what the digest of a mesh is made from."""
+    if isinstance(mesh, Mesh):
+        return {f.name: getattr(mesh, f.name) for f in fields(mesh)}
+    path = Path(mesh)
+    if not path.is_file():
+        raise Unhashable(f"there is no file {path.name}")  # making the body says it better
+    return {"name": path.name, "content": path}
+
+
+def _versions(mesh: Mesh | str | Path) -> dict[str, Any]:
+    """Return what else the numbers hang on: our own code, packages, and gmsh where it makes the mesh."""
+    folders = (Path(kanefe.__file__).parent, Path(__file__).parent)
+    found: dict[str, Any] = {"format": VERSION, "code": code_stamp(*folders), **installed_versions(*PACKAGES)}
+    if not isinstance(mesh, Mesh) and Path(mesh).suffix.lower() in (".geo", ".py"):
+        # Debian's gmsh is no distribution of Python's, but its module names its version
+        spec = importlib.util.find_spec("gmsh")
+        found["gmsh"] = Path(spec.origin) if spec and spec.origin else None
+    return found
+
+
+@contextmanager
+def _own_warnings() -> Iterator[list[list[str]]]:
+    """Note the warnings that kanefe gives, as [category, text], while they go their usual way."""
+    heard: list[list[str]] = []
+    with warnings.catch_warnings():
+        usual = warnings.showwarning
+
+        def note(message: Any, category: Any, *where: Any, **more: Any) -> None:
+            own = category.__module__.partition(".")[0] in ("kanefe", "kanefe_fem")
+            if own and category is not MemoryWarning:  # which is of the machine, not of the body
+                heard.append([f"{category.__module__}:{category.__qualname__}", str(message)])
+            usual(message, category, *where, **more)
+
+        warnings.showwarning = note
+        yield heard
+
+
+def _category(name: str) -> type[Warning]:
+    """Return a category of warnings by its name."""
+    module, _, qualified = name.partition(":")
+    try:
+        found = getattr(import_module(module), qualified)
+    except (ImportError, AttributeError):
+        return UserWarning
+    return found if isinstance(found, type) and issubclass(found, Warning) else UserWarning

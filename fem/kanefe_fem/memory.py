@@ -1,0 +1,50 @@
+"""How much memory there is, and a warning before a factorisation needs more."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+SHARE = 0.9
+"""Part of the free memory that a factorisation may take without a warning."""
+
+
+class MemoryWarning(UserWarning):
+    """A computation needs more memory than the machine has to give."""
+
+
+def free_memory() -> float | None:
+    """Return the free memory of this machine, or of the control group it is limited to, in bytes; None if unknown."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        free = 1024.0 * next(float(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
+    except (OSError, StopIteration, ValueError, IndexError):
+        return None
+    group = Path("/sys/fs/cgroup")
+    try:
+        limit, used = ((group / name).read_text().strip() for name in ("memory.max", "memory.current"))
+        return free if limit == "max" else min(free, float(limit) - float(used))
+    except (OSError, ValueError):
+        return free
+
+
+def rough_size(unknowns: int) -> float:
+    """Return an upper bound, in bytes, of the factor of the stiffness of a solid with so many unknowns.
+
+    The factor of a body of n unknowns in space has some ``c n^(4/3)`` entries. For slender bodies of quadratic
+    tetrahedra c is about 10, for a cube 25.
+    """
+    return 8.0 * 30.0 * float(unknowns) ** (4.0 / 3.0)
+
+
+def warn_of_memory(unknowns: int, needed: float, free: float) -> None:
+    """Warn if a factorisation needs more bytes than are free."""
+    if needed <= SHARE * free:
+        return
+    warnings.warn(
+        f"factoring the stiffness of {unknowns} unknowns needs {1e-9 * needed:.3g} GB of memory, and {1e-9 * free:.3g} "
+        "GB are free: the machine may slow down to a crawl, or end the process. Remedy: a coarser mesh where stresses "
+        "do not matter, order=1 there, a substructure for each part, or a larger machine",
+        MemoryWarning,
+        stacklevel=2,
+    )

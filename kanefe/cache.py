@@ -1,0 +1,202 @@
+"""The cache of flexible bodies: what is made from the same mesh, materials and options is made once.
+
+A body is kept in a file of its own, named by a digest of all it is made from. Files are put in place as a whole, so
+that any number of processes can write and read at once, and one that is killed leaves at most a file of no name, which
+is thrown away later. Opening a body costs milliseconds, whatever its mesh: see `kanefe.array_file`.
+
+Only bodies are kept. Full matrices would take ten times the room, and reading them saves little: assembling them is a
+tenth of the time of making a body, most of which is the factorisation.
+
+=======================  =============================================================================================
+``KANEFE_CACHE=0``       nothing is kept and nothing is looked for
+``KANEFE_CACHE_DIR``     the folder (of the compiled kernels too); default: that of the user's system
+``KANEFE_CACHE_GB``      how much the bodies may take, default 10; those not used for longest go first
+=======================  =============================================================================================
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import time
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kanefe.cache_folder import cache_folder
+from kanefe.errors import FileError, ModelError
+
+if TYPE_CHECKING:
+    from kanefe.flexible import FlexibleBody
+
+DEFAULT_GB = 10.0
+LEFT_OVER = 24 * 3600.0
+"""Age in s of an unfinished file from which it counts as left by a process that was killed."""
+
+
+class CacheWarning(UserWarning):
+    """Something is wrong with the cache; the body is made as if there were none."""
+
+
+@dataclass(frozen=True)
+class CachedBody:
+    """A body in the cache.
+
+    Attributes
+    ----------
+    key : str
+        Digest of what it is made from.
+    path : Path
+    size : int
+        Bytes.
+    used : float
+        When it was used last, s since 1970.
+    about : dict
+        Its provenance; empty if the file cannot be read.
+    """
+
+    key: str
+    path: Path
+    size: int
+    used: float
+    about: dict[str, Any]
+
+    @property
+    def summary(self) -> str:
+        """What the body is made from, in a line."""
+        if not self.about:
+            return "cannot be read; it is made again when it is needed"
+        told = [self.about.get("source"), self.about.get("element")]
+        told += [f"{self.about['dofs']} dofs" if "dofs" in self.about else None]
+        reduction = self.about.get("reduction")
+        told += [reduction.get("method") if isinstance(reduction, dict) else reduction]
+        return ", ".join(str(part) for part in told if part)
+
+
+def is_on() -> bool:
+    """Tell whether bodies are cached: unless ``KANEFE_CACHE=0``."""
+    return os.environ.get("KANEFE_CACHE", "1") != "0"
+
+
+def bodies_folder() -> Path:
+    """Return the folder of the cached bodies."""
+    return cache_folder() / "bodies"
+
+
+def find(key: str) -> FlexibleBody | None:
+    """Return the body of a key, or None.
+
+    A file that cannot be read is thrown away with a `CacheWarning`.
+    """
+    path = _path(key)
+    if not path.is_file():
+        return None
+    from kanefe.body_file import load_body
+
+    try:
+        body = load_body(path)
+    except FileError as error:
+        warnings.warn(f"a cached body is thrown away and made again: {error}", CacheWarning, stacklevel=3)
+        with contextlib.suppress(OSError):
+            path.unlink()
+        return None
+    with contextlib.suppress(OSError):  # a cache that can be read only
+        os.utime(path)
+    return body
+
+
+def keep(key: str, body: FlexibleBody) -> None:
+    """Put a body into the cache; where it cannot be written, a `CacheWarning` says so and nothing else happens."""
+    from kanefe.body_file import save_body
+
+    try:
+        save_body(body, _path(key))
+    except (FileError, TypeError) as error:
+        warnings.warn(
+            f"the body is not cached: {error} (KANEFE_CACHE_DIR names another folder, KANEFE_CACHE=0 turns it off)",
+            CacheWarning,
+            stacklevel=3,
+        )
+        return
+    _make_room(_path(key))
+
+
+def cached_bodies() -> list[CachedBody]:
+    """Return what is in the cache, last used first."""
+    found = []
+    for path in bodies_folder().glob("*.npz"):
+        with contextlib.suppress(FileNotFoundError):  # another process clears it
+            status = path.stat()
+            found.append(CachedBody(path.stem, path, status.st_size, status.st_mtime, _about(path)))
+    return sorted(found, key=lambda body: -body.used)
+
+
+def clear() -> tuple[int, int]:
+    """Throw away all cached bodies and what killed processes left; return how many files and how many bytes."""
+    count = freed = 0
+    for path in [*bodies_folder().glob("*.npz"), *bodies_folder().glob(".*.npz.*")]:
+        with contextlib.suppress(FileNotFoundError):
+            size = path.stat().st_size
+            path.unlink()
+            count, freed = count + 1, freed + size
+    return count, freed
+
+
+def clear_kernels() -> int:
+    """Throw away the compiled kernels, which are compiled again when they are needed; return how many bytes."""
+    folder = cache_folder() / "kernels"
+    freed = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    shutil.rmtree(folder, ignore_errors=True)
+    return freed
+
+
+def limit() -> float:
+    """Return how many bytes the bodies may take.
+
+    Raises
+    ------
+    ModelError
+        If ``KANEFE_CACHE_GB`` is no number.
+    """
+    text = os.environ.get("KANEFE_CACHE_GB", "")
+    try:
+        return 1e9 * float(text) if text else 1e9 * DEFAULT_GB
+    except ValueError as error:
+        raise ModelError(f"KANEFE_CACHE_GB={text!r} is no number of gigabytes. Remedy: KANEFE_CACHE_GB=10") from error
+
+
+def _path(key: str) -> Path:
+    return bodies_folder() / f"{key}.npz"
+
+
+def _about(path: Path) -> dict[str, Any]:
+    from kanefe.array_file import read_header
+    from kanefe.body_file import DAMAGE
+    from kanefe.records import decoded
+
+    try:
+        provenance = json.loads(read_header(path))["body"]["fields"]["provenance"]
+        return dict(decoded(json.dumps(provenance), {}))
+    except DAMAGE:
+        return {}
+
+
+def _make_room(newest: Path) -> None:
+    """Throw away the bodies not used for longest until the rest fits, and what killed processes left."""
+    files = []
+    for path in bodies_folder().glob("*.npz"):
+        with contextlib.suppress(FileNotFoundError):
+            status = path.stat()
+            files.append((path != newest, -status.st_mtime, status.st_size, path))
+    room = limit()
+    for is_older, _, size, path in sorted(files):
+        room -= size
+        if is_older and room < 0.0:
+            path.unlink(missing_ok=True)
+    for path in bodies_folder().glob(".*.npz.*"):
+        with contextlib.suppress(FileNotFoundError):
+            if time.time() - path.stat().st_mtime > LEFT_OVER:
+                path.unlink()

@@ -1,0 +1,186 @@
+"""A digest of what something is made from: equal parts give equal digests, in every process and on every machine."""
+
+from __future__ import annotations
+
+import dis
+import hashlib
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+PIECE = 1 << 20
+
+
+class Unhashable(TypeError):
+    """A part whose content cannot be told; the message names it."""
+
+
+def digest(**parts: Any) -> str:
+    """Return 32 hexadecimal digits that stand for the parts.
+
+    Parameters
+    ----------
+    **parts
+        Numbers, texts, arrays, sparse matrices, paths (their content), dataclasses, and sequences and mappings of
+        them. A function counts by its code, its defaults, and the values it takes from around it.
+
+    Raises
+    ------
+    Unhashable
+        If a part is something else, such as an open file or an object of a library.
+
+    Examples
+    --------
+    >>> digest(E=210e9, nu=0.3) == digest(E=2.1e11, nu=0.3)
+    True
+    >>> digest(E=210e9, nu=0.3) == digest(E=210e9, nu=0.31)
+    False
+    """
+    hasher = _Hasher()
+    hasher.feed(parts, "")
+    return hasher.hexdigest()
+
+
+def code_stamp(*folders: Path) -> str:
+    """Return the digest of all Python files in some folders: of the version of the code, released or not."""
+    stamp = hashlib.sha256()
+    for folder in folders:
+        for path in sorted(folder.rglob("*.py")):
+            stamp.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    return stamp.hexdigest()[:32]
+
+
+def installed_versions(*names: str) -> dict[str, str]:
+    """Return the versions of those of some distributions that are installed, without importing them."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+class _Hasher:
+    def __init__(self) -> None:
+        self._hash = hashlib.sha256()
+        self._functions: list[FunctionType] = []
+
+    def hexdigest(self) -> str:
+        return self._hash.hexdigest()[:32]
+
+    def feed(self, value: Any, where: str) -> None:
+        """Take in a value; its kind and its length go first, so that no two values look alike."""
+        if isinstance(value, np.generic):
+            self.feed(value.item(), where)
+        elif value is None or isinstance(value, (bool, int, float, complex, str)):
+            self._text(f"{type(value).__name__} {value!r}")
+        elif isinstance(value, bytes):
+            self._text(f"bytes {len(value)}")
+            self._hash.update(value)
+        elif isinstance(value, np.ndarray):
+            self._array(value, where)
+        elif sp.issparse(value):
+            csr = sp.csr_matrix(value)
+            csr.sum_duplicates()
+            self._text(f"sparse {csr.shape}")
+            for part in (csr.data, csr.indices, csr.indptr):
+                self._array(part, where)
+        elif isinstance(value, Path):
+            self._file(value)
+        elif isinstance(value, Mapping):
+            self._text(f"mapping {len(value)}")
+            for key, item in value.items():
+                self.feed(key, where)
+                self.feed(item, f"{where}.{key}".lstrip("."))
+        elif isinstance(value, (list, tuple, range)):
+            self._text(f"sequence {len(value)}")
+            for i, item in enumerate(value):
+                self.feed(item, f"{where}[{i}]")
+        elif isinstance(value, (set, frozenset)):
+            self.feed(sorted(digest(item=item) for item in value), where)
+        elif is_dataclass(value) and not isinstance(value, type):
+            self._text(_name(type(value)))
+            for f in fields(value):
+                self.feed(f.name, where)
+                self.feed(getattr(value, f.name), f"{where}.{f.name}".lstrip("."))
+        else:
+            self._callable(value, where)
+
+    def _text(self, text: str) -> None:
+        self._hash.update(text.encode() + b"\0")
+
+    def _array(self, array: np.ndarray, where: str) -> None:
+        if array.dtype.hasobject:
+            raise Unhashable(f"{where} is an array of objects")
+        self._text(f"array {array.dtype.str} {array.shape}")
+        self._hash.update(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)
+
+    def _file(self, path: Path) -> None:
+        self._text(f"file {path.stat().st_size}")
+        with path.open("rb") as file:
+            while piece := file.read(PIECE):
+                self._hash.update(piece)
+
+    def _callable(self, value: Any, where: str) -> None:
+        if isinstance(value, (type, np.ufunc)):
+            self._text(f"named {_name(value)}")
+        elif isinstance(value, BuiltinFunctionType):
+            self._text(f"named {value.__name__}")
+            self.feed(value.__self__, where)  # its module, or the object it is a method of
+        elif isinstance(value, ModuleType):
+            self._text(f"module {value.__name__}")
+        elif isinstance(value, partial):
+            self.feed((value.func, value.args, value.keywords), where)
+        elif isinstance(value, MethodType):
+            self.feed((value.__func__, value.__self__), where)
+        elif isinstance(value, FunctionType):
+            self._function(value, where)
+        else:
+            raise Unhashable(f"{where} is an object of {_name(type(value))}, whose content cannot be told")
+
+    def _function(self, function: FunctionType, where: str) -> None:
+        if function in self._functions:
+            self._text(f"function {self._functions.index(function)} again")
+            return
+        self._functions.append(function)
+        where = f"{where} (the function {function.__name__})"
+        self._code(function.__code__, where)
+        self.feed(function.__defaults__, where)
+        self.feed(function.__kwdefaults__, where)
+        for cell in function.__closure__ or ():
+            self.feed(cell.cell_contents, where)
+        for name in sorted(_global_names(function.__code__)):
+            if name in function.__globals__:
+                self.feed(name, where)
+                self.feed(function.__globals__[name], f"{where}: {name}")
+
+    def _code(self, code: CodeType, where: str) -> None:
+        self._text(f"code {code.co_name}")
+        self.feed(code.co_code, where)
+        self.feed((code.co_names, code.co_varnames, code.co_freevars), where)
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                self._code(constant, where)
+            else:
+                self.feed(None if constant is Ellipsis else constant, where)
+
+
+def _global_names(code: CodeType) -> set[str]:
+    """Return the names that a function and those inside it take from their module."""
+    names = {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            names |= _global_names(constant)
+    return names
+
+
+def _name(thing: Any) -> str:
+    return f"{getattr(thing, '__module__', None)}.{getattr(thing, '__qualname__', thing.__name__)}"
