@@ -6,24 +6,32 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import scipy.io
-import scipy.linalg
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from kanefe.errors import FileError, ModelError
-from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, Cells, FiniteElementModel, MassField, NodeGroup
+from kanefe.factorise import Factorise
+from kanefe.finite_element_model import (
+    COMPONENTS,
+    TRANSLATIONS,
+    Cells,
+    FiniteElementModel,
+    MassField,
+    NodeGroup,
+    StressStiffness,
+)
 from kanefe.frames import skew
 from kanefe.load_pattern import NodalPattern
+from kanefe.self_check import ROUND_OFF, self_check
 
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
 
-ROUND_OFF = 1e-6
-"""Relative error below which a property of exported matrices counts as round-off: files often carry 7 digits."""
+Order: TypeAlias = Literal["nodes", "components"]
 
 
 class NodalFormWarning(UserWarning):
@@ -40,7 +48,14 @@ def model_from_matrices(
     groups: Mapping[str, int | Sequence[int]] | None = None,
     cells: Sequence[Cells] = (),
     load_patterns: Mapping[str, NodalPattern] | None = None,
+    geometric_stiffness: Mapping[str, Matrix] | None = None,
+    stress_stiffness: StressStiffness | None = None,
+    order: Order = "nodes",
     expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+    source: str = "given matrices",
 ) -> FiniteElementModel:
     """Return a full-order model of a free body from its matrices and nodes.
 
@@ -60,8 +75,24 @@ def model_from_matrices(
         For views.
     load_patterns : dict of str to NodalPattern, optional
         Surfaces and lines that can carry distributed loads: for Lagrange elements from `NodalPattern.of_nodes`.
+    geometric_stiffness : dict of str to matrices as mass, optional
+        For ``stiffening="inertial"``: stress stiffness matrix (tension positive) of the static stress of each unit
+        load "x", "y", "z" (rho e_b) and "xx", "xy", ... (rho X_a e_b), with the interfaces held as the body will
+        have them; of a floating body under the load less the inertia of its rigid motion.
+    stress_stiffness : callable, optional
+        For any stiffening: see `FiniteElementModel`. In the order "nodes".
+    order : "nodes" or "components"
+        Rows of the matrices: all components of the first node, then of the second, ...; or x of all nodes, then y, ...
     expected_mass : float, optional
         Mass in kg that the matrix must have.
+    expected_center : array_like, shape (3,), optional
+        Centre of mass in G in m that it must have.
+    expected_inertia : array_like, shape (3, 3), optional
+        Inertia about the centre of mass in kg m2 that it must have.
+    factorise : callable, optional
+        Factors large matrices for the count of the zero modes: see `kanefe.self_check.self_check`.
+    source : str
+        Kept in the provenance.
 
     Returns
     -------
@@ -73,8 +104,9 @@ def model_from_matrices(
     ------
     ModelError
         If shapes disagree, a matrix is not finite or not symmetric, K does not leave exactly the rigid motions of these
-        nodes free (wrong order of nodes, a support, a mechanism), mass and inertia cannot be those of a body, or the
-        forces of a load pattern have another resultant than its area and first moment say.
+        nodes free (wrong order of nodes, a support, a mechanism), mass and inertia cannot be those of a body or are
+        not the expected ones, or the forces of a load pattern have another resultant than its area and first moment
+        say.
     FileError
         If a file is not there or cannot be read.
 
@@ -96,6 +128,16 @@ def model_from_matrices(
     size = len(points) * len(names)
     M, K = _matrix(mass, "mass matrix", size), _matrix(stiffness, "stiffness matrix", size)
     C = None if damping is None else _matrix(damping, "damping matrix", size)
+    given = {
+        name: _matrix(K_g, f"geometric stiffness {name!r}", size) for name, K_g in (geometric_stiffness or {}).items()
+    }
+    if order == "components":
+        by_node = np.arange(size).reshape(len(names), len(points)).T.ravel()
+        M, K = M[by_node][:, by_node], K[by_node][:, by_node]
+        C = None if C is None else C[by_node][:, by_node]
+        given = {name: K_g[by_node][:, by_node] for name, K_g in given.items()}
+    elif order != "nodes":
+        raise ModelError(f"order of the rows must be 'nodes' or 'components', not {order!r}")
     model = FiniteElementModel(
         nodes=points,
         components=names,
@@ -106,12 +148,20 @@ def model_from_matrices(
         cells=tuple(cells),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
         load_patterns=dict(load_patterns or {}),
-        provenance={"source": "given matrices"},
+        geometric_stiffness=given or None,
+        stress_stiffness=stress_stiffness,
+        provenance={"source": source},
     )
     for name, pattern in model.load_patterns.items():
         _check_pattern(model, name, pattern)
-    _check_mass(model, expected_mass)
-    _check_rigid_motions(model)
+    found = self_check(
+        model,
+        expected_mass=expected_mass,
+        expected_center=expected_center,
+        expected_inertia=expected_inertia,
+        factorise=factorise,
+    )
+    model = replace(model, provenance={**model.provenance, "self_check": found.as_dict()})
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(
             "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal "
@@ -121,20 +171,6 @@ def model_from_matrices(
             stacklevel=2,
         )
     return model
-
-
-def mass_properties(model: FiniteElementModel) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return mass (kg), centre of mass (3,) and inertia (3, 3) about G's origin, from M and the rigid motions.
-
-    For a planar model only the entries its components see are meaningful (Eq. 45-48 in general form).
-    """
-    R = model.rigid_modes()
-    generalised = R.T @ (model.mass @ R)
-    present = [COMPONENTS.index(c) for c in model.components if c in TRANSLATIONS]
-    mass = float(np.mean(np.diag(generalised)[present])) if present else 0.0
-    c = generalised[3:, :3]  # the first moment as m c~
-    first = np.array((c[2, 1] or -c[1, 2], c[0, 2] or -c[2, 0], c[1, 0] or -c[0, 1]))
-    return mass, first / mass if mass else first, generalised[3:, 3:]
 
 
 def _matrix(given: Matrix, what: str, size: int) -> sp.csr_matrix:
@@ -179,20 +215,18 @@ def _group(name: str, numbers: int | Sequence[int], points: np.ndarray) -> NodeG
 
 
 def _lagrange_field(M: sp.csr_matrix, points: np.ndarray, components: tuple[str, ...]) -> MassField | None:
-    """Return the mass field if M is one scalar matrix for every translation, else None."""
+    """Return the mass field if M is one scalar matrix for every translation and nothing for rotations, else None."""
     width = len(components)
-    if not set(components) <= set(TRANSLATIONS):
+    places = [i for i, c in enumerate(components) if c in TRANSLATIONS]
+    if not places:
         return None
-    blocks = [M[a::width][:, a::width] for a in range(width)]
-    scalar = sum(blocks[1:], blocks[0]) / width
-    kron = sp.kron(scalar, sp.identity(width), format="csr")
-    if abs(M - kron).max() > ROUND_OFF * abs(M).max():
+    scalar = sum((M[a::width][:, a::width] for a in places[1:]), M[places[0] :: width][:, places[0] :: width])
+    scalar = scalar / len(places)
+    selected = sp.diags([float(c in TRANSLATIONS) for c in components])
+    if abs(M - sp.kron(scalar, selected, format="csr")).max() > ROUND_OFF * abs(scalar).max():
         return None
-    rows = 3 * np.repeat(np.arange(len(points)), width) + np.tile(
-        [TRANSLATIONS.index(c) for c in components], len(points)
-    )
-    columns = np.arange(len(points) * width)
-    interpolation = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), (3 * len(points), len(columns)))
+    chosen = sp.csr_matrix([[float(c == axis) for c in components] for axis in TRANSLATIONS])
+    interpolation = sp.kron(sp.identity(len(points)), chosen, format="csr")
     return MassField(points, scalar.tocsr(), interpolation)
 
 
@@ -220,79 +254,3 @@ def _check_pattern(model: FiniteElementModel, name: str, pattern: NodalPattern) 
             f"the nodal forces of load pattern {name!r} have another resultant than its area, first moment and "
             f"pressure say (they differ by {error.max():.3g}). Remedy: check the order of the nodes"
         )
-
-
-def _check_mass(model: FiniteElementModel, expected: float | None) -> None:
-    diagonal = model.mass.diagonal()
-    if diagonal.min() < 0:
-        raise ModelError(
-            f"the mass matrix has a negative diagonal entry ({diagonal.min():.3g}, row {diagonal.argmin()})"
-        )
-    R = model.rigid_modes()
-    generalised = R.T @ (model.mass @ R)
-    present = [COMPONENTS.index(c) for c in model.components if c in TRANSLATIONS]
-    masses = np.diag(generalised)[present]
-    if not present or masses.min() <= 0:
-        raise ModelError(f"the body's mass by its matrix is {masses} kg along its translations: it must be above zero")
-    if np.ptp(masses) > ROUND_OFF * masses.max():
-        raise ModelError(
-            f"the body's mass by its matrix differs between directions: {masses} kg. "
-            "Remedy: check the order of components, and that no row or column is missing"
-        )
-    if expected is not None and abs(masses.mean() - expected) > 1e-3 * abs(expected):
-        raise ModelError(
-            f"the body's mass by its matrix is {masses.mean():.6g} kg, {expected:.6g} kg was expected. "
-            "Remedy: check units (a model in mm and tonnes has M in tonnes)"
-        )
-    if len(present) == 3:
-        _, com, inertia = mass_properties(model)
-        about_com = inertia - masses.mean() * (com @ com * np.eye(3) - np.outer(com, com))
-        moments = np.linalg.eigvalsh(0.5 * (about_com + about_com.T))
-        if moments[0] < -ROUND_OFF * abs(moments[2]) or moments[2] > (1 + ROUND_OFF) * (moments[0] + moments[1]):
-            raise ModelError(
-                f"the body's principal moments of inertia by its matrix, {moments} kg m2, belong to no body. "
-                "Remedy: check that nodes and matrix are in the same order and units"
-            )
-
-
-def _check_rigid_motions(model: FiniteElementModel) -> None:
-    """Check that K leaves the rigid motions of the nodes free, and nothing else."""
-    center = model.nodes.mean(axis=0)
-    R = model.rigid_modes(about=center)
-    norms = np.linalg.norm(R, axis=0)
-    kept = norms > 1e-12 * norms.max()
-    R = R[:, kept] / norms[kept]
-    forces = np.linalg.norm(model.stiffness @ R, axis=0)
-    scale = spla.norm(model.stiffness, np.inf)
-    worst = int(np.argmax(forces))
-    if forces[worst] > ROUND_OFF * scale:
-        motion = np.array(
-            ["translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z"]
-        )[kept]
-        raise ModelError(
-            f"the stiffness matrix resists the rigid {motion[worst]} of the nodes (force "
-            f"{forces[worst] / scale:.2g} of its "
-            "largest). Remedy: check that nodes and matrix are in the same order, and that the body was "
-            "exported unsupported"
-        )
-    expected = int(np.linalg.matrix_rank(R, tol=1e-9))
-    squares = _lowest_squares(model, expected + 1)
-    if len(squares) > expected and squares[expected] <= 1e3 * max(abs(squares[:expected]).max(), np.finfo(float).tiny):
-        raise ModelError(
-            f"the stiffness matrix leaves more than the {expected} rigid motions free: it has a mechanism, "
-            "loose parts or a weak support. "
-            "Remedy: check hinges, grounding springs and unconnected nodes in the exporting program"
-        )
-
-
-def _lowest_squares(model: FiniteElementModel, count: int) -> np.ndarray:
-    K, M = model.stiffness, model.mass
-    if model.size <= 400:
-        # K against the diagonal of M: M may be singular (massless rotations), and only the number of zeros counts
-        scale = 1.0 / np.sqrt(np.maximum(M.diagonal(), 1e-12 * M.diagonal().max()))
-        return np.sort(np.abs(np.linalg.eigvalsh(K.toarray() * np.outer(scale, scale))))[:count]
-    shift = 1e-6 * K.diagonal().sum() / M.diagonal().sum()
-    start = np.random.default_rng(0).standard_normal(model.size)
-    return np.sort(
-        np.abs(spla.eigsh(K.tocsc(), k=count, M=M.tocsc(), sigma=-shift, v0=start, return_eigenvectors=False))
-    )

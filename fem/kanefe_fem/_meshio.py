@@ -14,7 +14,9 @@ from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.finite_element_model import Cells
 from kanefe_fem.mesh import Mesh
 
-GROUP_DATA = ("gmsh:physical", "medit:ref", "group", "cell_tags", "MaterialID", "CellEntityIds", "Label")
+GROUP_DATA = (
+    "gmsh:physical", "medit:ref", "nastran:ref", "group", "cell_tags", "MaterialID", "CellEntityIds", "Label",
+)  # fmt: skip
 """Names of integer cell data that number the groups, first come first served."""
 
 _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
@@ -23,8 +25,9 @@ _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "he
 def read(path: Path, names: Mapping[int, str]) -> Mesh:
     """Return the mesh of a file that meshio can read.
 
-    Groups come from meshio's cell sets; else from the first cell data among `GROUP_DATA`, named by the file's field
-    data, by `names`, or by the number itself. Point sets are groups of points.
+    Groups come from meshio's cell sets; else from the families of a MED file; else from the first cell data among
+    `GROUP_DATA`, named by the file's field data, by `names`, or by the number itself (a Nastran property). Point sets
+    (and families of points) are groups of points.
 
     Raises
     ------
@@ -36,13 +39,14 @@ def read(path: Path, names: Mapping[int, str]) -> Mesh:
     if not blocks:
         raise MeshError(f"{path.name} has no cells. Remedy: mesh the geometry before saving it")
     dimension = max(_dimension(kind) for kind, _ in blocks)
-    groups = _groups_from_sets(raw) or _groups_from_data(raw, names)
+    groups = _groups_from_sets(raw) or _groups_from_families(raw) or _groups_from_data(raw, names)
     by_dimension: dict[int, dict[str, list[Cells]]] = {d: {} for d in range(4)}
     for name, members in groups:
         for (kind, nodes), rows in zip(blocks, members, strict=True):
             if rows is not None and len(rows):
                 by_dimension[_dimension(kind)].setdefault(name, []).append(Cells(kind, nodes[rows]))
     points = {name: np.asarray(ids, dtype=np.int64) for name, ids in raw.point_sets.items()}
+    points.update(_point_families(raw))
     points.update(
         {name: np.concatenate([b.nodes.reshape(-1) for b in bs]) for name, bs in by_dimension[0].items()},
     )
@@ -95,6 +99,35 @@ def _dimension(kind: str) -> int:
 def _groups_from_sets(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
     """Return (name, rows of each block) from meshio's cell sets, without those that gmsh's reader adds."""
     return [(name, list(rows)) for name, rows in raw.cell_sets.items() if not name.startswith("gmsh:")]
+
+
+def _groups_from_families(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
+    """Return (name, rows of each block) of a MED file: a family is the cells that are in the same groups."""
+    families = getattr(raw, "cell_tags", None)
+    if not families or "cell_tags" not in raw.cell_data:
+        return []
+    data = [np.asarray(values).reshape(-1) for values in raw.cell_data["cell_tags"]]
+    return [
+        (name, [np.flatnonzero(np.isin(values, members)) for values in data])
+        for name, members in _members(families).items()
+    ]
+
+
+def _point_families(raw: Any) -> dict[str, np.ndarray]:
+    """Return the points of each group of a MED file."""
+    families, numbers = getattr(raw, "point_tags", None), raw.point_data.get("point_tags")
+    if not families or numbers is None:
+        return {}
+    return {name: np.flatnonzero(np.isin(numbers, members)) for name, members in _members(families).items()}
+
+
+def _members(families: Mapping[int, list[str]]) -> dict[str, list[int]]:
+    """Return the families of each group."""
+    groups: dict[str, list[int]] = {}
+    for number, names in families.items():
+        for name in names:
+            groups.setdefault(name, []).append(int(number))
+    return groups
 
 
 def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[tuple[str, list[np.ndarray | None]]]:

@@ -1,0 +1,193 @@
+"""Matrices of Abaqus: ``*MATRIX OUTPUT`` (job_STIF1.mtx, job_MASS1.mtx) and ``*SUBSTRUCTURE MATRIX OUTPUT``.
+
+An export that this reads is made by a step of its own, without boundary conditions::
+
+    *STEP
+    *MATRIX GENERATE, STIFFNESS, MASS
+    *MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT
+    *END STEP
+
+or, of a body condensed to retained nodes (without eigenmodes), ``*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, MASS=YES,
+OUTPUT FILE=USER DEFINED, FILE NAME=...``. The nodes come from the input file (.inp) of the job.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import FileError, ModelError
+from kanefe.factorise import Factorise
+from kanefe.finite_element_model import FiniteElementModel
+from kanefe.imports.abaqus_input import Keyword, keywords, node_table
+from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
+from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
+from kanefe.imports.text import numbers, read_text
+from kanefe.imports.units import Units
+
+
+def read_abaqus(
+    nodes: Nodes,
+    stiffness: str | Path | None = None,
+    mass: str | Path | None = None,
+    *,
+    damping: str | Path | None = None,
+    substructure: str | Path | None = None,
+    groups: Mapping[str, int | Sequence[int]] | None = None,
+    units: Units = "m, kg, s",
+    expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+) -> FiniteElementModel:
+    """Return the model of matrices that Abaqus wrote.
+
+    Parameters
+    ----------
+    nodes : path, dict of labels to coordinates, or ndarray (n, 4) of label, x, y, z
+        The input file (.inp) of the job, whose node sets become groups; or the nodes themselves.
+    stiffness, mass, damping : path
+        Files of ``*MATRIX OUTPUT`` with FORMAT=MATRIX INPUT, LABELS, or COORDINATE (then in ascending labels).
+    substructure : path, instead of them
+        File of ``*SUBSTRUCTURE MATRIX OUTPUT``.
+    groups : dict of str to node labels, optional
+        Candidates for interfaces beside the sets of the input file.
+    units : str or (metres a length, kilograms a mass)
+        Of the job: "m, kg, s", "mm, t, s", "in, lbf, s", ...
+    expected_mass, expected_center, expected_inertia : optional
+        What M must have, in kg, m and kg m2 (inertia about the centre of mass).
+    factorise : callable, optional
+        Factors large matrices for the count of zero modes: see `kanefe.self_check.self_check`.
+
+    Returns
+    -------
+    FiniteElementModel
+        In m, kg, s.
+
+    Raises
+    ------
+    FileError
+        If a file is not there, truncated, or in another format.
+    ModelError
+        If the matrices do not belong to these nodes, are supported, have degrees of freedom that are no motion, or
+        fail the self-check of `kanefe.model_from_matrices`.
+
+    Examples
+    --------
+    >>> arm = kf.read_abaqus("job.inp", "job_STIF1.mtx", "job_MASS1.mtx", units="mm, t, s")  # doctest: +SKIP
+    >>> body = kf.flexible_body(arm, {"ROOT": "clamped", "TIP": "rigid"})  # doctest: +SKIP
+    """
+    table = _nodes(nodes)
+    if substructure is not None:
+        if stiffness is not None or mass is not None or damping is not None:
+            raise ModelError("give either substructure=, or stiffness= and mass=, not both")
+        matrices, source = _substructure(substructure), Path(substructure).name
+    else:
+        if stiffness is None or mass is None:
+            raise ModelError("give stiffness= and mass=, the .mtx files of *MATRIX OUTPUT, or substructure=")
+        files = {"stiffness": stiffness, "mass": mass, "damping": damping}
+        matrices = {what: _matrix(path, what, table) for what, path in files.items() if path is not None}
+        source = Path(stiffness).name
+    expected: dict[str, Any] = {
+        "expected_mass": expected_mass,
+        "expected_center": expected_center,
+        "expected_inertia": expected_inertia,
+    }
+    return model_of_labelled(
+        matrices, table, groups=groups, units=units, expected=expected, factorise=factorise, source=f"Abaqus {source}"
+    )
+
+
+def _nodes(nodes: Nodes) -> NodeTable:
+    if isinstance(nodes, (str, Path)) and Path(nodes).suffix.lower() == ".inp":
+        return node_table(nodes)
+    return given_nodes(nodes)
+
+
+def _matrix(path: str | Path, what: str, table: NodeTable) -> LabelledMatrix:
+    """Return a matrix of ``*MATRIX OUTPUT``: lines of node, number, node, number, value, or of row, column, value."""
+    lines = [line for line in read_text(path, f"{what} matrix").splitlines() if line.strip() and line[0] != "*"]
+    widths = {len(line.translate({44: " "}).split()) for line in (lines[:1] + lines[-1:])}
+    values = numbers("\n".join(lines), path)
+    if widths not in ({5}, {3}) or len(values) % widths.copy().pop():
+        raise FileError(
+            f"{path} is truncated or no {what} matrix of *MATRIX OUTPUT: its lines should hold node, freedom, node, "
+            "freedom, value (or row, column, value). Remedy: export it again with FORMAT=MATRIX INPUT"
+        )
+    if widths == {5}:
+        rows = values.reshape(-1, 5)
+        return LabelledMatrix.of_entries(rows[:, :2], rows[:, 2:4], rows[:, 4])
+    return _coordinates(values.reshape(-1, 3), path, what, table)
+
+
+def _coordinates(rows: np.ndarray, path: str | Path, what: str, table: NodeTable) -> LabelledMatrix:
+    """Return a matrix by row numbers; the rows are those of all nodes in ascending labels."""
+    size = int(rows[:, :2].max())
+    width, rest = divmod(size, len(table.labels))
+    if rest or width not in (2, 3, 6) or rows[:, :2].min() < 1:
+        raise ModelError(
+            f"the {what} matrix in {path} has {size} rows for {len(table.labels)} nodes, and no labels that would say "
+            "which is which. Remedy: export it with FORMAT=MATRIX INPUT"
+        )
+    freedoms = np.array([(label, number) for label in table.labels for number in range(1, width + 1)])
+    entries = (rows[:, :2] - 1).astype(np.int64)
+    return LabelledMatrix(freedoms, mirrored(sp.csr_matrix((rows[:, 2], entries.T), (size, size))))
+
+
+def _substructure(path: str | Path) -> dict[str, LabelledMatrix]:
+    """Return the matrices of a substructure: nodes and freedoms of ``*USER ELEMENT``, lower triangles by rows."""
+    blocks = keywords(read_text(path, "substructure"))
+    element = next((block for block in blocks if block.name == "USER ELEMENT"), None)
+    if element is None:
+        raise FileError(
+            f"{path} is no file of *SUBSTRUCTURE MATRIX OUTPUT: it has no *USER ELEMENT. Remedy: export it with "
+            "OUTPUT FILE=USER DEFINED"
+        )
+    freedoms = _freedoms(element, path)
+    matrices = {}
+    for block in blocks:
+        what = {"STIFFNESS": "stiffness", "MASS": "mass", "VISCOUS DAMPING": "damping"}.get(
+            block.options.get("TYPE", "").upper()
+        )
+        if block.name != "MATRIX" or what is None:
+            continue
+        values = numbers("\n".join(block.lines), path)
+        n = len(freedoms)
+        if len(values) == n * (n + 1) // 2:
+            lower = np.zeros((n, n))
+            lower[np.tril_indices(n)] = values
+            matrix = lower + np.tril(lower, -1).T
+        elif len(values) == n * n:
+            matrix = values.reshape(n, n)
+        else:
+            raise FileError(
+                f"the {what} matrix in {path} has {len(values)} entries for {n} degrees of freedom, where a triangle "
+                f"has {n * (n + 1) // 2}: the file is truncated. Remedy: export it again"
+            )
+        matrices[what] = LabelledMatrix(freedoms, sp.csr_matrix(matrix))
+    return matrices
+
+
+def _freedoms(element: Keyword, path: str | Path) -> np.ndarray:
+    """Return (label, number) of the rows: nodes in comments, numbers in lines "from which node on, numbers"."""
+    listed = " ".join(c for c in element.comments if "NODE" not in c.upper() and c.replace(",", " ").split())
+    labels = numbers(listed, path).astype(np.int64)
+    count = int(element.options.get("NODES", len(labels)))
+    if len(labels) != count:
+        raise FileError(
+            f"{path} names {len(labels)} of its {count} retained nodes: the file is truncated. Remedy: export it again"
+        )
+    freedoms: list[tuple[int, int]] = []
+    starts: dict[int, np.ndarray] = {}
+    for i, line in enumerate(element.lines):
+        row = numbers(line, path).astype(np.int64)
+        starts[0 if i == 0 else int(row[0]) - 1] = row if i == 0 else row[1:]
+    current = np.zeros(0, dtype=np.int64)
+    for i, label in enumerate(labels):
+        current = starts.get(i, current)
+        freedoms += [(int(label), int(number)) for number in current]
+    return np.array(freedoms, dtype=np.int64)

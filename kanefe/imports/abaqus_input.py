@@ -1,0 +1,146 @@
+"""Keywords, nodes and node sets of an Abaqus input file: all that matrices need of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from kanefe.errors import FileError, ModelError
+from kanefe.imports.node_table import NodeTable
+from kanefe.imports.text import numbers, read_text
+
+REFUSED = {
+    "SYSTEM": "nodes in a system of their own",
+    "TRANSFORM": "degrees of freedom in axes of their own",
+    "NGEN": "generated nodes",
+    "NFILL": "generated nodes",
+    "NCOPY": "generated nodes",
+    "NMAP": "mapped nodes",
+}
+"""Keywords that move nodes or turn their degrees of freedom, which are not followed."""
+
+
+@dataclass(frozen=True)
+class Keyword:
+    """One keyword line of an input file with the lines that follow it.
+
+    Attributes
+    ----------
+    name : str
+        Upper case, without the star.
+    options : dict of str to str
+        Upper-case names; an option without a value has "".
+    lines : list of str
+        Data lines.
+    comments : list of str
+        Comment lines among them, without their stars.
+    """
+
+    name: str
+    options: dict[str, str]
+    lines: list[str] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
+
+
+def keywords(text: str) -> list[Keyword]:
+    """Return the keywords of an input file in their order."""
+    blocks: list[Keyword] = []
+    goes_on = False
+    for line in text.splitlines():
+        if line.startswith("**"):
+            if blocks:
+                blocks[-1].comments.append(line.lstrip("*").strip())
+        elif line.startswith("*") or goes_on:
+            fields = [part.strip() for part in line.lstrip("*").split(",")]
+            if not goes_on:
+                blocks.append(Keyword(fields.pop(0).upper(), {}))
+            for part in filter(None, fields):
+                name, _, value = part.partition("=")
+                blocks[-1].options[name.strip().upper()] = value.strip()
+            goes_on = line.rstrip().endswith(",")
+        elif line.strip() and blocks:
+            blocks[-1].lines.append(line)
+    return blocks
+
+
+def node_table(path: str | Path) -> NodeTable:
+    """Return the nodes and node sets of an input file in the labels of its matrices.
+
+    Raises
+    ------
+    FileError
+        If the file is not there or has no nodes.
+    ModelError
+        If it holds several instances, or moves nodes or turns their degrees of freedom: these are not followed.
+    """
+    blocks = _with_includes(keywords(read_text(path, "nodes")), Path(path), depth=0)
+    instances = [block for block in blocks if block.name == "INSTANCE"]
+    if len(instances) > 1 or any(block.lines for block in instances):
+        raise ModelError(
+            f"{path} is an assembly of {len(instances)} instance(s) that are placed or share labels, so that labels in "
+            "its matrices are not those of its parts. Remedy: export a flat input file (no parts and assemblies), or "
+            "give the nodes as a dict of labels to coordinates"
+        )
+    for block in blocks:
+        if block.name in REFUSED and not (block.name == "SYSTEM" and not block.lines):
+            raise ModelError(
+                f"{path} has *{block.name}: {REFUSED[block.name]}, which are not followed. Remedy: export the model "
+                "in global coordinates, or give the nodes as a dict of labels to coordinates"
+            )
+    rows: list[np.ndarray] = []
+    sets: dict[str, list[int]] = {}
+    for block in blocks:
+        if block.name == "NODE" and block.lines:
+            if block.options.get("SYSTEM", "R").upper() != "R":
+                raise ModelError(f"{path} has nodes in cylindrical or spherical coordinates. Remedy: SYSTEM=R")
+            rows.append(_node_rows(block, path))
+            if "NSET" in block.options:
+                sets.setdefault(block.options["NSET"], []).extend(rows[-1][:, 0].astype(int).tolist())
+        elif block.name == "NSET":
+            name = block.options.get("NSET", "")
+            sets.setdefault(name, []).extend(_members(block, sets, path))
+    if not rows:
+        raise FileError(f"{path} has no *NODE. Remedy: give the input file of the job that wrote the matrices")
+    frozen = {name: np.unique(np.array(members, dtype=np.int64)) for name, members in sets.items() if members}
+    return NodeTable.of_rows(np.concatenate(rows), str(path), frozen)
+
+
+def _node_rows(block: Keyword, path: str | Path) -> np.ndarray:
+    """Return rows of label, x, y, z; coordinates that are left out are zero."""
+    rows = np.zeros((len(block.lines), 4))
+    for i, line in enumerate(block.lines):
+        row = numbers(", ".join(part if part.strip() else "0" for part in line.rstrip(", ").split(",")), path)[:4]
+        rows[i, : len(row)] = row
+    return rows
+
+
+def _members(block: Keyword, sets: dict[str, list[int]], path: str | Path) -> list[int]:
+    """Return the labels of a node set: labels, names of earlier sets, or ranges with GENERATE."""
+    members: list[int] = []
+    for line in block.lines:
+        fields = [part.strip() for part in line.split(",") if part.strip()]
+        if "GENERATE" in block.options:
+            first, last, *step = (int(x) for x in numbers(" ".join(fields), path))
+            members += range(first, last + 1, step[0] if step else 1)
+            continue
+        for part in fields:
+            if part.lstrip("-").isdigit():
+                members.append(int(part))
+            else:
+                members += next((m for name, m in sets.items() if name.upper() == part.upper()), [])
+    return members
+
+
+def _with_includes(blocks: list[Keyword], path: Path, depth: int) -> list[Keyword]:
+    """Return the keywords with those of ``*INCLUDE, INPUT=file`` in their place."""
+    if depth > 10:
+        raise FileError(f"{path} includes itself. Remedy: check its *INCLUDE")
+    found: list[Keyword] = []
+    for block in blocks:
+        found.append(block)
+        if block.name == "INCLUDE":
+            other = path.parent / block.options.get("INPUT", "")
+            found += _with_includes(keywords(read_text(other, "nodes")), other, depth + 1)
+    return found

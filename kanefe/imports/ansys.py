@@ -1,0 +1,146 @@
+"""Matrices of Ansys Mechanical APDL, exported as Harwell-Boeing or Matrix Market text with a mapping file.
+
+After a modal solution without supports (which leaves a .full file) they are written by ::
+
+    /AUX2
+    FILE,job,full
+    HBMAT,job_K,matrix,,ASCII,STIFF,NO,YES     ! the last YES writes job_K.mapping
+    HBMAT,job_M,matrix,,ASCII,MASS,NO,NO
+    FINISH
+
+or by ``*SMAT,K,D,IMPORT,FULL,job.full,STIFF`` and ``*EXPORT,K,MMF,job_K.mtx`` in the order of the same mapping file;
+the nodes by ``CDWRITE,DB,job,cdb`` (or ``NWRITE``: rows of label, x, y, z), with node components (CM) as groups.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import FileError, ModelError
+from kanefe.factorise import Factorise
+from kanefe.finite_element_model import FiniteElementModel
+from kanefe.imports import _mapdl
+from kanefe.imports.harwell_boeing import read_harwell_boeing
+from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
+from kanefe.imports.matrix_market import read_market
+from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
+from kanefe.imports.text import read_text
+from kanefe.imports.units import Units
+
+FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
+
+_MAPPED = re.compile(r"^\s*(\d+)\s*,?\s+(\d+)\s*,?\s+([A-Za-z]\w*)\s*$")
+
+
+def read_ansys(
+    nodes: Nodes,
+    stiffness: str | Path,
+    mass: str | Path,
+    mapping: str | Path,
+    *,
+    damping: str | Path | None = None,
+    groups: Mapping[str, int | Sequence[int]] | None = None,
+    units: Units = "m, kg, s",
+    expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+) -> FiniteElementModel:
+    """Return the model of matrices that Ansys wrote.
+
+    Parameters
+    ----------
+    nodes : path, dict of labels to coordinates, or ndarray (n, 4) of label, x, y, z
+        Archive (.cdb) of CDWRITE, whose node components become groups and whose nodal axes are followed; a text file
+        with rows of label, x, y, z; or the nodes themselves.
+    stiffness, mass, damping : path
+        Matrix Market files (.mtx, .mmf) of ``*EXPORT``; any other suffix is read as Harwell-Boeing text of ``HBMAT``.
+    mapping : path
+        The mapping file of ``HBMAT``: equation, node and name (UX ... ROTZ) of every row.
+    groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
+        See `read_abaqus`.
+
+    Returns
+    -------
+    FiniteElementModel
+        In m, kg, s and global Cartesian components.
+
+    Raises
+    ------
+    FileError
+        If a file is not there, truncated, or in another format.
+    ModelError
+        If mapping, matrices and nodes do not belong together, or the self-check fails.
+    MissingDependency
+        For a .cdb without mapdl-archive.
+
+    Examples
+    --------
+    >>> arm = kf.read_ansys(
+    ...     "job.cdb", "job_K.matrix", "job_M.matrix", "job_K.mapping", units="mm, t, s"
+    ... )  # doctest: +SKIP
+    """
+    freedoms = _mapping(mapping)
+    files = {"stiffness": stiffness, "mass": mass, "damping": damping}
+    matrices = {}
+    for what, path in files.items():
+        if path is None:
+            continue
+        matrix = _matrix(path, f"{what} matrix")
+        if matrix.shape[0] != len(freedoms):
+            raise ModelError(
+                f"the {what} matrix in {path} has {matrix.shape[0]} rows, the mapping {mapping} {len(freedoms)}. "
+                "Remedy: write both from the same .full file (a file without mass of some nodes: LUMPM,OFF)"
+            )
+        matrices[what] = LabelledMatrix(freedoms, matrix)
+    expected: dict[str, Any] = {
+        "expected_mass": expected_mass,
+        "expected_center": expected_center,
+        "expected_inertia": expected_inertia,
+    }
+    return model_of_labelled(
+        matrices,
+        _nodes(nodes),
+        groups=groups,
+        units=units,
+        expected=expected,
+        factorise=factorise,
+        source=f"Ansys {Path(stiffness).name}",
+    )
+
+
+def _nodes(nodes: Nodes) -> NodeTable:
+    if isinstance(nodes, (str, Path)) and Path(nodes).suffix.lower() == ".cdb":
+        return _mapdl.nodes(Path(nodes))
+    return given_nodes(nodes)
+
+
+def _matrix(path: str | Path, what: str) -> sp.csr_matrix:
+    if Path(path).suffix.lower() in (".mtx", ".mmf", ".mm"):
+        return mirrored(read_market(path, what))
+    return read_harwell_boeing(path, what)
+
+
+def _mapping(path: str | Path) -> np.ndarray:
+    """Return (label, number) of every row from a mapping file."""
+    found = [m.groups() for line in read_text(path, "mapping").splitlines() if (m := _MAPPED.match(line))]
+    equations = np.array([int(e) for e, _, _ in found])
+    if not len(found) or not np.array_equal(np.sort(equations), np.arange(1, len(found) + 1)):
+        raise FileError(
+            f"{path} is truncated or no mapping file: its rows should name equations 1, 2, ... with node and freedom. "
+            "Remedy: HBMAT with Mapping=YES"
+        )
+    unknown = sorted({name.upper() for _, _, name in found} - set(FREEDOMS))
+    if unknown:
+        raise ModelError(
+            f"{path} has degrees of freedom {', '.join(unknown)}, which are no motion of a node. Remedy: export a "
+            "structural model (UX, UY, UZ, ROTX, ROTY, ROTZ), without pressures, temperatures and modal coordinates"
+        )
+    rows = np.array([(int(label), FREEDOMS[name.upper()]) for _, label, name in found], dtype=np.int64)
+    return rows[np.argsort(equations)]

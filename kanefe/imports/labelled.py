@@ -1,0 +1,208 @@
+"""Models from matrices whose rows are named by node label and number of the degree of freedom (1 to 6).
+
+All exporting programs speak of degrees of freedom in this way. They leave out rows that hold nothing, write one
+triangle, skip labels, and count the motion of a node in axes of its own; here that becomes the regular
+nodes x components of a `FiniteElementModel` in the axes of G and in m, kg, s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+from kanefe.factorise import Factorise
+from kanefe.finite_element_model import COMPONENTS, ROTATIONS, FiniteElementModel
+from kanefe.given_matrices import model_from_matrices
+from kanefe.imports.following_rotations import following_rotations
+from kanefe.imports.node_table import NodeTable
+from kanefe.imports.units import Units, in_si, scales
+
+OTHER_FREEDOMS = {0: "a scalar or modal coordinate", 7: "warping", 8: "pressure", 9: "potential", 11: "temperature"}
+"""What the numbers of degrees of freedom that are no motion of a node stand for."""
+
+SUPPORT = 1e20
+"""A diagonal entry as large as this against the median is the mark of a support in an exported matrix."""
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledMatrix:
+    """A symmetric matrix between named degrees of freedom.
+
+    Attributes
+    ----------
+    freedoms : ndarray of int, shape (N, 2)
+        Node label and number (1..6: x, y, z, rx, ry, rz) of every row; each pair once.
+    matrix : csr_matrix, shape (N, N)
+    """
+
+    freedoms: np.ndarray
+    matrix: sp.csr_matrix
+
+    @classmethod
+    def of_entries(cls, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> LabelledMatrix:
+        """Return the matrix of entries between (label, number) pairs, shape (e, 2) each, of one triangle or of both."""
+        both = np.concatenate((rows, columns)).astype(np.int64)
+        codes, places = np.unique(both[:, 0] * 64 + both[:, 1], return_inverse=True)
+        freedoms = np.column_stack(np.divmod(codes, 64))
+        i, j = places[: len(rows)], places[len(rows) :]
+        matrix = sp.csr_matrix((values, (i, j)), (len(freedoms), len(freedoms)))
+        return cls(freedoms, mirrored(matrix))
+
+
+def mirrored(matrix: sp.spmatrix) -> sp.csr_matrix:
+    """Return the whole symmetric matrix: an entry whose mirror was not written gives it.
+
+    Files hold one triangle in the order of their program, which need not be one in ours, or both.
+    """
+    given = sp.csr_matrix(matrix, dtype=float)
+    pattern = sp.csr_matrix((np.ones(given.nnz), given.indices, given.indptr), given.shape)
+    other = given.T.tocsr()
+    return (given + other - other.multiply(pattern)).tocsr()
+
+
+def model_of_labelled(
+    matrices: Mapping[str, LabelledMatrix],
+    nodes: NodeTable,
+    *,
+    groups: Mapping[str, int | Sequence[int]] | None = None,
+    units: Units = "m, kg, s",
+    expected: Mapping[str, Any] | None = None,
+    factorise: Factorise | None = None,
+    source: str,
+) -> FiniteElementModel:
+    """Return the checked model of labelled matrices.
+
+    Parameters
+    ----------
+    matrices : dict of LabelledMatrix
+        "mass", "stiffness" and perhaps "damping".
+    nodes : NodeTable
+        At least the nodes of the matrices.
+    groups : dict of str to labels, optional
+        Beside the sets of the table.
+    units : str or (float, float)
+        Of the matrices and nodes.
+    expected : dict, optional
+        `expected_mass`, `expected_center`, `expected_inertia` of `model_from_matrices`, in SI.
+    factorise : callable, optional
+    source : str
+        For provenance and messages.
+
+    Raises
+    ------
+    ModelError
+        If a degree of freedom is no motion of a node, a node has no place or no translations, a support is in the
+        matrices, or the self-check fails.
+    """
+    lacking = {"mass", "stiffness"} - set(matrices)
+    if lacking:
+        raise ModelError(f"{source} holds no {' and no '.join(sorted(lacking))} matrix. Remedy: export both")
+    for what, labelled in matrices.items():
+        _check_freedoms(f"the {what} matrix of {source}", labelled)
+    freedoms = np.unique(np.concatenate([m.freedoms for m in matrices.values()]), axis=0)
+    labels = np.unique(freedoms[:, 0])
+    places = nodes.places(labels, f"the matrices of {source}")
+    points = nodes.points[places] * scales(units)[0]
+    numbers = np.unique(freedoms[:, 1])
+    if np.any(numbers > 3):
+        numbers = np.union1d(numbers, (4, 5, 6)) if nodes.axes is not None else numbers
+    if nodes.axes is not None:
+        numbers = np.union1d(numbers, (1, 2, 3))
+    placed = {what: _placed(m, labels, numbers) for what, m in matrices.items()}
+    if nodes.axes is not None:
+        turn = _turned(nodes.axes[places], numbers)
+        placed = {what: (turn @ m @ turn.T).tocsr() for what, m in placed.items()}
+    placed, numbers = _without_empty_rotations(placed, numbers)
+    components = tuple(COMPONENTS[n - 1] for n in numbers)
+    placed = {what: in_si(m, components, units) for what, m in placed.items()}
+    placed["stiffness"], followers = following_rotations(points, components, placed["stiffness"], labels)
+    known = set(labels.tolist())
+    named = {name: [n for n in members if int(n) in known] for name, members in nodes.sets.items()}
+    chosen = {name: np.atleast_1d(np.asarray(members)) for name, members in (groups or {}).items()}
+    for name, members in chosen.items():
+        if members.dtype.kind not in "iu" or not len(members) or not set(members.tolist()) <= known:
+            raise ModelError(
+                f"group {name!r} must be labels of nodes that the matrices have. Remedy: labels from {labels[0]} to "
+                f"{labels[-1]}, not {members[:5].tolist()}"
+            )
+    model = model_from_matrices(
+        placed["mass"],
+        placed["stiffness"],
+        points,
+        components=components,
+        damping=placed.get("damping"),
+        groups={
+            name: np.searchsorted(labels, np.asarray(members)).tolist()
+            for name, members in {**named, **chosen}.items()
+            if len(members)
+        },
+        factorise=factorise,
+        source=source,
+        **(expected or {}),
+    )
+    return replace(model, provenance={**model.provenance, "units": str(units), "following_rotations": followers})
+
+
+def _check_freedoms(what: str, labelled: LabelledMatrix) -> None:
+    labels, numbers = labelled.freedoms.T
+    if np.any(labels <= 0):
+        raise ModelError(
+            f"{what} has {len(np.unique(labels[labels <= 0]))} internal node(s) (labels below 1), such as those of "
+            "Lagrange multipliers and of hybrid or incompatible elements. Remedy: export without contact, connectors "
+            "and hybrid elements"
+        )
+    wrong = (numbers < 1) | (numbers > 6)
+    if np.any(wrong):
+        number = int(numbers[wrong][0])
+        meaning = OTHER_FREEDOMS.get(number, "no motion of a node")
+        raise ModelError(
+            f"{what} has degree of freedom {number} ({meaning}) at node {labels[wrong][0]}. Remedy: export a "
+            "structural model with translations (1, 2, 3) and rotations (4, 5, 6) only; of a body with generalised "
+            "coordinates export the full matrices, or Standard Input Data (read_sid)"
+        )
+    diagonal = np.abs(labelled.matrix.diagonal())
+    typical = np.median(diagonal[diagonal > 0]) if np.any(diagonal > 0) else 0.0
+    held = diagonal > SUPPORT * typical
+    if np.any(held):
+        label, number = labelled.freedoms[held][0]
+        raise ModelError(
+            f"{what} holds {np.count_nonzero(held)} degree(s) of freedom fast with huge entries, first {number} of "
+            f"node {label}. Remedy: export without boundary conditions: interfaces are fixed in kanefe"
+        )
+
+
+def _placed(labelled: LabelledMatrix, labels: np.ndarray, numbers: np.ndarray) -> sp.csr_matrix:
+    """Return the matrix with a row for every number at every node."""
+    rows = np.searchsorted(labels, labelled.freedoms[:, 0]) * len(numbers)
+    rows += np.searchsorted(numbers, labelled.freedoms[:, 1])
+    size = len(labels) * len(numbers)
+    spread = sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), (size, len(rows)))
+    return (spread @ labelled.matrix @ spread.T).tocsr()
+
+
+def _turned(axes: np.ndarray, numbers: np.ndarray) -> sp.csr_matrix:
+    """Return the block diagonal matrix that maps components in the axes of the nodes to those in G."""
+    blocks = 2 if numbers[-1] > 3 else 1
+    return sp.block_diag([A for A in axes for _ in range(blocks)], format="csr")
+
+
+def _without_empty_rotations(
+    placed: dict[str, sp.csr_matrix], numbers: np.ndarray
+) -> tuple[dict[str, sp.csr_matrix], np.ndarray]:
+    """Return the matrices without components that no node stiffens nor gives mass to."""
+    width = len(numbers)
+    kept = [
+        i
+        for i in range(width)
+        if any(abs(placed[what][i::width]).sum() > 0 for what in ("mass", "stiffness"))
+        or COMPONENTS[numbers[i] - 1] not in ROTATIONS
+    ]
+    if len(kept) == width:
+        return placed, numbers
+    rows = (np.arange(placed["mass"].shape[0] // width)[:, None] * width + np.array(kept)).ravel()
+    return {what: m[rows][:, rows] for what, m in placed.items()}, numbers[kept]

@@ -1,0 +1,123 @@
+"""Matrices in Matrix Market files, which name no nodes: the order of the rows is the user's to say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+import scipy.sparse as sp
+
+from kanefe.errors import FileError, ModelError
+from kanefe.factorise import Factorise
+from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.given_matrices import Order, model_from_matrices
+from kanefe.imports.labelled import mirrored
+from kanefe.imports.node_table import given_nodes
+from kanefe.imports.units import Units, in_si, scales
+
+
+def read_matrix_market(
+    nodes: str | Path | np.ndarray | Sequence[Sequence[float]],
+    stiffness: str | Path,
+    mass: str | Path,
+    *,
+    components: Sequence[str] = TRANSLATIONS,
+    order: Order = "nodes",
+    damping: str | Path | None = None,
+    groups: Mapping[str, int | Sequence[int]] | None = None,
+    units: Units = "m, kg, s",
+    expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+) -> FiniteElementModel:
+    """Return the model of matrices in Matrix Market files.
+
+    Parameters
+    ----------
+    nodes : path or ndarray, shape (n, 3)
+        Coordinates in the order of the rows; a path names a text file of rows label, x, y, z, taken in ascending
+        labels.
+    stiffness, mass, damping : path
+        Files of shape (N, N), of one triangle or of both.
+    components : sequence of str
+        Degrees of freedom of every node, in their order.
+    order : "nodes" or "components"
+        All components of the first node first, or the first component of all nodes.
+    groups : dict of str to node numbers, optional
+        Places in `nodes`, or labels if a file gives them.
+    units, expected_mass, expected_center, expected_inertia, factorise : optional
+        See `read_abaqus`.
+
+    Raises
+    ------
+    FileError
+        If a file is not there, truncated, or in another format.
+    ModelError
+        If the matrices are in another order than the nodes, or fail the self-check in another way.
+
+    Examples
+    --------
+    >>> arm = kf.read_matrix_market("nodes.txt", "K.mtx", "M.mtx", groups={"tip": [7, 8]})  # doctest: +SKIP
+    """
+    length = scales(units)[0]
+    numbered = groups
+    if isinstance(nodes, (str, Path)):
+        table = given_nodes(nodes)
+        points = table.points
+        numbered = {
+            name: table.places(np.atleast_1d(np.asarray(labels)), f"group {name!r}").tolist()
+            for name, labels in (groups or {}).items()
+        }
+    else:
+        points = np.asarray(nodes, dtype=float)
+    names = tuple(components)
+    matrices = {
+        what: mirrored(read_market(path, f"{what} matrix"))
+        for what, path in (("stiffness", stiffness), ("mass", mass), ("damping", damping))
+        if path is not None
+    }
+    if set(names) <= set(COMPONENTS) and all(m.shape[0] == len(points) * len(names) for m in matrices.values()):
+        rowwise = np.arange(len(points) * len(names))
+        by_node = rowwise.reshape(len(names), -1).T.ravel() if order == "components" else rowwise
+        matrices = {what: in_si(m[by_node][:, by_node], names, units) for what, m in matrices.items()}
+        order = "nodes" if order == "components" else order
+    model = model_from_matrices(
+        matrices["mass"],
+        matrices["stiffness"],
+        points * length,
+        components=names,
+        damping=matrices.get("damping"),
+        groups=numbered,
+        order=order,
+        expected_mass=expected_mass,
+        expected_center=expected_center,
+        expected_inertia=expected_inertia,
+        factorise=factorise,
+        source=f"Matrix Market {Path(stiffness).name}",
+    )
+    return replace(model, provenance={**model.provenance, "units": str(units)})
+
+
+def read_market(path: str | Path, what: str) -> sp.csr_matrix:
+    """Return the matrix of one file.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, truncated, complex or no Matrix Market file.
+    """
+    if not Path(path).is_file():
+        raise FileError(f"there is no file {path} for the {what}. Remedy: check the path")
+    try:
+        matrix = scipy.io.mmread(str(path))
+    except (OSError, ValueError, EOFError, IndexError) as error:
+        raise FileError(
+            f"{path} with the {what} is truncated or no Matrix Market file ({error}). Remedy: export it again"
+        ) from error
+    if np.iscomplexobj(matrix.data):
+        raise ModelError(f"the {what} in {path} is complex. Remedy: export it without structural damping")
+    return sp.csr_matrix(matrix, dtype=float)

@@ -1,0 +1,162 @@
+"""Matrices of Nastran: op2 and op4 files, and DMIG cards as a punch file has them.
+
+The best export carries its labels: ``EXTSEOUT(STIFFNESS,MASS,DMIGPCH)`` punches the matrices KAAX and MAAX as DMIG
+cards of grid and component (of a body condensed to its a-set), ``PARAM,EXTDROUT,DMIGPCH`` in older versions. An op4
+file of KGG and MGG (by DMAP or ``PARAM,OGEOM`` and OUTPUT4) has all six components of every grid point in ascending
+labels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+from kanefe.factorise import Factorise
+from kanefe.finite_element_model import FiniteElementModel
+from kanefe.imports import _pyyeti
+from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
+from kanefe.imports.node_table import NodeTable
+from kanefe.imports.units import Units
+
+NAMES = {
+    "stiffness": ("KGG", "KAA", "KAAX", "K2GG", "KXX", "K"),
+    "mass": ("MGG", "MAA", "MAAX", "M2GG", "MXX", "M"),
+    "damping": ("BGG", "BAA", "BAAX", "B2GG"),
+}
+"""Names under which Nastran writes the matrices, first come first served."""
+
+
+def read_nastran(
+    bulk: str | Path,
+    matrices: str | Path | Sequence[str | Path],
+    *,
+    names: Mapping[str, str] | None = None,
+    freedoms: np.ndarray | Sequence[tuple[int, int]] | None = None,
+    groups: Mapping[str, int | Sequence[int]] | None = None,
+    units: Units = "m, kg, s",
+    expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+) -> FiniteElementModel:
+    """Return the model of matrices that Nastran wrote.
+
+    Parameters
+    ----------
+    bulk : path
+        Bulk data file with the GRID and CORD2R/C/S cards; the displacements of a grid point may count in a system of
+        its own.
+    matrices : path or several
+        .op4 or .op2 files; any other suffix (.pch, .bdf, .dat) is read for DMIG cards.
+    names : dict, optional
+        Names of the matrices of "stiffness", "mass" and "damping" in the files, such as {"stiffness": "KGG1"}. Without
+        it the usual ones are looked for.
+    freedoms : rows of (grid, component), optional
+        Degrees of freedom of the rows in an op4 or op2 file. Without it the rows are all six components of all grid
+        points in ascending labels (the g-set of a model without scalar points).
+    groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
+        See `read_abaqus`.
+
+    Returns
+    -------
+    FiniteElementModel
+        In m, kg, s and in basic coordinates.
+
+    Raises
+    ------
+    FileError
+        If a file is not there, truncated, or in another format.
+    ModelError
+        If matrices are missing, do not belong to these grid points, or fail the self-check.
+    MissingDependency
+        Without pyyeti.
+
+    Examples
+    --------
+    >>> arm = kf.read_nastran("arm.bdf", "arm.pch", groups={"tip": 1001})  # doctest: +SKIP
+    """
+    table = _pyyeti.nodes(Path(bulk))
+    files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
+    found: dict[str, LabelledMatrix] = {}
+    for path in files:
+        if path.suffix.lower() in (".op4", ".op2"):
+            found |= {
+                name: _placed(matrix, name, path, table, freedoms)
+                for name, matrix in _pyyeti.matrices(path).items()
+                if name in _wanted(names)
+            }
+        else:
+            found |= _pyyeti.direct_matrices(path)
+    source = ", ".join(path.name for path in files)
+    expected: dict[str, Any] = {
+        "expected_mass": expected_mass,
+        "expected_center": expected_center,
+        "expected_inertia": expected_inertia,
+    }
+    return model_of_labelled(
+        _chosen(found, names or {}, source),
+        table,
+        groups=groups,
+        units=units,
+        expected=expected,
+        factorise=factorise,
+        source=f"Nastran {source}",
+    )
+
+
+def _wanted(names: Mapping[str, str] | None) -> set[str]:
+    return {n for usual in NAMES.values() for n in usual} | {name.upper() for name in (names or {}).values()}
+
+
+def _chosen(found: Mapping[str, LabelledMatrix], names: Mapping[str, str], source: str) -> dict[str, LabelledMatrix]:
+    """Return the matrices by what they are."""
+    unknown = set(names) - set(NAMES)
+    if unknown:
+        raise ModelError(f"names are given for {', '.join(NAMES)}, not for {', '.join(sorted(unknown))}")
+    chosen = {}
+    for what, usual in NAMES.items():
+        candidates = (names[what].upper(),) if what in names else usual
+        name = next((n for n in candidates if n in found), None)
+        if name is not None:
+            chosen[what] = found[name]
+        elif what != "damping" or what in names:
+            raise ModelError(
+                f"{source} has no {what} matrix called {' or '.join(candidates)}; it has "
+                f"{', '.join(sorted(found)) or 'none'}. Remedy: names={{{what!r}: '...'}}"
+            )
+    return chosen
+
+
+def _placed(
+    matrix: sp.csr_matrix,
+    name: str,
+    path: Path,
+    table: NodeTable,
+    freedoms: np.ndarray | Sequence[tuple[int, int]] | None,
+) -> LabelledMatrix:
+    """Return a matrix without labels at its degrees of freedom."""
+    if freedoms is None:
+        rows = np.array([(label, number) for label in table.labels for number in range(1, 7)])
+    else:
+        rows = np.asarray(freedoms)
+        if (
+            rows.ndim != 2
+            or rows.shape[1] != 2
+            or rows.dtype.kind not in "iu"
+            or len(np.unique(rows, axis=0)) < len(rows)
+        ):
+            raise ModelError("freedoms must be different rows of whole numbers (grid, component)")
+    if matrix.shape != (len(rows), len(rows)):
+        what = "the grid points make" if freedoms is None else "freedoms names"
+        raise ModelError(
+            f"matrix {name} in {path} has shape {matrix.shape}, {what} {len(rows)} degrees of freedom. Remedy: export "
+            "the g-set, or DMIG cards, which carry their labels, or say freedoms=[(grid, component), ...]"
+        )
+    used = np.asarray(abs(matrix).sum(axis=1)).ravel() + np.asarray(abs(matrix).sum(axis=0)).ravel() > 0
+    # rows without entries are grid points that carry nothing, and components that elements do not know
+    return LabelledMatrix(rows[used], mirrored(matrix[used][:, used]))

@@ -1,0 +1,94 @@
+"""Nodes of an exporting program: labels, places, named sets, and the axes in which their motion is counted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from kanefe.errors import FileError, ModelError
+from kanefe.imports.text import numbers, read_text
+
+Nodes: TypeAlias = str | Path | Mapping[int, Sequence[float]] | np.ndarray
+"""A file, a dict of labels to coordinates, or an array (n, 4) of label, x, y, z."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodeTable:
+    """Labelled nodes in the units of their program.
+
+    Attributes
+    ----------
+    labels : ndarray of int, shape (n,)
+        Ascending.
+    points : ndarray, shape (n, 3)
+    sets : dict of str to ndarray of int
+        Labels of named nodes.
+    axes : ndarray, shape (n, 3, 3), or None
+        A_Gd of every node: columns are the axes along which its degrees of freedom count, in G. None: those of G.
+    """
+
+    labels: np.ndarray
+    points: np.ndarray
+    sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    axes: np.ndarray | None = None
+
+    @classmethod
+    def of_rows(cls, rows: np.ndarray, source: str, sets: Mapping[str, np.ndarray] | None = None) -> NodeTable:
+        """Return the table of rows (label, x, y, z) in any order.
+
+        Raises
+        ------
+        ModelError
+            If labels are no whole numbers or stand twice at different places, or coordinates are not finite.
+        """
+        rows = np.asarray(rows, dtype=float)
+        if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows) or not np.all(np.isfinite(rows)):
+            raise ModelError(f"the nodes of {source} must be rows of label, x, y, z, not of shape {rows.shape}")
+        if np.any(rows[:, 0] != np.round(rows[:, 0])):
+            raise ModelError(f"the nodes of {source} must begin with whole labels. Remedy: rows of label, x, y, z")
+        rows = np.unique(rows, axis=0)  # sorted by label; a node written twice at one place is one node
+        labels = rows[:, 0].astype(np.int64)
+        twice = labels[1:][labels[1:] == labels[:-1]]
+        if len(twice):
+            raise ModelError(f"node {twice[0]} of {source} stands at two places. Remedy: keep one of them")
+        return cls(labels, np.ascontiguousarray(rows[:, 1:]), dict(sets or {}))
+
+    def places(self, labels: np.ndarray, what: str) -> np.ndarray:
+        """Return the rows of labels in the table.
+
+        Raises
+        ------
+        ModelError
+            If one is missing; the message lists the first.
+        """
+        labels = np.asarray(labels, dtype=np.int64)
+        places = np.minimum(np.searchsorted(self.labels, labels), len(self.labels) - 1)
+        missing = np.unique(labels[self.labels[places] != labels])
+        if len(missing):
+            named = ", ".join(str(n) for n in missing[:5]) + (", ..." if len(missing) > 5 else "")
+            raise ModelError(
+                f"{what} {'has' if what.startswith('the') else 'have'} {len(missing)} node(s) that the table of nodes "
+                f"does not hold: {named}. Remedy: give the file of the model that was exported, with all its nodes"
+            )
+        return places
+
+
+def given_nodes(nodes: Nodes) -> NodeTable:
+    """Return the table of nodes given as a dict, an array (n, 4), or a text file of rows label, x, y, z."""
+    if isinstance(nodes, (str, Path)):
+        text = read_text(nodes, "nodes")
+        kept = [line.partition("#")[0] for line in text.splitlines()]
+        widths = {len(line.replace(",", " ").split()) for line in kept if line.strip()}
+        if widths != {4}:
+            raise FileError(f"{nodes} is no table of nodes. Remedy: a row of label, x, y, z for each, # for comments")
+        return NodeTable.of_rows(numbers("\n".join(kept), nodes).reshape(-1, 4), str(nodes))
+    if isinstance(nodes, Mapping):
+        rows = [(label, *np.asarray(point, dtype=float).reshape(-1)) for label, point in nodes.items()]
+        if any(len(row) != 4 for row in rows):
+            raise ModelError("nodes must be a dict of labels to three coordinates")
+        return NodeTable.of_rows(np.array(rows, dtype=float), "the given dict")
+    return NodeTable.of_rows(np.asarray(nodes), "the given array")

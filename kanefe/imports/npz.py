@@ -1,0 +1,128 @@
+"""Matrices, nodes and groups in one .npz file: the plain way from any program that has Python.
+
+Layout, version 1, all in m, kg, s (numpy.savez of these arrays is all it takes):
+
+    format                        "kanefe matrices 1"
+    nodes (n, 3), components      coordinates; names among "x", "y", "z", "rx", "ry", "rz"
+    stiffness, mass, damping      dense (N, N), or as scipy.sparse.csr_matrix: stiffness_data, _indices, _indptr
+    group_NAME                    node numbers from 0
+    cells_KIND                    node numbers (m, nodes a cell) in VTK order, KIND by meshio's name
+
+`damping`, groups and cells may be missing.
+"""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import FileError
+from kanefe.factorise import Factorise
+from kanefe.finite_element_model import Cells, FiniteElementModel
+from kanefe.given_matrices import model_from_matrices
+from kanefe.whole_file import write_whole
+
+FORMAT = "kanefe matrices 1"
+
+
+def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
+    """Write nodes, matrices, groups and cells of a full-order model to one .npz file.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be written, or the disk is full.
+    """
+    arrays: dict[str, np.ndarray] = {
+        "format": np.array(FORMAT),
+        "nodes": model.nodes,
+        "components": np.array(model.components),
+    }
+    for what in ("stiffness", "mass", "damping"):
+        matrix = getattr(model, what)
+        if matrix is not None:
+            csr = sp.csr_matrix(matrix)
+            arrays |= {f"{what}_data": csr.data, f"{what}_indices": csr.indices, f"{what}_indptr": csr.indptr}
+    arrays |= {f"group_{name}": np.asarray(group.nodes) for name, group in model.groups.items()}
+    for block in model.cells:
+        name = f"cells_{block.kind}"
+        arrays[name] = np.vstack((arrays[name], block.nodes)) if name in arrays else block.nodes
+    write_whole(path, lambda file: np.savez(file, **arrays))
+
+
+def read_matrices(
+    path: str | Path,
+    *,
+    expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+) -> FiniteElementModel:
+    """Return the model of a file that `write_matrices` wrote, or numpy in its layout.
+
+    Parameters
+    ----------
+    path : path
+    expected_mass, expected_center, expected_inertia, factorise : optional
+        See `read_abaqus`.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, truncated, of another format or version.
+    ModelError
+        If the self-check of `kanefe.model_from_matrices` fails.
+
+    Examples
+    --------
+    >>> kf.write_matrices(model, "arm.npz")  # doctest: +SKIP
+    >>> same = kf.read_matrices("arm.npz", expected_mass=2.1)  # doctest: +SKIP
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileError(f"there is no file {path} for the matrices. Remedy: check the path")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        stated = str(arrays["format"])
+        if stated == FORMAT:
+            matrices = {what: _matrix(arrays, what) for what in ("stiffness", "mass", "damping")}
+            nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise FileError(
+            f"{path} is truncated or no file of matrices ({error}). Remedy: write it again with write_matrices"
+        ) from error
+    if stated != FORMAT:
+        raise FileError(f"{path} has format {stated!r}, this kanefe reads {FORMAT!r}. Remedy: write it again")
+    if matrices["stiffness"] is None or matrices["mass"] is None:
+        raise FileError(f"{path} must hold both stiffness and mass. Remedy: write it again with write_matrices")
+    model = model_from_matrices(
+        matrices["mass"],
+        matrices["stiffness"],
+        nodes,
+        components=components,
+        damping=matrices["damping"],
+        groups={n.removeprefix("group_"): a.tolist() for n, a in arrays.items() if n.startswith("group_")},
+        cells=[Cells(n.removeprefix("cells_"), a) for n, a in arrays.items() if n.startswith("cells_")],
+        expected_mass=expected_mass,
+        expected_center=expected_center,
+        expected_inertia=expected_inertia,
+        factorise=factorise,
+        source=f"npz {path.name}",
+    )
+    return model
+
+
+def _matrix(arrays: dict[str, np.ndarray], what: str) -> sp.csr_matrix | None:
+    """Return a matrix of the file, None where it has none."""
+    if what in arrays:
+        return sp.csr_matrix(arrays[what])
+    if f"{what}_data" not in arrays:
+        return None
+    size = len(arrays[f"{what}_indptr"]) - 1
+    return sp.csr_matrix(tuple(arrays[f"{what}_{part}"] for part in ("data", "indices", "indptr")), (size, size))

@@ -1,0 +1,52 @@
+"""Numbers in the text files of Fortran programs."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from kanefe.errors import FileError
+
+_EXPONENTS = str.maketrans({"D": "E", "d": "E", ",": " "})
+
+
+def read_text(path: str | Path, what: str) -> str:
+    """Return the text of a file.
+
+    Raises
+    ------
+    FileError
+        If it is not there, empty, or no text.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileError(f"there is no file {path} for the {what}. Remedy: check the path")
+    try:
+        text = path.read_text(encoding="latin-1")
+    except OSError as error:
+        raise FileError(f"cannot read the {what} from {path}: {error}. Remedy: check the file") from error
+    if not text.strip():
+        raise FileError(f"{path} with the {what} is empty. Remedy: export it again")
+    if "\0" in text[:4096]:
+        raise FileError(f"{path} with the {what} is binary, not text. Remedy: export it as text")
+    return text
+
+
+def numbers(text: str, source: str | Path) -> np.ndarray:
+    """Return the numbers of a text, separated by blanks, commas or lines; exponents may be written D+05.
+
+    Raises
+    ------
+    FileError
+        If something is no number, as in a file that was cut in the middle.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)  # how numpy says that a text goes on after the numbers
+        try:
+            return np.fromstring(text.translate(_EXPONENTS), dtype=float, sep=" ")
+        except (DeprecationWarning, ValueError) as error:
+            raise FileError(
+                f"{source} holds something that is no number, or is truncated ({error}). Remedy: export it again"
+            ) from error

@@ -1,0 +1,58 @@
+"""Units of an exporting program, and what they make of matrices in m, kg, s.
+
+With lengths of l metres and masses of m kilograms (time in seconds, angles in radians) translations u scale by l and
+rotations not at all, so every quadratic form ``u^T A u`` (K, C, M) scales by ``m l^2`` as a whole: with
+D = diag(1 for translations, l for rotations) the matrix in SI is ``m D A D``.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+from kanefe.finite_element_model import TRANSLATIONS
+
+Units: TypeAlias = str | tuple[float, float]
+"""Name of a system of units, or (metres a unit of length, kilograms a unit of mass); time is in seconds."""
+
+INCH, POUND_FORCE, FOOT = 0.0254, 4.4482216152605, 0.3048
+SYSTEMS: dict[str, tuple[float, float]] = {
+    "m, kg, s": (1.0, 1.0),
+    "mm, t, s": (1e-3, 1e3),
+    "mm, kg, s": (1e-3, 1.0),
+    "in, lbf, s": (INCH, POUND_FORCE / INCH),
+    "ft, lbf, s": (FOOT, POUND_FORCE / FOOT),
+}
+"""Metres and kilograms of the units. With lbf the unit of mass is lbf s2 a length (slinch, slug)."""
+
+
+def scales(units: Units) -> tuple[float, float]:
+    """Return metres a unit of length and kilograms a unit of mass.
+
+    Raises
+    ------
+    ModelError
+        If the name is not known or a scale is not above zero.
+    """
+    if isinstance(units, str):
+        if units not in SYSTEMS:
+            known = ", ".join(repr(name) for name in SYSTEMS)
+            raise ModelError(
+                f"units {units!r} are not known. Remedy: one of {known}, or (metres a length, kg a mass) with seconds"
+            )
+        return SYSTEMS[units]
+    length, mass = (float(x) for x in units) if np.shape(units) == (2,) else (np.nan, np.nan)
+    if not (0 < length < np.inf and 0 < mass < np.inf):
+        raise ModelError(f"units must be (metres a length, kg a mass), both above zero, not {units!r}")
+    return length, mass
+
+
+def in_si(matrix: sp.spmatrix, components: tuple[str, ...], units: Units) -> sp.csr_matrix:
+    """Return M, C or K, shape (n * components, same), in m, kg, s, rad."""
+    length, mass = scales(units)
+    of_node = [1.0 if c in TRANSLATIONS else length for c in components]
+    scale = sp.diags(np.tile(of_node, matrix.shape[0] // len(components)))
+    return (mass * (scale @ matrix @ scale)).tocsr()
