@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.body_file import ready_path, write_whole
 from kanefe.errors import MissingDependency, ModelError
 from kanefe.quantities import DRIVES, ENERGIES, INTERFACES, LOOPS, MODES, MOMENTA, QUANTITIES
+from kanefe.whole_file import ready_path, write_whole
 
 try:
     from matplotlib.axes import Axes

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape
 
 import numpy as np
 
-from kanefe.body_file import ready_path
 from kanefe.channels import BodyShape
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.frames import rotation_matrix
+from kanefe.views.cell_types import CELL_TYPES
+from kanefe.whole_file import ready_path
 
 try:
     from pyevtk.hl import unstructuredGridToVTK
@@ -22,12 +24,6 @@ except ImportError as _error:
 
 if TYPE_CHECKING:
     from kanefe.results import Result
-
-CELL_TYPES = {
-    "vertex": 1, "line": 3, "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12,
-    "line3": 21, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "quad9": 28, "hexahedron27": 29,
-}  # fmt: skip
-"""VTK's number of each shape of cell."""
 
 MOST_FRAMES = 200
 """Frames written where the user does not choose."""
@@ -43,10 +39,21 @@ _CORNERS = np.array(
 """Of a cube, in VTK's order for a hexahedron."""
 
 
+FieldData = Callable[[int], tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
+"""Scalars at the nodes (n,) and at the cells (cells,) of a body, by name, at an output time given by number."""
+
+
 def write_series(
-    result: Result, path: str | Path, *, fps: float | None = None, every: int | None = None, scale: float = 1.0
+    result: Result,
+    path: str | Path,
+    *,
+    fps: float | None = None,
+    every: int | None = None,
+    frames: np.ndarray | None = None,
+    scale: float = 1.0,
+    fields: Mapping[str, FieldData] | None = None,
 ) -> Path:
-    """Write the series that `Result.to_vtk` describes.
+    """Write the series that `Result.to_vtk` describes; of chosen output times, with fields on some bodies, if given.
 
     Each flexible body has one .vtu a frame: its deformed mesh in N, with the elastic displacement in the axes of N
     as point data. The rigid bodies share one: boxes of their mass and inertia, with the body's number as cell data.
@@ -63,7 +70,9 @@ def write_series(
                 raise ModelError(
                     f"the mesh of {name!r} has cells of kind {block.kind!r}. VTK files hold: {', '.join(CELL_TYPES)}"
                 )
-    frames = _chosen_frames(result.times, fps, every)
+    if frames is None:
+        frames = _chosen_frames(result.times, fps, every)
+    fields = fields or {}
     target = ready_path(target.with_suffix(".pvd"))
     folder = target.with_name(f"{target.stem}_frames")
     shapes = [result.body(name) for name in result.bodies]
@@ -75,7 +84,8 @@ def write_series(
             time = float(result.times[frame])
             for part, shape in enumerate(shapes):
                 if shape.is_flexible:
-                    file = _write_mesh(folder / f"body{part}_{number:04d}", result, shape, int(frame), part, scale)
+                    stem, data = folder / f"body{part}_{number:04d}", fields.get(shape.name)
+                    file = _write_mesh(stem, result, shape, int(frame), part, scale, data)
                     listed.append((file, time, part, shape.name))
             if boxes:
                 file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame))
@@ -148,13 +158,24 @@ def _boxes(result: Result, shapes: list[BodyShape]) -> list[tuple[int, BodyShape
     return boxes
 
 
-def _write_mesh(path: Path, result: Result, shape: BodyShape, frame: int, part: int, scale: float) -> Path:
+def _write_mesh(
+    path: Path,
+    result: Result,
+    shape: BodyShape,
+    frame: int,
+    part: int,
+    scale: float,
+    data: FieldData | None = None,
+) -> Path:
     A_NG = rotation_matrix(result.rotation(shape.name)[frame])
     displacement = result.nodal_displacements(shape.name, frames=frame) @ A_NG.T
     points = shape.nodes @ A_NG.T + result.position(shape.name)[frame] + scale * displacement
     blocks = [(block.kind, block.nodes) for block in shape.cells]
     blocks = blocks or [("vertex", np.arange(len(points))[:, None])]
-    return _write_grid(path, points, blocks, part, {"displacement [m]": _columns(displacement)})
+    at_nodes, at_cells = data(frame) if data is not None else ({}, {})
+    return _write_grid(
+        path, points, blocks, part, {"displacement [m]": _columns(displacement), **_rows(at_nodes)}, _rows(at_cells)
+    )
 
 
 def _write_boxes(path: Path, result: Result, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int) -> Path:
@@ -168,7 +189,12 @@ def _write_boxes(path: Path, result: Result, boxes: list[tuple[int, BodyShape, n
 
 
 def _write_grid(
-    path: Path, points: np.ndarray, blocks: list[tuple[str, np.ndarray]], body: Any, data: dict[str, Any] | None
+    path: Path,
+    points: np.ndarray,
+    blocks: list[tuple[str, np.ndarray]],
+    body: Any,
+    data: dict[str, Any] | None,
+    cell_data: dict[str, Any] | None = None,
 ) -> Path:
     """Write one .vtu with the number of the body on every cell; return its path."""
     sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for _, nodes in blocks])
@@ -180,7 +206,7 @@ def _write_grid(
         connectivity=np.concatenate([nodes.ravel() for _, nodes in blocks]).astype(np.int64),
         offsets=np.cumsum(sizes, dtype=np.int64),
         cell_types=types,
-        cellData={"body": numbers},
+        cellData={"body": numbers, **(cell_data or {})},
         pointData=data,
     )
     return Path(file)
@@ -194,6 +220,10 @@ def _write_collection(target: Path, listed: list[tuple[Path, float, int, str]]) 
         relative = escape(file.relative_to(folder).as_posix(), _QUOTES)
         group.addFile(str(folder / relative), sim_time=repr(time), part=str(part), name=escape(name, _QUOTES))
     group.save()
+
+
+def _rows(scalars: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: np.ascontiguousarray(values, dtype=float) for name, values in scalars.items()}
 
 
 def _columns(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

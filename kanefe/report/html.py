@@ -1,0 +1,72 @@
+"""A report as one HTML page: no scripts, nothing loaded from elsewhere."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable
+from html import escape
+from itertools import groupby
+
+from kanefe.report.document import Block, Heading, Histogram, Paragraph, Picture, Table
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 2rem auto; max-width: 64rem;
+       padding: 0 1.2rem; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .6rem; border-bottom: 1px solid #d5d9de; }
+table { border-collapse: collapse; font-size: .88rem; margin: .6rem 0; display: block; overflow-x: auto; }
+td, th { padding: .16rem .7rem; text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+th { border-bottom: 1px solid #888; font-weight: 600; } tr:nth-child(even) td { background: #f5f6f8; }
+td:first-child, th:first-child, .left td, .left th { text-align: left; }
+.left td { white-space: normal; overflow-wrap: anywhere; } .left td:first-child { white-space: nowrap; }
+p.warning { border-left: 4px solid #d55e00; background: #fdf3ec; padding: .3rem .8rem; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(14rem, 1fr)); gap: .8rem; }
+figure { margin: 0; border: 1px solid #e2e5e9; border-radius: 4px; padding: .3rem; }
+figure img { width: 100%; display: block; } figcaption { font-size: .82rem; text-align: center; }
+svg text { font: 12px system-ui, sans-serif; fill: #222; }
+"""
+
+
+def page(title: str, blocks: Iterable[Block]) -> str:
+    """Return the page with all pictures in it."""
+    body = []
+    for is_picture, group in groupby(blocks, key=lambda block: isinstance(block, Picture)):
+        parts = [_html(block) for block in group]
+        body.append('<div class="pictures">' + "".join(parts) + "</div>" if is_picture else "\n".join(parts))
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
+        f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}</style>\n</head>\n<body>\n'
+        f"<h1>{escape(title)}</h1>\n" + "\n".join(body) + "\n</body>\n</html>\n"
+    )
+
+
+def _html(block: Block) -> str:
+    if isinstance(block, Heading):
+        return f"<h2>{escape(block.text)}</h2>"
+    if isinstance(block, Paragraph):
+        return f'<p class="warning">{escape(block.text)}</p>' if block.warning else f"<p>{escape(block.text)}</p>"
+    if isinstance(block, Table):
+        head = "<tr>" + "".join(f"<th>{escape(c)}</th>" for c in block.header) + "</tr>" if any(block.header) else ""
+        rows = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>\n" for row in block.rows)
+        kind = ' class="left"' if block.align_left else ""
+        return f"<table{kind}>\n{head}\n{rows}</table>"
+    if isinstance(block, Histogram):
+        return _bars(block)
+    data = base64.b64encode(block.png).decode("ascii")
+    caption = escape(block.caption)
+    return (
+        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}"><figcaption>{caption}</figcaption></figure>'
+    )
+
+
+def _bars(block: Histogram) -> str:
+    most, height, left, length = max(block.counts, default=0) or 1, 20, 110, 420
+    bars = []
+    for i, (low, high, count) in enumerate(zip(block.edges[:-1], block.edges[1:], block.counts, strict=True)):
+        y, width = i * height, length * count / most
+        bars.append(
+            f'<text x="{left - 8}" y="{y + 14}" text-anchor="end">{low:.2f} to {high:.2f}</text>'
+            f'<rect x="{left}" y="{y + 3}" width="{width:.1f}" height="{height - 6}" fill="#0072b2"/>'
+            f'<text x="{left + width + 6:.1f}" y="{y + 14}">{count}</text>'
+        )
+    size = f'width="{left + length + 80}" height="{height * len(block.counts)}"'
+    return f"<p>{escape(block.title)}</p>\n<svg {size}>{''.join(bars)}</svg>"

@@ -1,0 +1,164 @@
+"""Pictures of meshes without a display: stress fields and mode shapes, drawn by pyvista in a process of its own.
+
+A process of its own because VTK's graphics library and what dolfinx loads (MPI, LLVM) can abort each other, and because
+VTK may abort where a machine has no graphics library at all: here that becomes an error with a remedy.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import MissingDependency
+from kanefe.finite_element_model import Cells
+from kanefe.views.cell_types import CELL_TYPES
+
+SECONDS = 300
+"""After which drawing is given up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """One picture to draw.
+
+    Attributes
+    ----------
+    draw : {"field", "shape"}
+    points : ndarray, shape (n, 3)
+    cells : tuple of Cells
+    values : ndarray, shape (n,) or (n, 3)
+    options : dict
+        Json-able, of `kanefe.views._pyvista.draw_field` or `draw_shape`.
+    """
+
+    draw: str
+    points: np.ndarray
+    cells: tuple[Cells, ...]
+    values: np.ndarray
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+def field_drawing(
+    points: np.ndarray,
+    cells: tuple[Cells, ...],
+    values: np.ndarray,
+    label: str,
+    *,
+    view: Sequence[float] = (1.0, -1.3, 0.9),
+    title: str | None = None,
+    limit: float | None = None,
+    size: tuple[int, int] = (1200, 800),
+) -> Drawing:
+    """Return the picture of a mesh with a field in colours.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    cells : tuple of Cells
+    values : ndarray, shape (n,)
+        At the nodes; not drawn where NaN.
+    label : str
+        Of the colours, with the unit.
+    view : array_like, shape (3,)
+        Direction from the mesh towards the eye; z is up.
+    title : str, optional
+    limit : float, optional
+        Value of the last colour. Default: the largest.
+    size : tuple of int
+        In pixels.
+    """
+    options = {"label": label, "view": [float(x) for x in view], "title": title, "limit": limit, "size": list(size)}
+    return Drawing("field", points, cells, values, options)
+
+
+def shape_drawing(
+    nodes: np.ndarray,
+    cells: tuple[Cells, ...],
+    displacement: np.ndarray,
+    *,
+    amplitude: float = 0.12,
+    size: tuple[int, int] = (360, 260),
+) -> Drawing:
+    """Return the thumbnail of a mode shape: the deformed mesh, coloured by its motion, over the undeformed one.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (n, 3)
+    cells : tuple of Cells
+    displacement : ndarray, shape (n, 3)
+        Of any size.
+    amplitude : float
+        The largest displacement drawn, as a share of the mesh's size.
+    size : tuple of int
+        In pixels.
+    """
+    return Drawing("shape", nodes, cells, displacement, {"amplitude": amplitude, "size": list(size)})
+
+
+def drawn(drawings: Sequence[Drawing]) -> list[bytes]:
+    """Return pictures as the bytes of .png files.
+
+    Raises
+    ------
+    MissingDependency
+        If pyvista is not installed, or has no graphics library to draw with.
+    """
+    if find_spec("pyvista") is None:
+        raise MissingDependency("pyvista", "a picture of a mesh", "pip install 'kanefe[report]'")
+    with tempfile.TemporaryDirectory(prefix="kanefe-pictures-") as name:
+        folder = Path(name)
+        _write_job(folder, drawings)
+        done = _run(folder)
+        files = [folder / f"{number}.png" for number in range(len(drawings))]
+        if done.returncode != 0 or not all(file.is_file() for file in files):
+            last = done.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["it stopped without a word"]
+            raise MissingDependency(
+                "a graphics library that VTK can draw with", "a picture of a mesh",
+                f"sudo apt-get install libegl1 libgl1-mesa-dri, or pip install -U vtk ({last[0]})",
+            )  # fmt: skip
+        return [file.read_bytes() for file in files]
+
+
+def _write_job(folder: Path, drawings: Sequence[Drawing]) -> None:
+    """Write arrays and options; an array that several pictures share is written once."""
+    names: dict[int, str] = {}
+    arrays: dict[str, np.ndarray] = {}
+
+    def named(array: np.ndarray) -> str:
+        if id(array) not in names:
+            names[id(array)] = f"a{len(names)}"
+            arrays[names[id(array)]] = array
+        return names[id(array)]
+
+    jobs = [
+        {
+            "draw": drawing.draw,
+            "points": named(drawing.points),
+            "values": named(drawing.values),
+            "cells": [(CELL_TYPES[block.kind], named(block.nodes)) for block in drawing.cells],
+            "options": drawing.options,
+        }
+        for drawing in drawings
+    ]
+    np.savez(folder / "job.npz", **arrays)  # type: ignore[arg-type]
+    (folder / "job.json").write_text(json.dumps(jobs), encoding="utf-8")
+
+
+def _run(folder: Path) -> subprocess.CompletedProcess[bytes]:
+    path = os.pathsep.join(entry for entry in sys.path if entry)
+    environment = {**os.environ, "PYTHONPATH": path, "PYVISTA_OFF_SCREEN": "true"}
+    command = [sys.executable, "-m", "kanefe.views._pyvista", str(folder)]
+    try:
+        return subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment, cwd=folder, check=False)
+    except subprocess.TimeoutExpired as late:
+        return subprocess.CompletedProcess(command, 1, b"", f"no picture after {late.timeout:g} s".encode())
