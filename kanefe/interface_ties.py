@@ -1,44 +1,25 @@
-"""Interfaces of a finite-element model: patches of nodes tied to six-component frames.
+"""Ties of a finite-element model: patches of nodes follow six-component frames.
 
-A solid has no nodal rotations, so an interface is a patch of nodes that moves as a rigid body with a frame (RBE2).
-A single node with rotations is its own frame. Each component of a frame is fixed in G or free (released).
+A solid has no nodal rotations, so an interface is a patch of nodes whose motion, rigidly (RBE2) or on average (RBE3),
+is that of a frame. A single node with rotations is its own frame. Each component of a frame is fixed in G or free.
+Tied coordinates are degrees of freedom that no interface touches, then what is left free in the patches, then the
+components of the frames along their axes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.averaging import moment_free_columns
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import COMPONENTS, FiniteElementModel, rigid_motion
-
-KINDS: dict[str, tuple[str, ...]] = {"clamped": COMPONENTS, "rigid": (), "hinged": ("x", "y", "z")}
-"""Components that each kind of interface fixes in G."""
-
-
-@dataclass(frozen=True)
-class Interface:
-    """An interface whose components are fixed in G one by one.
-
-    Parameters
-    ----------
-    fixed : sequence of str
-        Among "x", "y", "z", "rx", "ry", "rz". All of them: clamped; none: the frame moves freely.
-
-    Examples
-    --------
-    A hinge about z: ``Interface(fixed=("x", "y", "z", "rx", "ry"))``.
-    """
-
-    fixed: Sequence[str] = ()
-
-    def __post_init__(self) -> None:
-        unknown = [c for c in self.fixed if c not in COMPONENTS]
-        if unknown or isinstance(self.fixed, str):
-            raise ModelError(f"an interface fixes components among {', '.join(COMPONENTS)}, not {self.fixed!r}")
+from kanefe.finite_element_model import COMPONENTS, FiniteElementModel
+from kanefe.interface import Interface, as_interface
+from kanefe.patch_moments import patch_moments
+from kanefe.patches import Patch, patch_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,26 +29,40 @@ class Tie:
     Attributes
     ----------
     name : str
+    nodes : ndarray of int, shape (m,)
+        Nodes of the patch.
     position : ndarray, shape (3,)
         Undeformed position of the frame in G, m.
+    axes : ndarray, shape (3, 3)
+        From the axes of the frame, when undeformed, to those of G.
     components : tuple of int
-        Components of the frame that the patch can follow (0..5).
+        Components of the frame, along its axes, that the patch can follow (0..5).
     fixed : tuple of int
         Which of them, as positions in `components`, are fixed in G.
     rows : ndarray of int
         Their numbers in the tied coordinates.
+    is_rigid : bool
+        Whether the nodes move as a rigid body with the frame; else it follows their mean motion.
     """
 
     name: str
+    nodes: np.ndarray
     position: np.ndarray
+    axes: np.ndarray
     components: tuple[int, ...]
     fixed: tuple[int, ...]
     rows: np.ndarray
+    is_rigid: bool
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the components."""
         return tuple(COMPONENTS[c] for c in self.components)
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Motion of the frame in components of G from its components along its axes, shape (6, components)."""
+        return np.asarray(np.kron(np.eye(2), self.axes)[:, list(self.components)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,19 +72,18 @@ class InterfaceTies:
     Attributes
     ----------
     transformation : csr_matrix, shape (N, tied)
-    interior_dofs : ndarray of int
-        Degrees of freedom of the model that are tied coordinates themselves, the first ones.
+        T: motion of the nodes from the tied coordinates. The columns of the interior are orthonormal.
+    frame_reading : csr_matrix, shape (frame components, N)
+        Components of the frames that go with a motion of the nodes: its mean, which is all of it where it is rigid.
+    interior_count : int
+        Number of interior coordinates, the first ones: see `tie_interfaces`.
     ties : tuple of Tie
     """
 
     transformation: sp.csr_matrix
-    interior_dofs: np.ndarray
+    frame_reading: sp.csr_matrix
+    interior_count: int
     ties: tuple[Tie, ...]
-
-    @property
-    def interior_count(self) -> int:
-        """Number of interior coordinates."""
-        return len(self.interior_dofs)
 
     @property
     def fixed(self) -> np.ndarray:
@@ -100,87 +94,112 @@ class InterfaceTies:
         """Return ``T^T matrix T``."""
         if not self.ties:
             return sp.csr_matrix(matrix)
-        return (self.transformation.T @ matrix @ self.transformation).tocsr()
+        across = self.transformation.T.tocsr()  # small; else the large products would change their format
+        return across @ sp.csr_matrix(matrix) @ self.transformation
+
+    def coordinates(self, motion: np.ndarray) -> np.ndarray:
+        """Return the tied coordinates (tied, m) of motions (N, m) that obey the ties, such as rigid ones."""
+        inner, frames = self.transformation[:, : self.interior_count], self.transformation[:, self.interior_count :]
+        q = self.frame_reading @ motion
+        return np.vstack((inner.T @ (motion - frames @ q), q))
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """What one patch contributes over its degrees of freedom: loose and frame columns of T, reading of the frame."""
+
+    dofs: np.ndarray
+    loose: sp.csr_matrix
+    frame: np.ndarray
+    reading: np.ndarray
 
 
 def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Interface]) -> InterfaceTies:
-    """Tie each named group of nodes to a frame.
+    """Tie patches of nodes to frames.
+
+    The interior coordinates are the degrees of freedom of the nodes outside of all patches, in their order; then, patch
+    after patch, released components of its nodes along the axes of the interface, and the deviations of an average
+    (`kanefe.averaging`).
 
     Raises
     ------
     ModelError
-        If a group or kind is unknown, a group has no nodes, two interfaces share nodes, or a patch cannot follow a
-        frame (collinear nodes without rotations) or a component that is to be fixed.
+        If a group or kind is unknown, a group has no nodes, two interfaces share nodes, a patch cannot follow a
+        frame (collinear nodes without rotations) or a component that is to be fixed, or weights do not fit.
     """
     if not isinstance(interfaces, Mapping):
         raise ModelError(
             f"interfaces must be a dict of names to kinds, such as {{'root': 'clamped'}}, not {interfaces!r}"
         )
-    width = len(model.components)
-    owner: dict[int, str] = {}
-    blocks, ties, start = [], [], 0
-    for name, spec in interfaces.items():
-        fixed_names = _fixed_components(name, spec)
-        group = model.group(name)
-        if len(group.nodes) == 0:
-            raise ModelError(f"interface {name!r} has no nodes. Remedy: give its physical group some facets")
-        for node in group.nodes:
-            if node in owner:
-                raise ModelError(
-                    f"interfaces {owner[node]!r} and {name!r} share node {node}: a node can follow one frame only. "
-                    "Remedy: leave a row of elements between them"
-                )
-            owner[int(node)] = name
-        motion = rigid_motion(model.nodes[group.nodes], group.position, model.components)
-        components = _followed_components(name, motion)
-        if isinstance(spec, Interface):
-            missing = [c for c in spec.fixed if COMPONENTS.index(c) not in components]
-            if missing:
-                raise ModelError(
-                    f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow. Remedy: leave out "
-                    f"all but {', '.join(COMPONENTS[c] for c in components)}, or give it more nodes"
-                )
-        dofs = (np.asarray(group.nodes)[:, None] * width + np.arange(width)).ravel()
-        blocks.append((dofs, motion[:, components]))
-        fixed = tuple(i for i, c in enumerate(components) if COMPONENTS[c] in fixed_names)
-        ties.append((name, np.array(group.position, dtype=float), tuple(components), fixed, start))
-        start += len(components)
-    tied = np.concatenate([dofs for dofs, _ in blocks]) if blocks else np.zeros(0, dtype=int)
-    interior = np.setdiff1d(np.arange(model.size), tied)
-    columns = [
-        sp.csr_matrix((np.ones(len(interior)), (interior, np.arange(len(interior)))), (model.size, len(interior)))
-    ]
-    for dofs, motion in blocks:
-        rows, cols = np.nonzero(motion)
-        columns.append(sp.csr_matrix((motion[rows, cols], (dofs[rows], cols)), (model.size, motion.shape[1])))
+    patches = separate_patches(model, {name: as_interface(name, given) for name, given in interfaces.items()})
+    blocks = [_block(model, patch) for patch in patches]
+    tied = np.concatenate([block.dofs for block in blocks]) if blocks else np.zeros(0, dtype=int)
+    plain = np.setdiff1d(np.arange(model.size), tied)
+    interior = len(plain) + sum(block.loose.shape[1] for block in blocks)
+    columns = [sp.csr_matrix((np.ones(len(plain)), (plain, np.arange(len(plain)))), (model.size, len(plain)))]
+    columns += [_spread(block.loose, block.dofs, model.size) for block in blocks]
+    columns += [_spread(block.frame, block.dofs, model.size) for block in blocks]
+    readings = [_spread(block.reading.T, block.dofs, model.size) for block in blocks]
     return InterfaceTies(
         transformation=sp.hstack(columns, format="csr"),
-        interior_dofs=interior,
-        ties=tuple(
-            Tie(name, position, components, fixed, len(interior) + start + np.arange(len(components)))
-            for name, position, components, fixed, start in ties
-        ),
+        frame_reading=sp.hstack(readings, format="csr").T.tocsr() if blocks else sp.csr_matrix((0, model.size)),
+        interior_count=interior,
+        ties=_ties(patches, interior),
     )
 
 
-def _fixed_components(name: str, spec: str | Interface) -> tuple[str, ...]:
-    if isinstance(spec, Interface):
-        return tuple(spec.fixed)
-    if spec not in KINDS:
-        raise ModelError(
-            f"interface {name!r} cannot be {spec!r}. Remedy: one of {', '.join(KINDS)}, or Interface(fixed=(...))"
-        )
-    return KINDS[spec]
+def separate_patches(model: FiniteElementModel, interfaces: Mapping[str, Interface]) -> list[Patch]:
+    """Return the patches of interfaces; only nodes, components and groups of the model are looked at.
+
+    Raises
+    ------
+    ModelError
+        If two share a node, or as `kanefe.patches.patch_of`.
+    """
+    owner = np.full(len(model.nodes), -1)
+    patches: list[Patch] = []
+    for name, spec in interfaces.items():
+        patch = patch_of(model, name, spec)
+        shared = patch.nodes[owner[patch.nodes] >= 0]
+        if len(shared):
+            raise ModelError(
+                f"interfaces {patches[owner[shared[0]]].name!r} and {name!r} share node {shared[0]}: a node can follow "
+                "one frame only. Remedy: leave a row of elements between them, or make one interface of both groups"
+            )
+        owner[patch.nodes] = len(patches)
+        patches.append(patch)
+    return patches
 
 
-def _followed_components(name: str, motion: np.ndarray) -> list[int]:
-    """Return the components of a frame that move the patch; refuse a patch that cannot tell two of them apart."""
-    size = np.linalg.norm(motion, axis=0)
-    components = [c for c in range(6) if size[c] > 1e-9 * size.max()]
-    scaled = motion[:, components] / size[components]
-    if np.linalg.matrix_rank(scaled, tol=1e-8) < len(components):
-        raise ModelError(
-            f"the nodes of interface {name!r} lie on a line, so its frame could turn about that line without moving "
-            "them. Remedy: give the interface a group of facets, or a single node"
+def _ties(patches: list[Patch], start: int) -> tuple[Tie, ...]:
+    ties = []
+    for patch in patches:
+        rows = start + np.arange(len(patch.components))
+        start += len(rows)
+        rigid = patch.spec.kind != "average"
+        ties.append(
+            Tie(patch.name, patch.nodes, patch.position, patch.axes, patch.components, patch.fixed, rows, rigid)
         )
-    return components
+    return tuple(ties)
+
+
+def _spread(columns: sp.csr_matrix | np.ndarray, dofs: np.ndarray, size: int) -> sp.csr_matrix:
+    """Return columns over some degrees of freedom as columns over all of them."""
+    coo = sp.coo_matrix(columns)
+    return sp.csr_matrix((coo.data, (dofs[coo.row], coo.col)), (size, columns.shape[1]))
+
+
+def _block(model: FiniteElementModel, patch: Patch) -> _Block:
+    width = len(model.components)
+    dofs = (patch.nodes[:, None] * width + np.arange(width)).ravel()
+    follows = np.tile(patch.follows, len(patch.nodes))
+    turn = sp.kron(sp.identity(len(patch.nodes)), patch.turn, format="csc")
+    following, loose = turn[:, np.flatnonzero(follows)], turn[:, np.flatnonzero(~follows)]
+    motion = patch.motion[follows]
+    if patch.spec.kind != "average" or len(motion) == motion.shape[1]:
+        return _Block(dofs, loose.tocsr(), following @ motion, np.linalg.pinv(motion) @ following.T)
+    moments = patch_moments(model, patch)
+    mean = np.linalg.solve(moments @ motion, moments)
+    deviations = moment_free_columns(moments, np.repeat(model.nodes[patch.nodes], width, axis=0)[follows])
+    loose = sp.hstack((loose, following @ deviations), format="csr")
+    return _Block(dofs, loose, following @ motion, mean @ following.T)

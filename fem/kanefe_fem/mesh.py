@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -16,6 +16,7 @@ import numpy as np
 from kanefe.errors import FileError, MeshError
 from kanefe.finite_element_model import Cells
 from kanefe_fem.mesh_checks import check_arrays, check_mesh
+from kanefe_fem.mesh_parts import part_of
 from kanefe_fem.shapes import MIDS, kind_of_order, row_numbers, shape
 
 Blocks = Mapping[str, tuple[Cells, ...]]
@@ -112,7 +113,13 @@ class Mesh:
         return to_order(self, order)
 
 
-def read_mesh(path: str | Path, order: int | None = None, *, names: Mapping[int, str] | None = None) -> Mesh:
+def read_mesh(
+    path: str | Path,
+    order: int | None = None,
+    *,
+    names: Mapping[int, str] | None = None,
+    cells: str | Sequence[str] | None = None,
+) -> Mesh:
     """Read a mesh, or mesh a gmsh source.
 
     ==============  ====================================================================================
@@ -135,6 +142,8 @@ def read_mesh(path: str | Path, order: int | None = None, *, names: Mapping[int,
         surface); the mesh of a file is converted (to 2: with straight sides). Default: as the file or the source says.
     names : dict of int to str, optional
         Names of the groups which the file knows by number only (.vtu, .xdmf). Default: the number itself, as in "1".
+    cells : str or sequence of str, optional
+        Groups of cells to keep: one body of several in the file (see `kanefe_fem.mesh_parts.part_of`). Default: all.
 
     Returns
     -------
@@ -170,6 +179,7 @@ def read_mesh(path: str | Path, order: int | None = None, *, names: Mapping[int,
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     provenance = {"file": path.name, "sha256": digest, **mesh.provenance}
     mesh = replace(mesh, provenance=provenance)
+    mesh = mesh if cells is None else part_of(check_arrays(mesh), cells)
     frame_only = mesh.lines and not mesh.cells  # beams need no group of cells
     mesh = check_arrays(mesh) if frame_only else check_mesh(mesh)
     return mesh if order is None or not mesh.cells else to_order(mesh, order)
