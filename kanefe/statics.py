@@ -12,15 +12,12 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
 from kanefe.factorise import Factorisation, Factorise, factor_interior
-from kanefe.finite_element_model import FiniteElementModel, rigid_motion
+from kanefe.finite_element_model import FiniteElementModel
 from kanefe.interface_ties import InterfaceTies
-
-SHIFT = 1e-6
-"""Share of ``trace K / trace M`` that is added, times M, to a singular K: far below its largest eigenvalues."""
+from kanefe.progress import stage
 
 
 class StaticProblem:
@@ -58,35 +55,43 @@ class StaticProblem:
         """Number of tied coordinates."""
         return int(self.stiffness.shape[0])
 
-    @cached_property
+    @property
     def interior_stiffness(self) -> sp.csc_matrix:
-        """K of the interior."""
-        return self.stiffness[self.interior][:, self.interior].tocsc()
+        """K of the interior; not kept, since its factors are what is needed of it."""
+        return self.stiffness[: self.ties.interior_count, : self.ties.interior_count].T  # symmetric: nothing is moved
 
     @cached_property
     def interior_mass(self) -> sp.csc_matrix:
         """M of the interior."""
-        return self.mass[self.interior][:, self.interior].tocsc()
+        return self.mass[: self.ties.interior_count, : self.ties.interior_count].T
 
     @cached_property
-    def shift(self) -> float:
-        """Factor of M that is added to K of the interior before it is factored; zero where the interfaces hold it."""
+    def held_interior(self) -> np.ndarray:
+        """Interior coordinates that move while K is factored: all, if there is an interface to hold.
+
+        Without any, as many are held as the body has rigid motions, so that just these are stopped: a load in balance
+        needs no force there.
+        """
         if len(self.boundary):
-            return 0.0
-        return float(SHIFT * self.interior_stiffness.diagonal().sum() / self.interior_mass.diagonal().sum())
+            return self.interior
+        _, _, order = scipy.linalg.qr(self.rigid_modes.T, mode="economic", pivoting=True)
+        return np.setdiff1d(self.interior, order[: self.rigid_modes.shape[1]])
 
     @cached_property
     def factors(self) -> Factorisation:
-        """Factors of K of the interior (plus `shift` M), made at the first use."""
-        K = self.interior_stiffness
-        return factor_interior(K + self.shift * self.interior_mass if self.shift else K, self._factorise)
+        """Factors of K of the `held_interior`, made at the first use."""
+        K, moving = self.interior_stiffness, self.held_interior
+        with stage("factor the stiffness"):
+            return factor_interior(K if len(moving) == K.shape[0] else K[moving][:, moving].tocsc(), self._factorise)
 
     @cached_property
     def constraint_modes(self) -> np.ndarray:
         """Static shapes of unit motion of each interface component, all others held, shape (tied, boundary)."""
         modes = np.zeros((self.size, len(self.boundary)))
         if len(self.boundary):
-            modes[self.interior] = self.factors.solve(-self.stiffness[self.interior][:, self.boundary].toarray())
+            factors = self.factors
+            with stage("constraint modes"):
+                modes[self.interior] = factors.solve(-self.stiffness[self.interior][:, self.boundary].toarray())
             modes[self.boundary] = np.eye(len(self.boundary))
         return modes
 
@@ -96,10 +101,7 @@ class StaticProblem:
         if not self.rigid_count:
             return np.zeros((self.size, 0))
         about = self.model.nodes.mean(axis=0)
-        full = self.model.rigid_modes(about=about)
-        parts = [full[self.ties.interior_dofs]]
-        parts += [rigid_motion(tie.position[None], about, tie.names) for tie in self.ties.ties]
-        motions = np.vstack(parts)
+        motions = self.ties.coordinates(self.model.rigid_modes(about=about))
         size = np.linalg.norm(motions, axis=0)
         motions = motions[:, size > 1e-12 * size.max()]
         gram = motions.T @ (self.mass @ motions)
@@ -157,21 +159,7 @@ class StaticProblem:
         return np.asarray(u + modes @ (inverse @ (modes.T @ f)))
 
     def _solve_free(self, f: np.ndarray) -> np.ndarray:
-        """Solve without any interface: K is singular, its shifted factors precondition conjugate gradients."""
-        K, R = self.stiffness, self.rigid_modes
-
-        def without_rigid(x: np.ndarray) -> np.ndarray:
-            return np.asarray(x - R @ (R.T @ (self.mass @ x)))
-
-        precondition = spla.LinearOperator(K.shape, matvec=lambda b: without_rigid(self.factors.solve(b)), dtype=float)
+        """Solve for loads in balance without any interface."""
         u = np.zeros(f.shape)
-        for column in range(f.shape[1]):
-            limit = 1e-14 * np.linalg.norm(f[:, column])
-            residual, x = f[:, column], np.zeros(len(f))
-            for _ in range(3):  # restarts clean the rigid motions that round-off brings in
-                if np.linalg.norm(residual) <= limit:
-                    break
-                x = without_rigid(x + spla.cg(K, residual, M=precondition, maxiter=50)[0])
-                residual = self.relieved((f[:, column] - K @ x)[:, None])[:, 0]
-            u[:, column] = x
+        u[self.held_interior] = self.factors.solve(f[self.held_interior])
         return u

@@ -190,9 +190,8 @@ def test_hinged_body_turns_about_its_point() -> None:
         ),
         (
             lambda: lattice_body(0, {}, reduction=kf.CraigBampton(modes=0)),
-            r"floats and has 6 coordinates, 6 of them rigid: none is left\. Remedy: more modes",
+            r"nothing of the body is left once its 6 rigid motions are taken out: it floats\. Remedy: more modes",
         ),
-        (lambda: flexible_body(beam(300), CLAMPED), r"unreduced body of 1806 degrees of freedom .* Remedy: reduction="),
         (
             lambda: lattice_body(0, interior=0, reduction=kf.CraigBampton(modes=1)),
             "nothing is left to deform. Remedy: refine",
@@ -241,7 +240,7 @@ def test_massless_motion_is_named() -> None:
 
 def test_provenance_says_what_was_done() -> None:
     body = lattice_body(0, reduction=kf.CraigBampton(modes=2), damping=kf.ModalDamping(0.02))
-    assert body.provenance["reduction"] == "CraigBampton(modes=2, up_to_frequency=None)"
+    assert body.provenance["reduction"]["method"] == "CraigBampton(modes=2)"
     assert body.provenance["damping"] == "ModalDamping(ratio=0.02)"
     assert body.provenance["reduction_seconds"] > 0
 

@@ -17,17 +17,22 @@ from kanefe.errors import ModelError
 from kanefe.factorise import Factorise, splu_factorise
 from kanefe.finite_element_model import FiniteElementModel
 from kanefe.flexible import FlexibleBody, InterfaceFrame
-from kanefe.interface_ties import Interface, InterfaceTies, tie_interfaces
+from kanefe.interface import Interface
+from kanefe.interface_ties import InterfaceTies, tie_interfaces
 from kanefe.mass_moments import MassMoments
 from kanefe.nodal_moments import NodalMoments
+from kanefe.progress import stage
+from kanefe.reduction.basis import Reduction
 from kanefe.reduction.damping_matrix import damping_matrix, damping_name
-from kanefe.reduction.methods import Reduction
 from kanefe.reduction.orthonormal import orthonormal_modes
+from kanefe.reduction.record import reduction_record
 from kanefe.reduction.supports import unrestrained_motions
 from kanefe.statics import StaticProblem
+from kanefe.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
+from kanefe.tie_errors import tie_errors
 
-LARGEST_UNREDUCED = 1500
-"""Coordinates of an unreduced body above which its dense moments (9 K^2 numbers) would not fit a laptop."""
+LARGEST_DENSE = 300
+"""Coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit integrator."""
 
 
 def flexible_body(
@@ -36,6 +41,7 @@ def flexible_body(
     *,
     reduction: Reduction | None = None,
     damping: Damping = None,
+    stiffening: StiffeningLevel = "none",
     factorise: Factorise = splu_factorise,
 ) -> FlexibleBody:
     """Return the flexible body of a full-order model.
@@ -43,14 +49,20 @@ def flexible_body(
     Parameters
     ----------
     model : FiniteElementModel
-    interfaces : dict of str to "clamped", "rigid", "hinged" or Interface
+    interfaces : dict of str to "clamped", "rigid", "hinged", "average", "node" or Interface
         By the names of the model's groups. "clamped": a rigid patch fixed in G; "rigid": a rigid patch whose frame
-        moves and can carry other bodies; "hinged": a rigid patch whose point is fixed in G and which can turn.
+        moves and can carry other bodies; "hinged": a rigid patch whose point is fixed in G and which can turn;
+        "average": a frame that moves with the mean of a patch, without stiffening it; "node": a single node.
         Without an interface fixed in G the body floats: its rigid modes are taken out, and it needs a free joint.
     reduction : Reduction, optional
-        Such as `CraigBampton`. None keeps every degree of freedom.
+        Such as `CraigBampton`. None keeps every degree of freedom; above `LARGEST_DENSE` of them in sparse matrices,
+        as an `UnreducedBody`, for method="generalised-alpha".
     damping : RayleighDamping, ModalDamping, matrix (N, N) or None
         Acts on the rate of deformation in G. None takes the model's own C, if it has one.
+    stiffening : "none", "inertial" or "full"
+        What stiffens (or softens) the body beside K: nothing; the loads of inertia and gravity, as in a rotating blade;
+        those, and the loads on its interfaces and load patterns. With "full" the frames of its interfaces also move by
+        the foreshortening of the body. See `kanefe.stiffening`.
     factorise : callable
         Factors a symmetric positive definite sparse matrix.
 
@@ -64,25 +76,38 @@ def flexible_body(
         If an interface, the supports, the reduction or the matrices make no sense; the message names which.
     """
     if reduction is not None and not hasattr(reduction, "basis"):
-        raise ModelError(f"reduction must be CraigBampton(modes=...) or None, not {reduction!r}")
+        raise ModelError(f"reduction must be CraigBampton(modes=...), FreeInterface, Krylov or None, not {reduction!r}")
+    check_stiffening(stiffening, model)
     started = time.perf_counter()
-    ties = tie_interfaces(model, interfaces or {})
-    rigid_count = unrestrained_motions(model, ties)
-    problem = StaticProblem(model, ties, rigid_count, factorise)
+    with stage("tie the interfaces"):
+        ties = tie_interfaces(model, interfaces or {})
+        rigid_count = unrestrained_motions(model, ties)
+        problem = StaticProblem(model, ties, rigid_count, factorise)
+    if reduction is None and problem.size > LARGEST_DENSE:
+        from kanefe.unreduced.build import unreduced_body
+
+        if stiffening != "none":
+            raise ModelError(
+                f"stiffening={stiffening!r} of an unreduced body of {problem.size} coordinates is not possible. "
+                f"Remedy: reduction=CraigBampton(modes=...), or fewer than {LARGEST_DENSE} coordinates"
+            )
+        return unreduced_body(model, problem, damping, factorise, started)
     K, M = problem.stiffness, problem.mass
     if reduction is None:
         free, fixed = _unreduced_basis(ties, K.shape[0])
+        free = orthonormal_modes(free, K, M, problem.rigid_modes) if rigid_count else free
+        record: dict[str, Any] = {"method": "None", "kept": free.shape[1]}
     else:
-        free = reduction.basis(problem)
+        chosen = reduction.basis(problem)
+        free = orthonormal_modes(chosen.columns, K, M, problem.rigid_modes)
+        record = reduction_record(reduction, problem, chosen, free)
         fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
-    if reduction is not None or rigid_count:
-        free = orthonormal_modes(free, K, M, rigid_count)
     basis = np.hstack((free, fixed))
     stiffness = basis.T @ (K @ basis)
     stiffness = 0.5 * (stiffness + stiffness.T)
     count = free.shape[1]
     full_basis = ties.transformation @ basis
-    return FlexibleBody(
+    body = FlexibleBody(
         nodes=np.array(model.nodes, dtype=float),
         components=model.components,
         basis=full_basis,
@@ -92,18 +117,16 @@ def flexible_body(
         interfaces=_interface_frames(ties, basis, count),
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
+        elasticity=model.elasticity,
         **_inertia(model, full_basis),
-        provenance={**model.provenance, "reduction": repr(reduction), "damping": damping_name(damping),
-                    "reduction_seconds": time.perf_counter() - started},
+        provenance={**model.provenance, "reduction": record, "damping": damping_name(damping),
+                    "tie_errors": {} if reduction is None else tie_errors(problem, interfaces or {}),
+                    "stiffening": stiffening, "reduction_seconds": time.perf_counter() - started},
     )  # fmt: skip
+    return body if stiffening == "none" else stiffened(body, second_order_motion(problem, basis, stiffening))
 
 
 def _unreduced_basis(ties: InterfaceTies, size: int) -> tuple[np.ndarray, np.ndarray]:
-    if size > LARGEST_UNREDUCED:
-        raise ModelError(
-            f"an unreduced body of {size} degrees of freedom is too large (the limit is {LARGEST_UNREDUCED}). "
-            "Remedy: reduction=CraigBampton(modes=20)"
-        )
     identity = np.eye(size)
     kept = np.setdiff1d(np.arange(size), ties.fixed)
     return identity[:, kept], identity[:, ties.fixed]
@@ -112,12 +135,11 @@ def _unreduced_basis(ties: InterfaceTies, size: int) -> tuple[np.ndarray, np.nda
 def _interface_frames(ties: InterfaceTies, basis: np.ndarray, free_count: int) -> tuple[InterfaceFrame, ...]:
     frames, column = [], free_count
     for tie in ties.ties:
-        motion = np.zeros((6, basis.shape[1]))
-        motion[list(tie.components)] = basis[tie.rows]
+        motion = tie.directions @ basis[tie.rows]
         columns = tuple(range(column, column + len(tie.fixed)))
         column += len(tie.fixed)
         components = tuple(tie.components[i] for i in tie.fixed)
-        frames.append(InterfaceFrame(tie.name, tie.position, motion, components, columns))
+        frames.append(InterfaceFrame(tie.name, tie.position, motion, components, columns, axes=tie.axes))
     return tuple(frames)
 
 

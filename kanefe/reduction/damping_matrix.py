@@ -27,6 +27,15 @@ def damping_matrix(
         weighted = mass @ shapes
         rates = 2 * damping.ratios(count) * np.sqrt(np.maximum(squares, 0.0))
         return (weighted * rates) @ weighted.T
+    C = checked_damping(damping, model)
+    reduced = free_basis.T @ (C @ free_basis)
+    if np.linalg.eigvalsh(reduced).min() < -1e-9 * abs(reduced).max():
+        raise ModelError("the damping matrix feeds energy in (it has a negative eigenvalue). Remedy: check its signs")
+    return reduced
+
+
+def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
+    """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
     if isinstance(damping, (int, float, str)):
         raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
     C = sp.csr_matrix(damping)
@@ -34,10 +43,7 @@ def damping_matrix(
         raise ModelError(f"the damping matrix has shape {C.shape}, the model has {model.size} degrees of freedom")
     if not np.all(np.isfinite(C.data)) or abs(C - C.T).max() > 1e-9 * abs(C).max():
         raise ModelError("the damping matrix is not symmetric or not finite. Remedy: pass its symmetric part")
-    reduced = free_basis.T @ (C @ free_basis)
-    if np.linalg.eigvalsh(reduced).min() < -1e-9 * abs(reduced).max():
-        raise ModelError("the damping matrix feeds energy in (it has a negative eigenvalue). Remedy: check its signs")
-    return reduced
+    return C
 
 
 def damping_name(damping: Damping) -> str:

@@ -1,27 +1,29 @@
-"""Normal modes of a body with all its interfaces held."""
+"""Normal modes of a body with all its interfaces held, and with those free that are not fixed in G."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
-from kanefe.factorise import Factorisation
+from kanefe.progress import stage
+from kanefe.reduction.block_lanczos import lowest_modes
 from kanefe.statics import StaticProblem
 
 
 def normal_modes(
     problem: StaticProblem, count: int | None, up_to_frequency: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest normal modes with all interfaces held; of a body without interfaces its rigid ones too.
+    """Return the lowest elastic normal modes with all interfaces held.
 
     Parameters
     ----------
     problem : StaticProblem
     count : int or None
-        How many elastic modes; None: all those up to a frequency.
+        How many; None: all those up to a frequency.
     up_to_frequency : float, optional
         Hz.
 
@@ -37,15 +39,57 @@ def normal_modes(
     ModelError
         If more modes are asked for than there are degrees of freedom.
     """
-    # with interfaces the constraint modes span the rigid motions
-    rigid = 0 if len(problem.boundary) else problem.rigid_count
-    size = len(problem.interior)
-    wanted = (12 if count is None else count) + rigid
-    squares, shapes = np.zeros(0), np.zeros((size, 0))
+    if not len(problem.boundary):
+        return free_normal_modes(problem, count, up_to_frequency)
+    M, factors = problem.interior_mass, problem.factors
+    with stage("normal modes"):
+        found = _modes(lambda: problem.interior_stiffness, M, factors.solve, 0, count, up_to_frequency)
+    return _embedded(problem, problem.interior, *found)
+
+
+def free_normal_modes(
+    problem: StaticProblem, count: int | None, up_to_frequency: float | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest elastic normal modes with the components free that are not fixed in G.
+
+    Parameters, returns and raises are those of `normal_modes`; rigid modes of a floating body are left out.
+    """
+    moving = np.setdiff1d(np.arange(problem.size), problem.fixed)
+
+    def solve(b: np.ndarray) -> np.ndarray:
+        forces = np.zeros((problem.size, b.shape[1]))
+        forces[moving] = b
+        return np.asarray(problem.solve(forces)[moving])
+
+    def stiffness() -> sp.csr_matrix:
+        return problem.stiffness[moving][:, moving]
+
+    M = problem.mass[moving][:, moving]
+    return _embedded(problem, moving, *_modes(stiffness, M, solve, problem.rigid_count, count, up_to_frequency))
+
+
+def _embedded(
+    problem: StaticProblem, rows: np.ndarray, squares: np.ndarray, shapes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    modes = np.zeros((problem.size, shapes.shape[1]))
+    modes[rows] = shapes
+    return squares, modes
+
+
+def _modes(
+    K: Callable[[], sp.spmatrix],
+    M: sp.spmatrix,
+    solve: Callable[[np.ndarray], np.ndarray],
+    rigid: int,
+    count: int | None,
+    up_to_frequency: float | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return so many elastic modes of (K, M), or those up to a frequency."""
+    size = M.shape[0] - rigid
+    wanted = min(12, size) if count is None else count
+    squares, shapes = np.zeros(0), np.zeros((M.shape[0], 0))
     while wanted > 0:
-        squares, shapes = _lowest(
-            problem.interior_stiffness, problem.interior_mass, wanted, problem.shift, problem.factors
-        )
+        squares, shapes = _lowest(K, M, wanted, rigid, solve)
         if up_to_frequency is None:
             break
         limit = (2 * np.pi * up_to_frequency) ** 2
@@ -53,26 +97,43 @@ def normal_modes(
             squares, shapes = squares[squares <= limit], shapes[:, squares <= limit]
             break
         wanted = min(2 * wanted, size)
-    modes = np.zeros((problem.size, shapes.shape[1]))
-    modes[problem.interior] = shapes
-    return squares, modes
+    return squares, shapes
 
 
 def _lowest(
-    K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float, factors: Factorisation
+    K: Callable[[], sp.spmatrix], M: sp.spmatrix, count: int, rigid: int, solve: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return w^2 and shapes of the lowest modes of (K, M), using the factors of K + shift M."""
-    size = K.shape[0]
-    if count > size:
+    """Return w^2 and shapes of the lowest elastic modes of (K, M), solving statics without rigid motions."""
+    size = M.shape[0]
+    if count + rigid > size:
         raise ModelError(
             f"{count} modes were asked of a body whose interior has {size} degrees of freedom. Remedy: "
             "fewer modes, or reduction=None"
         )
-    if count > size - 2 or size <= 400:  # ARPACK needs room; LAPACK is as fast for small matrices
-        squares, shapes = scipy.linalg.eigh(K.toarray(), M.toarray(), subset_by_index=(0, count - 1))
+    if 2 * (count + rigid) > size or size <= 400:  # a Krylov space needs room; LAPACK is as fast for small matrices
+        return _dense_modes(K().toarray(), M.toarray(), rigid, count)
+    return lowest_modes(M, count, solve)
+
+
+def _dense_modes(K: np.ndarray, M: np.ndarray, rigid: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return w^2 and M-normalised shapes of the lowest elastic modes; rotations may have no mass (lumped matrices)."""
+    try:
+        squares, shapes = scipy.linalg.eigh(K, M, subset_by_index=(rigid, rigid + count - 1))
         return squares, shapes
-    inverse = spla.LinearOperator(K.shape, matvec=factors.solve, dtype=float)
-    start = np.random.default_rng(0).standard_normal(size)  # the same modes in every run
-    squares, shapes = spla.eigsh(K, k=count, M=M, sigma=-shift, OPinv=inverse, v0=start)
-    order = np.argsort(squares)
-    return squares[order], shapes[:, order]
+    except np.linalg.LinAlgError:
+        shift = 1e-6 * np.trace(K) / np.trace(M) if rigid else 0.0
+    last = len(M) - rigid - 1
+    try:
+        inverse, shapes = scipy.linalg.eigh(M, K + shift * M, subset_by_index=(last - count + 1, last))
+    except np.linalg.LinAlgError as error:
+        raise ModelError(
+            "a rigid motion of the floating body has no mass, such as the turning of a straight bar of lumped masses "
+            "about its axis. Remedy: give it rotary inertia, or fix an interface"
+        ) from error
+    inverse, shapes = inverse[::-1], shapes[:, ::-1]
+    if inverse[-1] <= 1e-13 * inverse[0]:
+        raise ModelError(
+            f"{count} modes were asked of a body of whose interior only {np.sum(inverse > 1e-13 * inverse[0])} degrees "
+            "of freedom have mass. Remedy: fewer modes"
+        )
+    return 1.0 / inverse - shift, shapes / np.sqrt(inverse)

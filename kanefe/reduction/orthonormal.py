@@ -1,4 +1,9 @@
-"""M-orthonormal modes of the space that a reduction spans."""
+"""M-orthonormal modes of the space that a reduction spans, whatever columns it is given by.
+
+Columns are orthonormalised in blocks by the singular vectors of their Gram matrix (Stathopoulos & Wu 2002, "A block
+orthogonalization procedure with constant synchronization requirements"), again and again for what is left after each
+block, so that directions are told apart down to `DEPENDENT` and not only to the root of the round-off.
+"""
 
 from __future__ import annotations
 
@@ -8,37 +13,135 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 
+DEPENDENT = 1e-9
+"""Part of a column beyond the span of the others, as a share of it, below which it counts as dependent."""
 
-def orthonormal_modes(free: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_count: int) -> np.ndarray:
-    """Return the same space in M-orthonormal modes of (K, M), without the rigid ones of a floating body."""
-    if free.shape[1] == 0:
-        return free
-    stiffness, mass = free.T @ (K @ free), free.T @ (M @ free)
-    massless = ModelError(
+WELL_APART = 1e-3
+"""Singular values of normalised columns above which one block is orthonormalised to round-off in two rounds."""
+
+
+def orthonormal_modes(
+    columns: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_modes: np.ndarray | None = None
+) -> np.ndarray:
+    """Return M-orthonormal modes of (K, M) in the span of columns, without the rigid ones of a floating body.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (tied, m)
+        Of any scale; zero and dependent ones are left out.
+    K, M : csr_matrix, shape (tied, tied)
+    rigid_modes : ndarray, shape (tied, r), optional
+        M-orthonormal rigid motions, which are taken out.
+
+    Returns
+    -------
+    ndarray, shape (tied, k)
+        In the order of their frequencies.
+
+    Raises
+    ------
+    ModelError
+        If a column is not finite or has no mass, or more motions than the rigid ones cost no force.
+    """
+    R = np.zeros((len(columns), 0)) if rigid_modes is None else rigid_modes
+    basis = orthonormal_columns(normalised(columns, M), M, against=R)
+    if basis.shape[1] == 0:
+        if R.shape[1]:
+            raise ModelError(
+                f"nothing of the body is left once its {R.shape[1]} rigid motions are taken out: it floats. "
+                "Remedy: more modes"
+            )
+        return basis
+    stiffness = basis.T @ (K @ basis)
+    squares, vectors = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    if R.shape[1]:
+        # Of the eigenvalues of two sparse matrices, those below the round-off of their entries are zeros.
+        masses = M.diagonal()
+        massive = masses > 1e-12 * masses.max()  # lumped matrices leave rotations without mass
+        noise = 1e-14 * float(np.max(K.diagonal()[massive] / masses[massive]))
+        rigid = float(abs(np.einsum("ij,ij->j", R, K @ R)).max())
+        if rigid > 1e-6 * squares[0] or squares[0] < noise:
+            raise ModelError(
+                f"K does not leave the {R.shape[1]} rigid motions free (w^2 = {rigid:.3g} against "
+                f"{squares[0]:.3g} of the first elastic mode), or leaves more free. Remedy: check the "
+                "order of the nodes and the mesh for loose parts, or clamp an interface"
+            )
+    modes = basis @ vectors
+    # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its root
+    return np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes)))
+
+
+def normalised(columns: np.ndarray, M: sp.csr_matrix) -> np.ndarray:
+    """Return columns of unit M-norm, without those that are zero.
+
+    Raises
+    ------
+    ModelError
+        If a column is not finite, or moves without mass.
+    """
+    if not np.all(np.isfinite(columns)):
+        raise ModelError("the columns of the reduction are not finite. Remedy: check its loads and the matrices")
+    largest = abs(columns).max(axis=0, initial=0.0)
+    columns = columns[:, largest > 0.0] / largest[largest > 0.0]  # so that squares of wild scales do not overflow
+    squares = np.einsum("ij,ij->j", columns, M @ columns)
+    if squares.min(initial=1.0) <= 0.0:
+        raise _massless()
+    return np.asarray(columns / np.sqrt(squares))
+
+
+def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray | None = None) -> np.ndarray:
+    """Return an M-orthonormal basis of what columns add to others.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, m)
+        Of M-norms against which 1e-9 is nothing.
+    M : csr_matrix, shape (n, n)
+    against : ndarray, shape (n, r), optional
+        M-orthonormal columns.
+
+    Returns
+    -------
+    ndarray, shape (n, k), k <= m
+        M-orthogonal to `against`.
+    """
+    span = [] if against is None or not against.shape[1] else [(against, M @ against)]
+    found: list[np.ndarray] = []
+    extent = np.linalg.norm(columns, axis=0).max(initial=0.0)
+    left, scale = columns, 1.0
+    while left.shape[1]:
+        left = _apart_from(span, left)
+        squares, vectors = scipy.linalg.eigh(left.T @ (M @ left))
+        norms = np.sqrt(np.maximum(squares, 0.0))
+        largest = norms[-1]
+        if largest * scale < DEPENDENT:
+            if np.linalg.norm(left, axis=0).max() * scale > 1e-6 * extent:
+                raise _massless()
+            break
+        apart = norms > WELL_APART * largest
+        block = left @ (vectors[:, apart] / norms[apart])
+        for _ in range(2):
+            block = _apart_from(span, block)
+            weighted = M @ block
+            turn = np.linalg.inv(scipy.linalg.cholesky(block.T @ weighted))
+            block, weighted = block @ turn, weighted @ turn
+        span.append((block, weighted))
+        found.append(block)
+        scale *= WELL_APART * largest
+        left = left @ (vectors[:, ~apart] / (WELL_APART * largest))
+    return np.hstack([np.zeros((len(columns), 0)), *found])
+
+
+def _apart_from(span: list[tuple[np.ndarray, np.ndarray]], columns: np.ndarray) -> np.ndarray:
+    """Return columns M-orthogonal to blocks, each given with M times it; twice is enough against round-off (Kahan)."""
+    for _ in range(2):
+        for block, weighted in span:
+            columns = columns - block @ (weighted.T @ columns)
+    return columns
+
+
+def _massless() -> ModelError:
+    return ModelError(
         "the mass matrix of the reduced coordinates is not positive definite: some motion of the body has no mass. "
         "Remedy: give every degree of freedom mass (rotary_inertia of beams), or ask for fewer modes"
     )
-    if np.diag(mass).min() <= 0:
-        raise massless
-    scale = 1.0 / np.sqrt(np.diag(mass))
-    try:
-        squares, vectors = scipy.linalg.eigh(stiffness * np.outer(scale, scale), mass * np.outer(scale, scale))
-    except np.linalg.LinAlgError as error:
-        raise massless from error
-    if rigid_count:
-        if rigid_count >= len(squares):
-            raise ModelError(
-                f"the body floats and has {len(squares)} coordinates, {rigid_count} of them rigid: none is "
-                "left. Remedy: more modes"
-            )
-        # Of the eigenvalues of two sparse matrices, those below the round-off of their entries are zeros.
-        noise = 1e-14 * float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
-        if abs(squares[:rigid_count]).max() > 1e-6 * squares[rigid_count] or squares[rigid_count] < noise:
-            raise ModelError(
-                f"K does not leave the {rigid_count} rigid motions free (w^2 = {squares[rigid_count - 1]:.3g} against "
-                f"{squares[rigid_count]:.3g} of the first elastic mode), or leaves more free. Remedy: check the "
-                "order of the nodes and the mesh for loose parts, or clamp an interface"
-            )
-    modes = free @ (scale[:, None] * vectors[:, rigid_count:])
-    # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its root
-    return np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes)))

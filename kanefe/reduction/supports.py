@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import FiniteElementModel, rigid_motion
+from kanefe.finite_element_model import FiniteElementModel
 from kanefe.interface_ties import InterfaceTies
 
 
@@ -18,10 +18,9 @@ def unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int:
     total = int(np.linalg.matrix_rank(modes / np.linalg.norm(modes, axis=0), tol=1e-9))
     if not len(ties.fixed):
         _check_rigid_motions(model, modes / np.linalg.norm(modes, axis=0))
+        _check_interfaces_hold(ties, modes / np.linalg.norm(modes, axis=0), total)
         return total
-    held = np.vstack(
-        [rigid_motion(t.position[None], model.nodes.mean(axis=0), t.names)[list(t.fixed)] for t in ties.ties]
-    )
+    held = ties.coordinates(model.rigid_modes(about=model.nodes.mean(axis=0)))[ties.fixed]
     length = np.ptp(model.nodes, axis=0).max() or 1.0
     held[:, 3:] /= length
     restrained = int(np.linalg.matrix_rank(held, tol=1e-9))
@@ -32,6 +31,20 @@ def unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int:
             "Remedy: make one of them 'clamped', fix more components, or fix none and give the body a free joint"
         )
     return 0
+
+
+def _check_interfaces_hold(ties: InterfaceTies, modes: np.ndarray, total: int) -> None:
+    """Check that the interfaces of a floating body, all held, leave none of its rigid motions (unit columns)."""
+    if not ties.ties:
+        return
+    frames = ties.coordinates(modes)[ties.interior_count :]
+    held = int(np.linalg.matrix_rank(frames / np.maximum(np.linalg.norm(frames, axis=0), 1e-300), tol=1e-9))
+    if held < total:
+        raise ModelError(
+            f"the body floats, and its interfaces ({', '.join(tie.name for tie in ties.ties)}) follow only {held} of "
+            f"its {total} rigid motions. Remedy: add an interface of facets; loads and springs need none, they go to "
+            "member.node(number)"
+        )
 
 
 def _check_rigid_motions(model: FiniteElementModel, modes: np.ndarray) -> None:

@@ -1,0 +1,85 @@
+"""What a way of reducing a body hands over: columns that span the motions kept, and how they were chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.reduction.load_cases import Load, checked_loads
+from kanefe.statics import StaticProblem
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Columns that span the motions kept, and the story of their choice.
+
+    Attributes
+    ----------
+    columns : ndarray, shape (tied, m)
+        Motions of the tied coordinates with the fixed components at rest; of any scale, and dependent if they like.
+    record : mapping
+        What a report says about the choice (json-able).
+    """
+
+    columns: np.ndarray
+    record: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Reduction(Protocol):
+    """A way of reducing a body.
+
+    Attributes
+    ----------
+    loads : tuple of str or LoadCase
+        Load cases whose static shapes are kept.
+    error_up_to : float or None
+        Frequency in Hz up to which the error is estimated; None: it is not.
+    """
+
+    @property
+    def loads(self) -> Sequence[Load]: ...  # noqa: D102
+
+    @property
+    def error_up_to(self) -> float | None: ...  # noqa: D102
+
+    def basis(self, problem: StaticProblem) -> Basis:
+        """Return what spans the motions kept with the fixed components at rest."""
+        ...
+
+
+class Options:
+    """Base of the frozen dataclasses of options: shows what differs from the defaults, checks what all have."""
+
+    def __repr__(self) -> str:
+        shown = []
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            if value is not item.default and value != item.default:
+                shown.append(f"{item.name}={value!r}")
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def _check_shared(self, loads: Any, error_up_to: float | None) -> None:
+        """Check `loads` and `error_up_to`, and keep the loads as a tuple."""
+        object.__setattr__(self, "loads", checked_loads(loads))
+        check_frequency("error_up_to", error_up_to)
+
+
+def check_frequency(name: str, value: float | None) -> None:
+    """Refuse a frequency that is not above zero."""
+    if value is not None and not (is_number(value) and np.isfinite(value) and value > 0):
+        raise ModelError(f"{name} must be above zero Hz and finite, not {value!r}")
+
+
+def check_count(method: str, modes: Any) -> None:
+    """Refuse a number of modes that is no whole number."""
+    if modes is not None and not (is_number(modes) and modes == int(modes) and modes >= 0):
+        raise ModelError(f"the number of {method} modes must be a whole number >= 0, not {modes!r}")
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a real number."""
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)

@@ -1,0 +1,231 @@
+"""Load cases that a reduction is to represent well: inertial loads, interface loads, load patterns, given forces.
+
+A load case is named by
+
+- ``"gravity"``: unit accelerations of the body along x, y, z, in m/s2 (gravity and the acceleration of G alike);
+- ``"angular acceleration"``: unit angular accelerations about the axes of G through its origin, rad/s2;
+- ``"centrifugal"``: the six products w_a w_b of a steady spin about G's origin, (rad/s)2;
+- the name of an interface: unit forces and moments on its components that are not fixed;
+- the name of a load pattern: unit tractions along x, y, z, and a unit pressure;
+
+or given as a `LoadCase`. A spin about another point is a combination of "centrifugal" and "gravity".
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.statics import StaticProblem
+
+INERTIAL = ("gravity", "angular acceleration", "centrifugal")
+"""Names of the loads that the motion of G itself puts on a body."""
+
+LOADED = 1e-9
+"""Share of the largest force of a group below which a column counts as one that does nothing."""
+
+PRODUCTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""The axes (a, b) of the products w_a w_b of angular speeds."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """Forces on the nodes of a model, under a name.
+
+    Parameters
+    ----------
+    name : str
+    forces : ndarray, shape (N,) or (N, m)
+        On the degrees of freedom of the model, N and N m: one load, or m of a kind (with one unit).
+
+    Raises
+    ------
+    ModelError
+        If the forces are not finite numbers of one of these shapes.
+
+    Examples
+    --------
+    Two nodes of a planar model, pulled apart:
+
+    >>> LoadCase("pull", np.array([-1.0, 0.0, 1.0, 0.0])).forces.shape
+    (4, 1)
+    """
+
+    name: str
+    forces: np.ndarray
+
+    def __post_init__(self) -> None:
+        forces = np.array(self.forces, dtype=float)
+        if forces.ndim not in (1, 2) or not np.all(np.isfinite(forces)):
+            raise ModelError(
+                f"the forces of load case {self.name!r} must be finite numbers of shape (N,) or (N, m), not of shape "
+                f"{forces.shape}"
+            )
+        object.__setattr__(self, "forces", forces.reshape(len(forces), -1))
+
+    def __repr__(self) -> str:
+        digest = hashlib.sha256(np.ascontiguousarray(self.forces).tobytes()).hexdigest()[:16]
+        return f"LoadCase({self.name!r}, {self.forces.shape}, sha256 {digest})"
+
+
+Load = str | LoadCase
+
+
+@dataclass(frozen=True, eq=False)
+class LoadGroup:
+    """Loads of one name and one unit in tied coordinates.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        What the forces are per one of.
+    forces : ndarray, shape (tied, m)
+        Zero on the fixed components. Columns that do nothing are left out.
+    kept : tuple of int
+        Which components of the load these are.
+    """
+
+    name: str
+    unit: str
+    forces: np.ndarray
+    kept: tuple[int, ...] = ()
+
+
+def checked_loads(loads: Any) -> tuple[Load, ...]:
+    """Return loads as a tuple; refuse what is no sequence of names and load cases."""
+    if isinstance(loads, (str, LoadCase)) or not isinstance(loads, Iterable):
+        raise ModelError(f"loads must be a sequence of names and LoadCases, such as ('gravity', 'tip'), not {loads!r}")
+    kept = tuple(loads)
+    for load in kept:
+        if not isinstance(load, (str, LoadCase)):
+            raise ModelError(
+                f"a load is a name or a LoadCase, not {type(load).__name__}. Remedy: LoadCase('my load', forces) with "
+                "forces on the degrees of freedom of the model"
+            )
+    return kept
+
+
+def default_loads(problem: StaticProblem) -> tuple[Load, ...]:
+    """Return the loads any body meets in a scene: those of its interfaces that move, and of its own motion."""
+    names = tuple(tie.name for tie in problem.ties.ties if len(tie.fixed) < len(tie.rows))
+    return (*names, *INERTIAL)
+
+
+def load_groups(problem: StaticProblem, loads: Sequence[Load]) -> list[LoadGroup]:
+    """Return the forces of loads in tied coordinates, one group for each name and unit.
+
+    Raises
+    ------
+    ModelError
+        If a name is unknown, a load is of another size, or does nothing to the body.
+    """
+    groups = []
+    for load in loads:
+        found = [_settled(problem, group) for group in _groups_of(problem, load)]
+        found = [group for group in found if group.forces.shape[1]]
+        is_inertial = isinstance(load, str) and load in INERTIAL
+        # a floating body is in free fall under gravity: nothing to say
+        if not found and not is_inertial:
+            name = load.name if isinstance(load, LoadCase) else load
+            raise ModelError(
+                f"load {name!r} does not deform the body: it acts on nothing but components fixed in G, or has no "
+                "forces. Remedy: leave it out"
+            )
+        groups += found
+    return groups
+
+
+def some_groups(problem: StaticProblem, loads: Sequence[Load]) -> list[LoadGroup]:
+    """Return the groups of loads, or of `default_loads` if there are none; refuse loads that do not deform the body."""
+    groups = load_groups(problem, loads or default_loads(problem))
+    if not groups:
+        raise ModelError(
+            "none of the loads deforms the body: one that floats falls and turns freely. Remedy: "
+            "loads=('centrifugal',), the names of its interfaces, or a LoadCase"
+        )
+    return groups
+
+
+def centrifugal_forces(model: FiniteElementModel) -> np.ndarray:
+    """Return the nodal forces of spins with w_a w_b = 1 (see `PRODUCTS`) about the origin of G, shape (N, 6).
+
+    The force on a point is ``-rho w x (w x X) = rho (|w|^2 X - w (w . X))``.
+    """
+    field = model.mass_field
+    if field is not None:
+        points, to_nodes = field.points, field.interpolation.T
+        momenta = field.mass @ points
+        return np.column_stack([to_nodes @ _centrifugal(momenta, a, b).reshape(-1) for a, b in PRODUCTS])
+    width = len(model.components)
+    columns = np.zeros((model.size, len(PRODUCTS)))
+    for column, (a, b) in enumerate(PRODUCTS):
+        accelerations = _centrifugal(model.nodes, a, b)
+        for c, component in enumerate(model.components):
+            if component in TRANSLATIONS:
+                columns[c::width, column] = accelerations[:, TRANSLATIONS.index(component)]
+    return np.asarray(model.mass @ columns)
+
+
+def _centrifugal(X: np.ndarray, a: int, b: int) -> np.ndarray:
+    field = np.zeros_like(X)
+    if a == b:
+        field[:] = X
+        field[:, a] = 0.0
+    else:
+        field[:, a], field[:, b] = -X[:, b], -X[:, a]
+    return field
+
+
+def _groups_of(problem: StaticProblem, load: Load) -> list[LoadGroup]:
+    model, T = problem.model, problem.ties.transformation.T
+    if isinstance(load, LoadCase):
+        if len(load.forces) != model.size:
+            raise ModelError(
+                f"load case {load.name!r} has forces on {len(load.forces)} degrees of freedom, the model has "
+                f"{model.size}. Remedy: {len(model.components)} components ({', '.join(model.components)}) a node"
+            )
+        return [LoadGroup(load.name, "1", T @ load.forces)]
+    if load == "gravity":
+        return [LoadGroup(load, "m/s2", T @ (model.mass @ model.rigid_modes()[:, :3]))]
+    if load == "angular acceleration":
+        return [LoadGroup(load, "rad/s2", T @ (model.mass @ model.rigid_modes()[:, 3:]))]
+    if load == "centrifugal":
+        return [LoadGroup(load, "rad2/s2", T @ centrifugal_forces(model))]
+    groups = []
+    for tie in problem.ties.ties:
+        if tie.name == load:
+            unit = np.zeros((problem.size, len(tie.rows)))
+            unit[tie.rows, range(len(tie.rows))] = 1.0
+            turning = np.array([COMPONENTS[c] not in TRANSLATIONS for c in tie.components], dtype=bool)
+            groups.append(LoadGroup(f"{load} force", "N", unit[:, ~turning]))
+            groups.append(LoadGroup(f"{load} moment", "N m", unit[:, turning]))
+    if load in model.load_patterns:
+        pattern = model.load_patterns[load]
+        unit_name = "Pa" if pattern.kind == "surface" else "N/m"
+        groups.append(LoadGroup(f"{load} traction", unit_name, T @ pattern.traction))
+        if pattern.pressure is not None:
+            groups.append(LoadGroup(f"{load} pressure", "Pa", T @ pattern.pressure[:, None]))
+    if not groups:
+        known = [*INERTIAL, *(tie.name for tie in problem.ties.ties), *model.load_patterns]
+        raise ModelError(
+            f"there is no load called {load!r}. There are: {', '.join(dict.fromkeys(known))}. Remedy: one of them, or "
+            "a LoadCase with the forces"
+        )
+    return groups
+
+
+def _settled(problem: StaticProblem, group: LoadGroup) -> LoadGroup:
+    """Return the group without the forces that fixed components and the rigid motion of a floating body carry."""
+    forces = np.array(group.forces, dtype=float)
+    before = np.linalg.norm(forces, axis=0)
+    forces[problem.fixed] = 0.0
+    left = np.linalg.norm(problem.relieved(forces), axis=0)
+    kept = np.flatnonzero(left > LOADED * before.max(initial=0.0))
+    return LoadGroup(group.name, group.unit, forces[:, kept], tuple(kept.tolist()))

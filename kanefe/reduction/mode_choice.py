@@ -1,0 +1,232 @@
+"""Which normal modes a Craig-Bampton basis needs for the response to loads up to a frequency.
+
+Modes are ranked, and the first of them kept whose basis reaches the tolerance:
+
+1. those within the frequency range that carry effective interface mass (Kammer & Triller 1996, "Selection of component
+   modes for Craig-Bampton substructure representations"): the motion of an interface, or of G itself, excites them;
+2. then by participation, the largest share that a mode has in the response to one of the loads;
+3. the error of the basis is that of its response against the richest one at hand: all candidates, and the statics of
+   the loads and of the inertia of the constraint modes, which stand for all modes above. Candidates are added until
+   they reach the tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.errors import ModelError
+from kanefe.reduction.error_estimate import frequency_error
+from kanefe.reduction.load_cases import Load, LoadGroup, some_groups
+from kanefe.reduction.normal_modes import normal_modes
+from kanefe.reduction.orthonormal import normalised, orthonormal_columns
+from kanefe.reduction.response_model import ResponseModel
+from kanefe.statics import StaticProblem
+
+CANDIDATES = 16
+"""Normal modes that are looked at first; twice as many then, until they suffice."""
+
+MOST_CANDIDATES = 256
+"""Where the search ends."""
+
+EFFECTIVE = 1e-2
+"""Share of the effective interface mass from which on a mode within the frequency range is always kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModeChoice:
+    """Columns, shape (tied, m), and the story of their choice (json-able)."""
+
+    columns: np.ndarray
+    record: dict[str, Any]
+
+
+def chosen_modes(
+    problem: StaticProblem,
+    constraint: np.ndarray,
+    vectors: np.ndarray | None,
+    loads: Sequence[Load],
+    up_to_frequency: float,
+    tol: float,
+) -> ModeChoice:
+    """Return the columns that a basis needs beside constraint modes.
+
+    Parameters
+    ----------
+    problem : StaticProblem
+    constraint : ndarray, shape (tied, c)
+        Constraint modes of the released components.
+    vectors : ndarray, shape (tied, v), or None
+        Load vectors to be kept. None: the static shapes of the loads are kept if this makes the basis smaller.
+    loads : sequence of str or LoadCase
+        What the response is measured with. None of them: interface loads and inertial loads, of every kind.
+    up_to_frequency : float
+        Hz.
+    tol : float
+        Relative error of the response.
+
+    Raises
+    ------
+    ModelError
+        If no load deforms the body, or `MOST_CANDIDATES` modes do not reach the tolerance.
+    """
+    groups = some_groups(problem, loads)
+    statics = problem.solve(np.hstack([group.forces for group in groups]))
+    found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+    def candidates(count: int) -> tuple[np.ndarray, np.ndarray]:
+        if count not in found:
+            found[count] = _candidates(problem, count)
+        return found[count]
+
+    def choice(given: np.ndarray) -> ModeChoice:
+        further = np.hstack((statics, problem.solve(problem.mass @ given))) if given.shape[1] else statics
+        return _choice(problem, given, further, candidates, groups, up_to_frequency, tol)
+
+    if vectors is not None:
+        return choice(np.hstack((constraint, vectors)))
+    complete = choice(np.hstack((constraint, statics)))
+    try:
+        modal = choice(constraint)
+    except ModelError:
+        return complete
+    return min(modal, complete, key=lambda found: found.record["choice"]["kept_columns"])
+
+
+def _choice(
+    problem: StaticProblem,
+    given: np.ndarray,
+    statics: np.ndarray,
+    candidates: Callable[[int], tuple[np.ndarray, np.ndarray]],
+    groups: Sequence[LoadGroup],
+    up_to_frequency: float,
+    tol: float,
+) -> ModeChoice:
+    """Return given columns and the normal modes they need."""
+    count = CANDIDATES
+    while True:
+        squares, modes = candidates(count)
+        is_all = modes.shape[1] < count
+        search = _Search(problem, given, modes, squares, statics, groups, up_to_frequency)
+        error = search.error(np.arange(modes.shape[1]))["value"]
+        reach = np.sqrt(squares.max(initial=0.0)) / (2 * np.pi)
+        if (error <= tol and reach >= 1.5 * up_to_frequency) or is_all:
+            break
+        if count >= MOST_CANDIDATES:
+            raise ModelError(
+                f"{count} normal modes, up to {reach:.4g} Hz, leave an error of {error:.1e} against tol={tol:g} for "
+                f"loads up to {up_to_frequency:g} Hz. Remedy: loads=(...), whose static shapes are then kept, a lower "
+                "up_to_frequency, or a larger tol"
+            )
+        count *= 2
+    order, scores, reasons, forced = search.ranking()
+    enough, too_few = modes.shape[1], forced - 1
+    while enough - too_few > 1:
+        middle = (enough + too_few) // 2
+        enough, too_few = (middle, too_few) if search.error(order[:middle])["value"] <= tol else (enough, middle)
+    kept = np.sort(order[:enough])
+    frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+    listed = [
+        {
+            "number": n + 1,
+            "frequency": float(frequencies[n]),
+            "kept": bool(np.isin(n, kept)),
+            "share": float(scores[n]),
+            "why": reasons[n],
+        }
+        for n in range(modes.shape[1])
+    ]
+    record = {
+        "modes": listed,
+        "choice": {
+            "tol": tol,
+            "kept_modes": len(kept),
+            "kept_columns": search.rank(kept),
+            "candidates": modes.shape[1],
+            "error_without_modes": search.error(np.zeros(0, dtype=int))["value"],
+            "error_of_all_candidates": error,
+        },
+        "error_estimate": search.error(kept),
+    }
+    return ModeChoice(np.hstack((given, modes[:, kept])), record)
+
+
+def _candidates(problem: StaticProblem, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest elastic normal modes with all interfaces held: so many, or all there are."""
+    size = len(problem.interior) - (0 if len(problem.boundary) else problem.rigid_count)
+    return normal_modes(problem, min(count, size))
+
+
+class _Search:
+    """A rich basis of a body, and sets of normal modes measured by it."""
+
+    def __init__(
+        self,
+        problem: StaticProblem,
+        given: np.ndarray,
+        modes: np.ndarray,
+        squares: np.ndarray,
+        statics: np.ndarray,
+        groups: Sequence[LoadGroup],
+        up_to_frequency: float,
+    ) -> None:
+        M = problem.mass
+        self.problem, self.modes, self.squares = problem, modes, squares
+        rich = orthonormal_columns(normalised(np.hstack((modes, given, statics)), M), M, problem.rigid_modes)
+        self.rich = ResponseModel.of_basis(problem, rich, groups, up_to_frequency)
+        self.boundary = rich[problem.boundary]
+        weighted = (M @ rich).T
+        self.given, self.normal = weighted @ normalised(given, M), weighted @ modes
+        self.has_load_vectors = given.shape[1] > len(problem.released)
+
+    def error(self, chosen: np.ndarray) -> dict[str, Any]:
+        """Return the errors of the basis with the chosen normal modes."""
+        Q = self._basis(chosen)
+        squares = scipy.linalg.eigvalsh(Q.T @ self.rich.stiffness @ Q) if Q.shape[1] else np.zeros(0)
+        limit = self.rich.up_to_frequency
+        return {**self.rich.errors(Q), "frequencies": frequency_error(self.rich.stiffness, squares, limit)}
+
+    def rank(self, chosen: np.ndarray) -> int:
+        """Return how many coordinates the basis with the chosen normal modes has."""
+        return self._basis(chosen).shape[1]
+
+    def _basis(self, chosen: np.ndarray) -> np.ndarray:
+        columns = np.hstack((self.given, self.normal[:, chosen]))
+        if not columns.shape[1]:
+            return columns
+        vectors, sizes, _ = scipy.linalg.svd(columns, full_matrices=False)
+        return np.asarray(vectors[:, sizes > 1e-9 * sizes.max()])
+
+    def ranking(self) -> tuple[np.ndarray, np.ndarray, list[str], int]:
+        """Return the order of the modes, their largest share in a response, why, and how many are kept anyway."""
+        problem, rich = self.problem, self.rich
+        coupling = self.modes.T @ (problem.mass @ problem.constraint_modes)
+        whole = np.einsum("ij,ij->j", problem.constraint_modes, problem.mass @ problem.constraint_modes)
+        effective = coupling**2 / whole
+        loads = problem.relieved(np.hstack([group.forces for group in rich.groups]))
+        direct = self.modes.T @ loads
+        s2 = rich.points[:, None, None] ** 2
+        amplitudes = (direct - s2 * (coupling @ (self.boundary @ rich.responses))) / (self.squares[:, None] + s2)
+        if self.has_load_vectors:
+            amplitudes = amplitudes - direct / self.squares[:, None]
+        size = np.linalg.norm(rich.responses, axis=1)
+        shares = np.column_stack(
+            [(abs(amplitudes[:, :, c]).max(axis=2) / size[:, None, c].max(axis=2)).max(axis=0) for c in rich.slices()]
+        )
+        within = self.squares <= (2 * np.pi * rich.up_to_frequency) ** 2
+        carrying = within & (effective.max(axis=1, initial=0.0) >= EFFECTIVE)
+        names = [f"{tie.name} {c}" for tie in problem.ties.ties for c in tie.names]
+        reasons = []
+        for n in range(len(shares)):
+            g = int(shares[n].argmax())
+            reason = f"{shares[n, g]:.1e} of the response to {rich.groups[g].name}"
+            if carrying[n]:
+                c = int(effective[n].argmax())
+                reason = f"{effective[n, c]:.1e} of the effective mass at {names[c]}; {reason}"
+            reasons.append(reason)
+        scores = shares.max(axis=1)
+        return np.lexsort((-scores, ~carrying)), scores, reasons, int(carrying.sum())
