@@ -6,9 +6,9 @@ moving body is exact. It knows nothing of the mesh generator or the finite-eleme
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -33,10 +33,13 @@ class NodeGroup:
         Node numbers.
     position : ndarray, shape (3,)
         Reference point in m: area-weighted centroid of the facets, or the node itself.
+    measure : csr_matrix, shape (m, m), or None
+        int N_i N_j over the facets (m2) or lines (m) of the group, for averages. None: the group is nodes only.
     """
 
     nodes: np.ndarray
     position: np.ndarray
+    measure: sp.csr_matrix | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +74,40 @@ class MassField:
         Scalar mass matrix in kg.
     interpolation : csr_matrix, shape (3 P, N)
         N: displacement of the points, point-major, from the degrees of freedom of the model.
+    turns : csr_matrix, shape (3 P, N), or None
+        Rotation (rad) of the rigid part that each point belongs to, such as a section of a beam. It takes no part in
+        the inertia, only in that of the second-order displacement (`kanefe.stiffening`).
+    arms : ndarray, shape (P, 3), or None
+        Place of each point in its rigid part, from the point of it that only translates, m.
     """
 
     points: np.ndarray
     mass: sp.csr_matrix
     interpolation: sp.csr_matrix
+    turns: sp.csr_matrix | None = None
+    arms: np.ndarray | None = None
 
     def mass_matrix(self) -> sp.csr_matrix:
         """Return the consistent mass matrix ``N^T (Ms (x) I3) N``, shape (N, N)."""
         kron = sp.kron(self.mass, sp.identity(3), format="csr")
         return (self.interpolation.T @ kron @ self.interpolation).tocsr()
+
+
+class StressStiffness(Protocol):
+    """Function of a static state that gives the geometric stiffness of its stress."""
+
+    def __call__(self, displacement: np.ndarray, load: np.ndarray | None = None, /) -> sp.csr_matrix:
+        """Return the geometric stiffness matrix, shape (N, N), of a state; linear in it.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape (N,)
+            Static displacement in m and rad.
+        load : ndarray, shape (3 P,), optional
+            Forces on the points of the mass field, as far as these carry the load, N: inside an element they change
+            the section forces of a beam.
+        """
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +137,10 @@ class FiniteElementModel:
         Surfaces and lines that can carry distributed loads.
     elasticity : Elasticity or None
         Moduli of the cells, for stresses.
-    stress_stiffness : callable or None
-        Returns the geometric stiffness matrix, shape (N, N), of the stress that a static displacement (N,) causes. It
-        is linear in the displacement. None: motion-induced stiffening cannot be had.
+    stress_stiffness : StressStiffness or None
+        Geometric stiffness of the stress of a static state. None: motion-induced stiffening cannot be had of it.
+    geometric_stiffness : dict of str to csr_matrix, shape (N, N), or None
+        The same already made, of the unit inertia loads alone, by their names in `kanefe.stiffening.INERTIAL_LOADS`.
     provenance : dict
         Where the arrays come from (json-able).
     """
@@ -127,7 +155,8 @@ class FiniteElementModel:
     groups: Mapping[str, NodeGroup] = field(default_factory=dict)
     load_patterns: Mapping[str, NodalPattern] = field(default_factory=dict)
     elasticity: Elasticity | None = None
-    stress_stiffness: Callable[[np.ndarray], sp.csr_matrix] | None = None
+    stress_stiffness: StressStiffness | None = None
+    geometric_stiffness: Mapping[str, sp.csr_matrix] | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.elasticity import Elasticity
+
 PLANAR_ROWS = [0, 1, 5]
 """Components of a section's motion (u, v, theta_z) that a planar element keeps."""
 
@@ -247,6 +249,22 @@ class ElementProperties:
     def phi_z(self) -> np.ndarray:
         """Shear parameter of bending in the x-z plane, ``12 E I_y / (kappa_z G A l^2)``."""
         return 12.0 * self.EI_y / (self.shear_z * self.length**2)
+
+
+def section_elasticity(properties: ElementProperties, axes: np.ndarray) -> Elasticity:
+    """Return the stiffness of the sections as a body keeps it, with the axes A_GL (m, 3, 3) of the elements."""
+    p = properties
+    diagonals = np.column_stack([p.EA, p.shear_y, p.shear_z, p.GJ, p.EI_y, p.EI_z])
+    different, of_cell = np.unique(diagonals, axis=0, return_inverse=True)
+    table = np.zeros((len(different), 6, 6))
+    table[:, range(6), range(6)] = different  # not a product with the identity: a shear stiffness may be infinite
+    return Elasticity(table, of_cell.reshape(-1), axes)
+
+
+def properties_of(elasticity: Elasticity, length: np.ndarray) -> ElementProperties:
+    """Return the numbers of elements from what `section_elasticity` kept and their lengths (m,) in m."""
+    EA, shear_y, shear_z, GJ, EI_y, EI_z = np.diagonal(elasticity.table, axis1=1, axis2=2)[elasticity.of_cell].T
+    return ElementProperties(length, EA, GJ, EI_y, EI_z, shear_y, shear_z)
 
 
 def gauss_stations(count: int) -> tuple[np.ndarray, np.ndarray]:

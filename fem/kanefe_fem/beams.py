@@ -1,13 +1,6 @@
 """Frames of beams: nodes and line elements become a `FiniteElementModel`, with numpy and scipy alone.
 
-The inertia comes from the displacement field, not from nodal accelerations (which for elements with rotations are
-wrong in space: the angular acceleration of a slope is not the body's alpha). The field is given as a cloud of points
-that only translate: four Gauss stations along each element (exact to degree 7, the integrand N^T N has degree 6),
-and at each station points in the section that carry its second moments exactly,
-
-    (+-a, 0), (0, +-b) in local (y, z), a quarter of the mass each, a = sqrt(2 I_z / A), b = sqrt(2 I_y / A)
-
-so that mass, first moments, inertia and rotary inertia of the sections are exact.
+The inertia comes from the displacement field (`kanefe_fem.beam_mass`), not from nodal accelerations.
 
 Static deflections under loads at nodes are exact with one element. Frequencies converge with order 4 in the length h
 of an element for Euler-Bernoulli bending (relative error (k h)^4/1440 at the wave number k), and with order 2 for
@@ -26,19 +19,21 @@ import scipy
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import COMPONENTS, Cells, FiniteElementModel, MassField
+from kanefe.finite_element_model import COMPONENTS, Cells, FiniteElementModel
 from kanefe_fem import beam_elements as be
 from kanefe_fem.beam_checks import Groups, check_elements, check_groups, check_nodes, per_element
-from kanefe_fem.beam_lines import check_lines, chosen_lines, line_pattern
+from kanefe_fem.beam_lines import check_lines, chosen_lines, line_groups, line_pattern
+from kanefe_fem.beam_mass import AXIAL_STATIONS, mass_field
+from kanefe_fem.beam_stress import BeamStressStiffness
 from kanefe_fem.sections import CrossSection
 
 if TYPE_CHECKING:
     from kanefe.flexible import FlexibleBody
+    from kanefe.stiffening import StiffeningLevel
     from kanefe_fem.material import Material
 
 Theory = Literal["timoshenko", "euler-bernoulli"]
 
-AXIAL_STATIONS = 4
 ENDS: Groups = {"root": 0, "tip": -1}
 
 
@@ -83,8 +78,8 @@ def beam_model(
         Named nodes, the candidates for interfaces; negative numbers count from the end. Default: the first node is
         "root", the last is "tip".
     lines : mapping of str to int or sequence of int, optional
-        Named sets of elements that can carry a load along their axes; negative numbers count from the end. Default:
-        all elements are "span".
+        Named sets of elements that can carry a load along their axes, and whose nodes are a group unless `groups` has
+        one of this name; negative numbers count from the end. Default: all elements are "span", for loads only.
 
     Returns
     -------
@@ -122,19 +117,24 @@ def beam_model(
     size = len(points) * len(components)
 
     stiffness = _assemble_stiffness(properties, axes, dofs, size, planar)
-    mass_field = _mass_field(points, connectivity, sections, materials, properties, axes, dofs, planar, rotary_inertia)
+    polar_radius = np.array([((s.I_y + s.I_z) / s.A) ** 0.5 for s in sections])
+    field = mass_field(points, connectivity, sections, materials, properties, axes, dofs, planar, rotary_inertia)
+    arms = np.asarray(field.arms).reshape(len(connectivity), AXIAL_STATIONS, -1, 3)
+    stress_stiffness = BeamStressStiffness(properties, polar_radius, axes, dofs, size, arms, rotary_inertia)
     return FiniteElementModel(
         nodes=points,
         components=components,
         stiffness=stiffness,
-        mass=_symmetric(mass_field.mass_matrix()),
-        mass_field=mass_field,
+        mass=_symmetric(field.mass_matrix()),
+        mass_field=field,
         cells=(Cells("line", connectivity),),
-        groups=node_groups,
+        groups={**({} if lines is None else line_groups(spans, points, connectivity)), **node_groups},
         load_patterns={
             name: line_pattern(numbers, points[connectivity], properties, axes, dofs, planar, size)
             for name, numbers in spans.items()
         },
+        elasticity=be.section_elasticity(properties, axes),
+        stress_stiffness=stress_stiffness,
         provenance={
             "source": "kanefe_fem.beams.beam_model",
             "theory": theory,
@@ -222,6 +222,7 @@ def beam_body(
     *,
     reduction: Any = None,
     damping: Any = None,
+    stiffening: StiffeningLevel = "none",
     lines: Sequence[str] | None = None,
 ) -> FlexibleBody:
     """Return the flexible body of a beam model, ready for a scene.
@@ -230,7 +231,7 @@ def beam_body(
     ----------
     model : FiniteElementModel
         From `beam_model`, `straight_beam` or `beam_model_from_mesh`.
-    interfaces, reduction, damping
+    interfaces, reduction, damping, stiffening
         As in `kanefe.reduction.flexible_body`.
     lines : sequence of str, optional
         Which of the model's lines the body keeps for loads along them. Default: all.
@@ -249,7 +250,7 @@ def beam_body(
 
     if lines is not None:
         model = replace(model, load_patterns=chosen_lines(model.load_patterns, lines))
-    return flexible_body(model, interfaces, reduction=reduction, damping=damping)
+    return flexible_body(model, interfaces, reduction=reduction, damping=damping, stiffening=stiffening)
 
 
 def _element_axes(
@@ -314,64 +315,6 @@ def _assemble_stiffness(
     width = dofs.shape[1]
     rows, columns = np.repeat(dofs, width, axis=1).ravel(), np.tile(dofs, width).ravel()
     return _symmetric(sp.coo_matrix((K.ravel(), (rows, columns)), shape=(size, size)).tocsr())
-
-
-def _mass_field(
-    points: np.ndarray,
-    table: np.ndarray,
-    sections: list[CrossSection],
-    materials: list[Material],
-    properties: be.ElementProperties,
-    axes: np.ndarray,
-    dofs: np.ndarray,
-    planar: bool,
-    rotary_inertia: bool,
-) -> MassField:
-    """Return the cloud of translating points that carries the mass of the frame exactly (see the module's text)."""
-    A, I_y, I_z = _section_table(sections)[:3]
-    offsets = _section_points(np.sqrt(I_z / A), np.sqrt(I_y / A), planar, rotary_inertia)
-    stations, weights = be.gauss_stations(AXIAL_STATIONS)
-    m, g, s = len(table), len(stations), offsets.shape[1]
-
-    # u_p = u_c + theta x offset = L_p (u_c, theta), all in L
-    lever = np.zeros((m, s, 3, 6))
-    lever[..., [0, 1, 2], [0, 1, 2]] = 1.0
-    lever[..., 1, 3], lever[..., 2, 3] = -offsets[..., 2], offsets[..., 1]
-    if rotary_inertia:
-        lever[..., 0, 4], lever[..., 0, 5] = offsets[..., 2], -offsets[..., 1]
-    N_L = np.einsum("mpij,mgjk->mgpik", lever, be.interpolation(properties, stations))
-    N_G = np.einsum("mab,mgpbk,mkl->mgpal", axes, N_L, be.spatial_transformation(axes), optimize=True)
-    if planar:
-        N_G = N_G[..., be.PLANAR_DOFS]
-        N_G[..., 2, :] = 0.0
-
-    count, width = m * g * s, dofs.shape[1]
-    columns = np.broadcast_to(dofs[:, None, None, None, :], N_G.shape).ravel()
-    rows = np.repeat(np.arange(3 * count), width)
-    size = len(points) * (width // 2)
-    N = sp.coo_matrix((N_G.ravel(), (rows, columns)), shape=(3 * count, size)).tocsr()
-    N.eliminate_zeros()
-
-    start, end = points[table[:, 0]], points[table[:, 1]]
-    on_axis = start[:, None] + stations[None, :, None] * (end - start)[:, None]
-    cloud = on_axis[:, :, None] + np.einsum("mab,mpb->mpa", axes, offsets)[:, None]
-    rho = np.array([material.rho for material in materials])
-    masses = (rho * A * properties.length)[:, None] * weights
-    masses = np.repeat(masses[:, :, None] / s, s, axis=2)
-    return MassField(cloud.reshape(-1, 3), sp.diags(masses.ravel(), format="csr"), N)
-
-
-def _section_points(radius_y: np.ndarray, radius_z: np.ndarray, planar: bool, rotary_inertia: bool) -> np.ndarray:
-    """Return the section's points of equal mass in L, shape (m, points, 3), from its radii of gyration in m."""
-    if planar and not rotary_inertia:
-        return np.zeros((len(radius_y), 1, 3))
-    offsets = np.zeros((len(radius_y), 2 if planar else 4, 3))
-    if planar:
-        offsets[:, 0, 1], offsets[:, 1, 1] = radius_y, -radius_y
-        return offsets
-    offsets[:, 0, 1], offsets[:, 1, 1] = np.sqrt(2.0) * radius_y, -np.sqrt(2.0) * radius_y
-    offsets[:, 2, 2], offsets[:, 3, 2] = np.sqrt(2.0) * radius_z, -np.sqrt(2.0) * radius_z
-    return offsets
 
 
 def _symmetric(matrix: sp.csr_matrix) -> sp.csr_matrix:

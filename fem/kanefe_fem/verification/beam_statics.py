@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from kanefe.flexible import FlexibleBody
+from kanefe.stiffening import StiffeningLevel
 from kanefe.verify import Case, Check, Reference
 from kanefe_fem.beams import beam_body, straight_beam
 from kanefe_fem.material import Material
@@ -14,7 +15,7 @@ from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, ce
 ELEMENTS = 20
 
 
-def beam_bar(interfaces: Mapping[str, str]) -> FlexibleBody:
+def beam_bar(interfaces: Mapping[str, str], stiffening: StiffeningLevel = "none") -> FlexibleBody:
     """Return the bar of E02a, of planar beam elements without rotary inertia."""
     model = straight_beam(
         LENGTH,
@@ -24,7 +25,7 @@ def beam_bar(interfaces: Mapping[str, str]) -> FlexibleBody:
         planar=True,
         rotary_inertia=False,
     )
-    return beam_body(model, interfaces)
+    return beam_body(model, interfaces, stiffening=stiffening)
 
 
 def spinning_beam(reference: Reference) -> Iterator[Check]:

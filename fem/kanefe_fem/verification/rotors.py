@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.linalg
 
-from kanefe.interface_ties import Interface
+from kanefe.interface import Interface
 from kanefe.joints import Motion, Revolute
 from kanefe.model import Model
 from kanefe.reduction import CraigBampton

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.interface_ties import Interface
+from kanefe.interface import Interface
 from kanefe.joints import Motion, Prismatic, Revolute, Spherical
 from kanefe.reduction import CraigBampton
 from kanefe.system import System

@@ -16,7 +16,7 @@ from kanefe.verify.rigid import attitude_checks
 from kanefe.verify.scenes import natural_modes, states_at, stretching_frequencies_with_tip_mass
 from kanefe_fem.material import Material
 from kanefe_fem.solid import solid_body, solid_model
-from kanefe_fem.verification import plates, satellite
+from kanefe_fem.verification import plates, satellite, stiffened_solids
 from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
 
@@ -119,4 +119,5 @@ CASES = (
     Case("E02a", spinning_bar),
     *plates.CASES,
     *satellite.CASES,
+    *stiffened_solids.CASES,
 )
