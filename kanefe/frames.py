@@ -76,6 +76,26 @@ def unit_vector(v: Vector | Sequence[float], what: str) -> Vector:
     return array / np.linalg.norm(array)
 
 
+def axis_rotation(axis: Vector | Sequence[float], angle: float) -> Matrix:
+    """Return the rotation matrix (Eq. 6) about a unit vector by `angle` in rad, shape (3, 3); the axis is not checked.
+
+    Examples
+    --------
+    >>> axis_rotation(np.array((0.0, 0.0, 1.0)), np.pi / 2).round(12).tolist()
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    x, y, z = axis
+    c, s = math.cos(angle), math.sin(angle)
+    k = 2.0 * math.sin(0.5 * angle) ** 2
+    return np.array(
+        (
+            (c + k * x * x, k * x * y - s * z, k * x * z + s * y),
+            (k * x * y + s * z, c + k * y * y, k * y * z - s * x),
+            (k * x * z - s * y, k * y * z + s * x, c + k * z * z),
+        )
+    )
+
+
 def rotation_matrix(e: Vector) -> Matrix:
     """Return A_ab of the frame b whose orientation seen from a is e (Eq. 6), shape (3, 3).
 

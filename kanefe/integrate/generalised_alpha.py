@@ -19,6 +19,7 @@ from kanefe.equations_of_motion import WORKS
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
@@ -57,11 +58,7 @@ class GeneralisedAlphaStepper:
     def __init__(
         self, dynamics: Dynamics, start: float, stop: float, rtol: float, atol: float, outputs: np.ndarray
     ) -> None:
-        r = SPECTRAL_RADIUS
-        self._alpha_m, self._alpha_f = (2 * r - 1) / (r + 1), r / (r + 1)
-        self._gamma = 0.5 + self._alpha_f - self._alpha_m
-        self._beta = 0.25 * (0.5 + self._gamma) ** 2
-        self._ratio = (1 - self._alpha_f) / (1 - self._alpha_m)
+        self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
         self._dynamics, self._model = dynamics, dynamics.model
         self._scales = rtol * displacement_scales(self._model)
         self._stiffness, self._damping = iteration_matrices(self._model)
@@ -113,7 +110,7 @@ class GeneralisedAlphaStepper:
         power = self._dynamics.powers(self.t + h, q, u, du)
         works = self._state[-len(power) :] + 0.5 * h * (self._power + power)
         # in the metric of the iteration, so that closing a loop does not strike stiff modes
-        stiffness = self._beta * self._ratio * h * h * self._stiffness
+        stiffness = self._formula.stiffness_share(h) * self._stiffness
         self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
         self._du, self._a, self._power = du, a, power
         self.t = float(target) if h == rest else self.t + h
@@ -128,7 +125,7 @@ class GeneralisedAlphaStepper:
         correct = self._correct_in_order_n if self._dynamics.is_tree_in_order_n else self._correct_literally
         if self._kept is not None and self._kept.h != h:
             self._kept = None
-        du, last, reach = self._du.copy(), np.inf, self._beta * self._ratio * h * h
+        du, last, reach = self._du.copy(), np.inf, self._formula.stiffness_share(h)
         for iteration in range(LARGEST_ITERATIONS):
             q, u, _ = self._reached(h, du)
             correction = correct(h, q, u, du)
@@ -149,25 +146,25 @@ class GeneralisedAlphaStepper:
         kept = self._kept
         if kept is None:
             raise TypeError("an iteration leaves its matrices behind")
-        local = (self._beta - 1 / 6) * h * h * (a - self._a)
-        filtered = kept.solve(kept.mass @ local)
+        filtered = kept.solve(kept.mass @ self._formula.error(h, self._a, a))
         if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents or self._model.constraints:
             self._kept = None
         return float(np.max(np.abs(filtered) / self._scales, initial=0.0)), q, u, du, a
 
     def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
         """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
-        alpha_m, alpha_f, beta, gamma = self._alpha_m, self._alpha_f, self._beta, self._gamma
         q0, u0 = self._dynamics.parts(self._state)
-        a = self._ratio * du + (alpha_f * self._du - alpha_m * self._a) / (1 - alpha_m)
-        u = u0 + h * ((1 - gamma) * self._a + gamma * a)
-        return self._model.advance(q0, h * u0 + h * h * ((0.5 - beta) * self._a + beta * a)), u, a
+        a = self._formula.algorithmic(self._du, self._a, du)
+        return (
+            self._model.advance(q0, self._formula.move(h, u0, self._a, a)),
+            self._formula.speeds(h, u0, self._a, a),
+            a,
+        )
 
     def _iteration_matrix(self, h: float, M: Matrix, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
         t, model = self.t + h, self._model
         K, C = current_tangents(model, motions, t, q, all_speeds(model, t, u), self._stiffness, self._damping)
-        ratio = self._ratio
-        return np.asarray(M + (self._gamma * ratio * h) * C + (self._beta * ratio * h * h) * K)
+        return np.asarray(M + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K)
 
     def _correct_in_order_n(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
         """Return a Newton step from one sweep.

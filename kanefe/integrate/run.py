@@ -17,6 +17,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit import ExplicitStepper
 from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper, stiffest_rate
+from kanefe.integrate.generalised_alpha_unreduced import UnreducedStepper
 from kanefe.integrate.runge_kutta import RungeKuttaStepper
 from kanefe.model import Model
 
@@ -54,6 +55,10 @@ LARGEST_EXPLICIT_STEPS = 2000.0
 """Steps that the explicit method would need for the elastic modes, above which "auto" takes the implicit one."""
 
 OUTPUTS = 500
+
+LARGEST_STORE = 2**32
+"""Bytes of states and accelerations of unreduced bodies above which a run asks for fewer outputs."""
+
 DEFAULT_RTOL = 1e-6
 
 
@@ -70,7 +75,10 @@ class Trajectory:
     dissipated, work : ndarray, shape (T,)
         Energy taken by damping and given by loads and drives since the start, J.
     statistics : dict
-        Method, why it was chosen, steps, rejected steps, evaluations, seconds.
+        Method, why it was chosen, steps, rejected steps, evaluations, seconds; with unreduced bodies also how often
+        their matrices were factored and how many iterations there were.
+    accelerations : ndarray, shape (T, free), or None
+        du, kept of scenes with unreduced bodies, where it costs more than it takes room.
     """
 
     times: np.ndarray
@@ -79,6 +87,7 @@ class Trajectory:
     dissipated: np.ndarray
     work: np.ndarray
     statistics: dict[str, Any]
+    accelerations: np.ndarray | None = None
 
 
 def integrate(
@@ -147,6 +156,7 @@ def integrate(
         )
     if atol is not None and not (math.isfinite(atol) and atol > 0):
         raise ModelError(f"atol must be above zero, not {atol!r}")
+    _check_room(model, times)
     began = time.perf_counter()
     dynamics = Dynamics(model)
     stepper: Stepper
@@ -154,9 +164,14 @@ def integrate(
         stepper = RungeKuttaStepper(dynamics, start, stop, step, times)
     else:
         rtol = DEFAULT_RTOL if rtol is None else rtol
-        stepper = METHODS[name](dynamics, start, stop, rtol, 1e-3 * rtol if atol is None else atol, times)
+        make = UnreducedStepper if model.has_unreduced else METHODS[name]
+        stepper = make(dynamics, start, stop, rtol, 1e-3 * rtol if atol is None else atol, times)
     states = np.empty((len(times), model.coordinate_count + model.free_count + WORKS))
     states[0] = stepper.initial_state()
+    rates: np.ndarray | None = None
+    if isinstance(stepper, UnreducedStepper):
+        rates = np.empty((len(times), model.free_count))
+        rates[0] = stepper.initial_accelerations()
     stored, steps = 1, 0
     with _progress_bar(progress, stop - start) as bar:
         while stored < len(times):
@@ -166,6 +181,8 @@ def integrate(
             reached = stored + int(np.searchsorted(times[stored:], stepper.t, side="right"))
             if reached > stored:
                 states[stored:reached] = stepper.states(times[stored:reached])
+                if rates is not None and isinstance(stepper, UnreducedStepper):
+                    rates[stored:reached] = stepper.accelerations(times[stored:reached])
                 stored = reached
             bar.update(stepper.t - before)
     n, m = model.coordinate_count, model.free_count
@@ -182,9 +199,20 @@ def integrate(
             "steps": steps,
             "rejected": stepper.rejected,
             "evaluations": dynamics.evaluations,
+            **(stepper.statistics if isinstance(stepper, UnreducedStepper) else {}),
             "seconds": time.perf_counter() - began,
         },
+        accelerations=rates,
     )
+
+
+def _check_room(model: Model, times: np.ndarray) -> None:
+    size = 24 * model.free_count * len(times)
+    if model.has_unreduced and size > LARGEST_STORE:
+        raise ModelError(
+            f"{len(times)} states of {model.free_count} speeds take {size / 2**30:.1f} GiB. Remedy: a larger "
+            f"output_step, which leaves at most {LARGEST_STORE // (24 * model.free_count)} of them"
+        )
 
 
 def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
@@ -214,7 +242,14 @@ def _choose(model: Model, method: str, start: float, stop: float) -> tuple[str, 
         names = (*METHODS, RungeKuttaStepper.name)
         if method not in names:
             raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(names)}")
+        if model.has_unreduced and method != GeneralisedAlphaStepper.name:
+            raise ModelError(
+                f"method {method!r} would need a step for the highest mode of the mesh: an unreduced body is run by "
+                "'generalised-alpha'. Remedy: that method, or reduction=CraigBampton(modes=20)"
+            )
         return method, "asked for"
+    if model.has_unreduced:
+        return GeneralisedAlphaStepper.name, "the highest modes of an unreduced body are stiff"
     rate = stiffest_rate(model, start)
     # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2
     if (stop - start) * rate / 2.0 > LARGEST_EXPLICIT_STEPS:

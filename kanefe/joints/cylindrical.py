@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
+from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.motion import Motion
@@ -64,7 +64,7 @@ class Cylindrical(SeveralCoordinatesJoint):
         return np.array(self.speed, dtype=float)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
-        return q[0] * self.direction, rotation_matrix(euler_parameters(self.direction, q[1]))
+        return q[0] * self.direction, axis_rotation(self.direction, q[1])
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         zero = np.zeros(3)

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
+from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import SeveralCoordinatesJoint
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.motion import Motion
@@ -63,7 +63,7 @@ class Planar(SeveralCoordinatesJoint):
         return np.array([*self.velocity, self.rate], dtype=float)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
-        return np.array((q[0], q[1], 0.0)), rotation_matrix(euler_parameters((0.0, 0.0, 1.0), q[2]))
+        return np.array((q[0], q[1], 0.0)), axis_rotation((0.0, 0.0, 1.0), q[2])
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         V, W = np.zeros((3, 3)), np.zeros((3, 3))

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
+from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import AxisJoint
 
 
@@ -28,7 +28,7 @@ class Revolute(AxisJoint):
     speed_names: ClassVar[tuple[str, ...]] = ("rate [rad/s]",)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
-        return np.zeros(3), rotation_matrix(euler_parameters(self.direction, q[0]))
+        return np.zeros(3), axis_rotation(self.direction, q[0])
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         return np.zeros((3, 1)), self.direction[:, None]

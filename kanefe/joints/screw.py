@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, euler_parameters, rotation_matrix
+from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import AxisJoint
 
 
@@ -41,7 +41,7 @@ class Screw(AxisJoint):
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         advance = self.lead / (2 * np.pi) * q[0]
-        return advance * self.direction, rotation_matrix(euler_parameters(self.direction, q[0]))
+        return advance * self.direction, axis_rotation(self.direction, q[0])
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         axis = self.direction[:, None]

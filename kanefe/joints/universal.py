@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, cross, euler_parameters, rotation_matrix
+from kanefe.frames import Matrix, Vector, axis_rotation, cross
 from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.motion import Motion
@@ -67,9 +67,7 @@ class Universal(SeveralCoordinatesJoint):
         return np.array(self.speed, dtype=float)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
-        first, second = (
-            rotation_matrix(euler_parameters(axis, angle)) for axis, angle in zip(self.directions, q, strict=True)
-        )
+        first, second = (axis_rotation(axis, angle) for axis, angle in zip(self.directions, q, strict=True))
         return np.zeros(3), first @ second
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
@@ -80,4 +78,4 @@ class Universal(SeveralCoordinatesJoint):
 
     def _carried(self, q: Vector) -> Vector:
         """Return the second axis in components of F."""
-        return rotation_matrix(euler_parameters(self.directions[0], q[0])) @ self.directions[1]
+        return axis_rotation(self.directions[0], q[0]) @ self.directions[1]

@@ -1,0 +1,371 @@
+"""Generalised-alpha for scenes with unreduced bodies: S factored once per step size, one solve for each iteration.
+
+The matrices of an unreduced body are constant in its frame G. So S = M + gamma' h C + beta' h^2 K is factored when a
+step size is met for the first time, and kept; what couples the bodies to the scene is a small border. Steps are the
+span divided by powers of two: few sizes, each met again and again, and no slivers before an output, which is
+interpolated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.assembly import consistent_start
+from kanefe.errors import SimulationError
+from kanefe.frames import Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS, iteration_matrices
+from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, Step
+from kanefe.kane.constraints import constraint_rates
+from kanefe.kane.tangents import current_tangents
+from kanefe.scene_length import joint_scales, scene_length
+from kanefe.unreduced.border import Bordered, Edge
+from kanefe.unreduced.closing import closed_state
+from kanefe.unreduced.scene import Residual, UnreducedScene
+
+LARGEST_ITERATIONS = 8
+
+CONVERGED = 0.5
+"""Error of the iteration against the error allowed for a step, times the number of steps in the span.
+
+It adds up in the speeds, and their error in the coordinates: over N steps, to N^2 times its own size.
+"""
+
+STALLED = 1e-3
+"""The same, without the number of steps, that is taken where round-off allows no less."""
+
+SLOW = 0.3
+"""Rate of the iteration from which the border is made anew."""
+
+MEASURED_EVERY = 16
+"""Steps after which the rate of the iteration and the error are measured again, by a solve more for each."""
+
+CAUTION = 3.0
+"""Factor on a measured rate that is expected of the next steps."""
+
+QUIET = 0.4
+"""Error of a step up to which the next ones are judged by what changes in the accelerations, without a solve."""
+
+LARGE = 20_000
+"""Coordinates from which factors take much memory: then those of two step sizes are kept, else of four."""
+
+FIRST_HALVINGS = 9
+"""The first step tried is the span by 2^9; it grows or shrinks from there."""
+
+LEAST_HALVINGS, MOST_HALVINGS = 3, 40
+
+
+class _End(NamedTuple):
+    """A trial of a step: its error, and the state at its end."""
+
+    error: float
+    q: Vector
+    u: Vector
+    du: Vector
+    a: Vector
+
+
+class _Measured(NamedTuple):
+    """Error of a step of some size, and the size of its first Newton step, both against what is allowed."""
+
+    halvings: int
+    error: float
+    first: float
+
+
+class _Iteration(NamedTuple):
+    """A Newton step, and what it was found with."""
+
+    correction: Vector
+    residual: Residual
+    bordered: Bordered
+
+
+class UnreducedStepper:
+    """Steps of the generalised-alpha method for scenes with unreduced bodies.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    start, stop : float
+        s.
+    rtol : float
+        Error of a step relative to the size of the bodies (m) and to 1 rad, for nodes and joints alike.
+    atol : float
+        Not used.
+    outputs : ndarray
+        Times wanted: states there are interpolated.
+    """
+
+    name = "generalised-alpha"
+
+    def __init__(
+        self, dynamics: Dynamics, start: float, stop: float, rtol: float, atol: float, outputs: np.ndarray
+    ) -> None:
+        self._dynamics, self._model = dynamics, dynamics.model
+        self._changes = self._model.has_varying_tangents
+        self._scene = UnreducedScene(dynamics.model)
+        self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
+        self._stiffness, self._damping = iteration_matrices(self._scene.small)
+        self._reach = 1.0 / (rtol * _scales(self._scene))
+        self._start, self._span = start, stop - start
+        self._halvings, self._ticks = FIRST_HALVINGS, 0
+        self._patience, self._calm, self._is_first = 1, 0, True
+        self._edges: OrderedDict[int, list[Edge]] = OrderedDict()
+        self._bordered: tuple[int, Bordered] | None = None
+        is_large = any(member.body.free_count > LARGE for member in self._scene.condensed.members)
+        self._kept = 2 if is_large else 4
+        self.rejected = self.iterations = self._unmeasured = 0
+        self._rate, self._measured = 1.0, _Measured(-1, 0.0, 0.0)
+        self._q, self._u = consistent_start(self._model, start)
+        self._du = self._scene.accelerations(start, self._q, self._u)
+        self._a = self._du.copy()
+        self._power = self._scene.powers(start, self._q, self._u, self._du)
+        self._works = np.zeros(len(self._power))
+        self._before = (0.0, self._q, self._u, self._du, self._works)
+        self._move = np.zeros_like(self._u)
+        self._begun: tuple[float, Step] | None = None
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        return self._start + self._span * math.ldexp(self._ticks, -MOST_HALVINGS)
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """How often S was factored, and how many iterations were done, each with one solve."""
+        return {"factorisations": self._scene.factorisations, "iterations": self.iterations}
+
+    def initial_state(self) -> Vector:
+        """Return the state at the start."""
+        return np.concatenate((self._q, self._u, self._works))
+
+    def initial_accelerations(self) -> Vector:
+        """Return du at the start."""
+        return self._du.copy()
+
+    def step(self) -> None:
+        """Take one accepted step.
+
+        Raises
+        ------
+        SimulationError
+            If no step is small enough.
+        """
+        while True:
+            h = math.ldexp(self._span, -self._halvings)
+            end = self._try(h)
+            if end is not None and end.error <= 1.0:
+                more = _doublings(end.error)
+                if self._is_first and more > 1:  # all sizes can begin at the start: no need to grow one by one
+                    self._halvings, self._is_first = max(self._halvings - more, LEAST_HALVINGS), False
+                    continue
+                break
+            self.rejected += 1
+            self._patience, self._calm = min(2 * self._patience, 64), 0
+            less = 2 if end is None else max(1, math.ceil(math.log2(1.1 * end.error) / 3))
+            self._halvings += min(less, 4)
+            if self._halvings > MOST_HALVINGS:
+                raise SimulationError(
+                    f"the implicit method found no step at t = {self.t:.6g} s "
+                    f"({'its iteration does not converge' if end is None else 'the error stays too large'}). "
+                    "Remedy: check loads for jumps or growth without bound there, or loosen rtol"
+                )
+        self._is_first = False
+        self._accept(h, end)
+        self._grow(end.error)
+
+    def _accept(self, h: float, end: _End) -> None:
+        t1 = self.t + h
+        q, u = self._closed(t1, end.q, end.u)
+        power = self._scene.powers(t1, q, u, end.du)
+        works = self._works + 0.5 * h * (self._power + power)
+        self._before = (self.t, self._q, self._u, self._du, self._works)
+        self._move = self._formula.move(h, self._u, self._a, end.a)
+        self._begun = None
+        self._ticks += 1 << (MOST_HALVINGS - self._halvings)
+        self._q, self._u, self._du, self._a, self._power, self._works = q, u, end.du, end.a, power, works
+
+    def _grow(self, error: float) -> None:
+        """Take larger steps when the error has been small for some: only where the larger ones can begin."""
+        wanted = _doublings(error)
+        self._calm = self._calm + 1 if wanted > 0 else 0
+        if self._calm < self._patience:
+            return
+        while (
+            wanted > 0
+            and self._halvings > LEAST_HALVINGS
+            and not self._ticks % (1 << (MOST_HALVINGS - self._halvings + 1))
+        ):
+            self._halvings -= 1
+            wanted -= 1
+            self._calm = 0
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state)."""
+        t0, q0, u0, _, works0 = self._before
+        h = self.t - t0
+        found = []
+        for t in times:
+            x = (t - t0) / h
+            # of third order, with the speeds at both ends; a speed that a step does not resolve stays bounded
+            move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * self._u + x * x * (3 - 2 * x) * self._move
+            rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * self._u + 6 * x * (1 - x) / h * self._move
+            q = self._q if x == 1.0 else self._model.advance(q0, move)
+            found.append(np.concatenate((q, rates, (1 - x) * works0 + x * self._works)))
+        return np.array(found).reshape(len(times), -1)
+
+    def accelerations(self, times: np.ndarray) -> np.ndarray:
+        """Return du at times of the last step, shape (times, free)."""
+        t0, du0 = self._before[0], self._before[3]
+        x = ((times - t0) / (self.t - t0))[:, None]
+        return np.asarray((1 - x) * du0 + x * self._du)
+
+    def _try(self, h: float) -> _End | None:
+        """Return the end of a step of h, or None if the iteration does not converge."""
+        if not self._model.free_count:
+            return _End(0.0, self._q, self._u, self._du, self._a)
+        du, first = self._du.copy(), 0.0
+        last, rate, allowed = 0.0, self._expected_rate(), math.ldexp(CONVERGED, -self._halvings)
+        for iteration in range(LARGEST_ITERATIONS):
+            done = self.iterate(h, du)
+            if done is None:
+                return None
+            du -= done.correction
+            size = self._formula.stiffness_share(h) * float(np.max(np.abs(done.correction) * self._reach))
+            if iteration:
+                rate = self._rate = size / last if last else 0.0
+            else:
+                first = size
+            if size <= allowed or (rate < 1.0 and size * rate / (1.0 - rate) <= allowed):
+                break
+            if iteration and rate > 0.9:
+                if size > STALLED:
+                    self._renew_border()
+                    return None
+                break
+            last = size
+        else:
+            self._renew_border()
+            return None
+        if rate > SLOW:
+            self._bordered = None
+        self._dynamics.evaluations = self._scene.evaluations
+        q, u, a = self._reached(h, du)
+        error = self._expected_error(first)
+        if error is None:
+            local = self._scene.inertia_of(self._formula.error(h, self._a, a), done.residual, q)
+            filtered = done.bordered.solve(*local)
+            error = float(np.max(np.abs(self._scene.condensed.joined(filtered.z, filtered.parts)) * self._reach))
+            self._remember(error, first)
+        return _End(error, q, u, du, a)
+
+    def _remember(self, error: float, first: float) -> None:
+        """Keep a measured error; of a step in which little changed, as it would be of one in which more does."""
+        known, self._unmeasured = self._measured, 0
+        usual = 0.5 * known.first if known.halvings == self._halvings else 0.0
+        scale = usual / first if 0.0 < first < usual else 1.0
+        self._measured = _Measured(self._halvings, scale * error, scale * first)
+
+    def _expected_error(self, first: float) -> float | None:
+        """Return the error that the last measured one lets expect; None if it is time to measure it.
+
+        The first Newton step is the change of the accelerations, whose part that steps resolve is the error.
+        """
+        known = self._measured
+        if known.halvings != self._halvings or self._unmeasured > MEASURED_EVERY or first > 1.5 * known.first:
+            return None
+        error = known.error * first / known.first if known.first else 0.0
+        return error if max(error, known.error) < QUIET else None
+
+    def iterate(self, h: float, du: Vector) -> _Iteration | None:
+        """Return a Newton step for accelerations du at the end of a step of h; None if the residual is not finite.
+
+        One residual and one solve with the factors of S.
+        """
+        q, u, _ = self._reached(h, du)
+        found = self._scene.residual(self.t + h, q, u, du)
+        if not all(np.isfinite(part @ part) for part in (found.twin, *found.parts)):
+            return None
+        bordered, known = self._linear(h, self.t + h, found)
+        solution = bordered.solve(found.twin, found.parts, known)
+        self.iterations += 1
+        return _Iteration(self._scene.condensed.joined(solution.z, solution.parts), found, bordered)
+
+    def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
+        if self._begun is None or self._begun[0] != h:
+            self._begun = h, self._formula.from_start(h, self._u, self._du, self._a)
+        move, u, a = self._begun[1].end(du)
+        return self._model.advance(self._q, move), u, a
+
+    def _renew_border(self) -> None:
+        """Make the border anew, at the bodies' present shape: the factors of S are good whatever happens."""
+        self._bordered = None
+        self._edges = OrderedDict(
+            (key, self._scene.edges(self._q, [own.factors for own in edges])) for key, edges in self._edges.items()
+        )
+
+    def _expected_rate(self) -> float:
+        """Return the rate of the iteration that the last steps let expect, on the safe side; 1 if it is not known."""
+        self._unmeasured += 1
+        if self._unmeasured > MEASURED_EVERY or self._bordered is None or self._bordered[0] != self._halvings:
+            return 1.0
+        return min(CAUTION * self._rate, 1.0)
+
+    def _linear(self, h: float, t: float, found: Residual) -> tuple[Bordered, Vector | None]:
+        """Return the equations of an iteration, and what is known of the constraints; kept where nothing changes."""
+        scene, small = self._scene, self._scene.small
+        n = small.free_count
+        if not small.constraints and not self._changes and self._bordered and self._bordered[0] == self._halvings:
+            return self._bordered[1], None
+        K, C = current_tangents(small, found.motions, t, found.q, found.full, self._stiffness, self._damping)
+        A = found.mass[:n, :n] + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K
+        rows, known = None, None
+        if small.constraints:
+            rows = constraint_rates(small, found.motions, found.q, found.full)
+            known = -(rows.J @ found.rates + rows.remainder)
+        self._bordered = self._halvings, Bordered(scene.condensed, self._edges_of(h), A, found.motions, rows)
+        return self._bordered[1], known
+
+    def _edges_of(self, h: float) -> list[Edge]:
+        """Return the factors of S and the borders of a step size: made once, and kept while there is room."""
+        if self._halvings not in self._edges:
+            while len(self._edges) >= self._kept:
+                self._edges.popitem(last=False)
+            factors = self._scene.factored(self._formula.damping_share(h), self._formula.stiffness_share(h))
+            self._edges[self._halvings] = self._scene.edges(self._q, factors)
+        self._edges.move_to_end(self._halvings)
+        return self._edges[self._halvings]
+
+    def _closed(self, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+        """Return the state with its loops closed, in the metric of the iteration, so that stiff modes stay."""
+        if not self._model.constraints or self._bordered is None:
+            return q, u
+        return closed_state(self._scene.condensed, t, q, u, self._bordered[1])
+
+
+def _doublings(error: float) -> int:
+    """Return how often a step of third order can be doubled that had this error, of 1 allowed."""
+    return max(0, math.floor(math.log2(0.7 / max(error, 1e-9)) / 3))
+
+
+def _scales(scene: UnreducedScene) -> Vector:
+    """Return the size of a large displacement along every free speed: 1 rad, or a length in m."""
+    length = scene_length(scene.model)
+    whole = joint_scales(scene.model, length)
+    for body in scene.model.bodies:
+        if body.flexible is None:
+            continue
+        extent = float(np.ptp(body.flexible.body.nodes, axis=0).max()) or length
+        member = next((m for m in scene.condensed.members if m.speeds == body.flexible.speeds), None)
+        if member is None:
+            modal = np.diag(body.flexible.free_moments.elastic_mass)
+            whole[body.flexible.speeds] = extent * np.sqrt(body.flexible.body.mass / np.maximum(modal, 1e-300))
+            continue
+        whole[member.speeds] = member.body.coordinate_scales(extent)
+    return whole

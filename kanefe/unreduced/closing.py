@@ -1,0 +1,92 @@
+"""Closed loops of scenes with unreduced bodies: at the start, and after each step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.assembly import LARGEST_OPENING, TOLERANCE, consistent_start
+from kanefe.constraints.rows import METRE
+from kanefe.errors import ModelError, SimulationError
+from kanefe.frames import Vector
+from kanefe.kane.assemble import all_speeds
+from kanefe.kane.constraints import constraint_rates, constraint_residuals, scene_rows
+from kanefe.kane.kinematics import sweep_outward
+from kanefe.model import Model
+from kanefe.scene_length import scene_length
+from kanefe.unreduced.border import Bordered
+from kanefe.unreduced.condensed import Condensed, FrozenMoments
+from kanefe.unreduced.demand import some_inertia
+
+LARGEST_ITERATIONS = 8
+
+
+def closed_start(model: Model, t: float) -> tuple[Vector, Vector]:
+    """Return q and u at the start, consistent with the loops at time t (s); unreduced bodies keep their shape.
+
+    Raises
+    ------
+    ModelError
+        If a loop cannot be closed by the joints and the other bodies alone.
+    """
+    condensed = Condensed(model, is_complete=True)
+    q, u = model.initial_coordinates, model.initial_speeds
+    moments = []
+    for member in condensed.members:
+        metric = some_inertia(member, q[member.eta])
+        moments.append(FrozenMoments(metric, np.zeros(len(metric))))
+    twin = condensed.with_moments(moments)
+    q_s, u_s = consistent_start(twin, t)
+    for member in condensed.members:
+        names = (model.bodies[member.number].name, member.d, member.rates)
+        for now, before, at in ((q_s, twin.initial_coordinates, names[1]), (u_s, twin.initial_speeds, names[2])):
+            if np.any(now[at] != before[at]):
+                raise ModelError(
+                    f"the loops of the scene close only if the unreduced body {names[0]!r} is deformed at the start. "
+                    "Remedy: start nearer to the closed position, or reduction=CraigBampton(modes=20)"
+                )
+    if q_s is twin.initial_coordinates and u_s is twin.initial_speeds:
+        return q, u
+    q, u = q.copy(), u.copy()
+    q[condensed.plain_coordinates] = q_s[condensed.plain_places]
+    u[condensed.plain_speeds] = u_s[condensed.plain_rates]
+    return q, u
+
+
+def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered: Bordered) -> tuple[Vector, Vector]:
+    """Return the state near (q, u) with its loops closed, the nearest in the metric of the iteration.
+
+    Raises
+    ------
+    SimulationError
+        If a loop stays open.
+    """
+    small, model = condensed.small, condensed.model
+    length = scene_length(model)
+    scales = np.array([length if row.unit == METRE else 1.0 for row in scene_rows(small)])
+    last = np.inf
+    for _ in range(LARGEST_ITERATIONS):
+        q_s, full = condensed.coordinates(q), all_speeds(small, t, condensed.speeds(u))
+        motions = sweep_outward(small, t, q_s, full)
+        g = constraint_residuals(small, motions, t, q_s, full)
+        g = np.where(np.isnan(g), 0.0, g)
+        worst = float(np.abs(g / scales).max(initial=0.0))
+        if worst <= TOLERANCE or worst >= last:
+            break
+        last = worst
+        step = bordered.solve(np.zeros(small.free_count), None, g)
+        q = model.advance(q, condensed.joined(step.z, step.parts))
+    if worst > LARGEST_OPENING:
+        raise SimulationError(
+            f"at t = {t:.6g} s the mechanism cannot go on: a loop stays open by {worst:.3g} of its size. "
+            "Remedy: check that driven joints stay within its reach"
+        )
+    for _ in range(LARGEST_ITERATIONS):
+        full = all_speeds(small, t, condensed.speeds(u))
+        rows = constraint_rates(small, motions, q_s, full)
+        open_rates = rows.J @ full[: rows.J.shape[1]]
+        sizes = np.abs(rows.J) @ np.abs(full[: rows.J.shape[1]])
+        if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
+            break
+        step = bordered.solve(np.zeros(small.free_count), None, open_rates)
+        u = u + condensed.joined(step.z, step.parts)
+    return q, u
