@@ -18,7 +18,15 @@ if TYPE_CHECKING:
     from kanefe.finite_element_model import FiniteElementModel as FiniteElementModel
     from kanefe.flexible import FlexibleBody as FlexibleBody
     from kanefe.given_matrices import model_from_matrices as model_from_matrices
-    from kanefe.interface_ties import Interface as Interface
+    from kanefe.imports import read_abaqus as read_abaqus
+    from kanefe.imports import read_ansys as read_ansys
+    from kanefe.imports import read_matrices as read_matrices
+    from kanefe.imports import read_matrix_market as read_matrix_market
+    from kanefe.imports import read_nastran as read_nastran
+    from kanefe.imports import read_sid as read_sid
+    from kanefe.imports import write_matrices as write_matrices
+    from kanefe.imports import write_sid as write_sid
+    from kanefe.interface import Interface as Interface
     from kanefe.joints import CoordinateForce as CoordinateForce
     from kanefe.joints import Cylindrical as Cylindrical
     from kanefe.joints import Fixed as Fixed
@@ -33,6 +41,10 @@ if TYPE_CHECKING:
     from kanefe.joints import Universal as Universal
     from kanefe.load_pattern import NodalPattern as NodalPattern
     from kanefe.reduction import CraigBampton as CraigBampton
+    from kanefe.reduction import Enriched as Enriched
+    from kanefe.reduction import FreeInterface as FreeInterface
+    from kanefe.reduction import Krylov as Krylov
+    from kanefe.reduction import LoadCase as LoadCase
     from kanefe.reduction import flexible_body as flexible_body
     from kanefe.results import Result as Result
     from kanefe.results import load_result as load_result
@@ -44,13 +56,17 @@ _HOMES = {
     "CoordinateForce": "joints",
     "CraigBampton": "reduction",
     "Cylindrical": "joints",
+    "Enriched": "reduction",
     "FileError": "errors",
     "FiniteElementModel": "finite_element_model",
     "Fixed": "joints",
     "FlexibleBody": "flexible",
     "Free": "joints",
-    "Interface": "interface_ties",
+    "FreeInterface": "reduction",
+    "Interface": "interface",
     "KanefeError": "errors",
+    "Krylov": "reduction",
+    "LoadCase": "reduction",
     "MeshError": "errors",
     "MissingDependency": "errors",
     "ModalDamping": "damping",
@@ -71,6 +87,14 @@ _HOMES = {
     "flexible_body": "reduction",
     "load_result": "results",
     "model_from_matrices": "given_matrices",
+    "read_abaqus": "imports",
+    "read_ansys": "imports",
+    "read_matrices": "imports",
+    "read_matrix_market": "imports",
+    "read_nastran": "imports",
+    "read_sid": "imports",
+    "write_matrices": "imports",
+    "write_sid": "imports",
 }
 
 __all__ = [*_HOMES, "__version__"]

@@ -74,6 +74,10 @@ def consistent_start(model: Model, t: float) -> tuple[Vector, Vector]:
     q, u = model.initial_coordinates, model.initial_speeds
     if not model.constraints:
         return q, u
+    if model.has_unreduced:
+        from kanefe.unreduced.closing import closed_start
+
+        return closed_start(model, t)
     best = _position(model, t, q)
     if best.worst > TOLERANCE:
         for columns in _movable(model):

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+import scipy.sparse as sp
 
+from kanefe.elasticity import Elasticity
 from kanefe.finite_element_model import COMPONENTS, Cells
-from kanefe.flexible import InterfaceFrame
+from kanefe.flexible import FlexibleBody, InterfaceFrame
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.integrate.run import Trajectory
 from kanefe.kane.assemble import accelerations, all_speeds
@@ -20,7 +22,7 @@ from kanefe.kane.balance import carried_wrench, joint_reactions, loop_forces
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
-from kanefe.model import BodyTerms, Model
+from kanefe.model import BodyTerms, FlexibleTerms, Model
 from kanefe.quantities import ENERGIES, MODES, MOMENTA, XYZ
 
 Key = tuple[str, str, str]
@@ -59,6 +61,10 @@ class BodyShape:
     is_orthonormal : bool
         Whether the modes have unit modal mass, so that their coordinates are in kg^1/2 m.
     provenance : mapping
+    elasticity : Elasticity or None
+        What stresses and section forces are recovered with.
+    flexible : FlexibleBody or None
+        The body itself, of a run in memory.
     """
 
     name: str
@@ -78,6 +84,8 @@ class BodyShape:
     cells: tuple[Cells, ...]
     is_orthonormal: bool
     provenance: Mapping[str, Any]
+    elasticity: Elasticity | None = None
+    flexible: FlexibleBody | None = None
 
     @property
     def is_driven(self) -> bool:
@@ -88,6 +96,19 @@ class BodyShape:
     def is_flexible(self) -> bool:
         """Whether the body has a mesh."""
         return len(self.nodes) > 0
+
+    def displacements(self, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        """Return the displacements of some nodes in G, (T, len(nodes), 3) in m, from eta (T, k); or without T."""
+        if not sp.issparse(self.basis):
+            return np.asarray(np.tensordot(eta, self.translations(nodes), axes=(-1, -1)))
+        width = len(self.components)
+        rows = self.basis[(nodes[:, None] * width + np.arange(width)).ravel()]
+        motion = (rows @ np.atleast_2d(eta).T).T.reshape(-1, len(nodes), width)
+        found = np.zeros((*motion.shape[:2], 3))
+        for column, component in enumerate(self.components):
+            if component in XYZ:
+                found[:, :, COMPONENTS.index(component)] = motion[:, :, column]
+        return found if np.ndim(eta) == 2 else found[0]
 
     def translations(self, nodes: np.ndarray) -> np.ndarray:
         """Return the rows of the basis that move some nodes along x, y and z, shape (len(nodes), 3, k)."""
@@ -117,6 +138,12 @@ class Channels(Protocol):
         ...
 
 
+def _is_orthonormal(terms: FlexibleTerms) -> bool:
+    if sp.issparse(terms.body.basis):
+        return False
+    return bool(np.allclose(terms.free_moments.elastic_mass, np.eye(terms.body.free_count)))
+
+
 def body_shape(model: Model, body: BodyTerms) -> BodyShape:
     """Return the shape of a body of a model."""
     mesh: dict[str, Any] = {
@@ -136,8 +163,10 @@ def body_shape(model: Model, body: BodyTerms) -> BodyShape:
             "nodes": flexible.nodes,
             "basis": flexible.basis[:, : flexible.free_count],
             "cells": flexible.cells,
-            "is_orthonormal": bool(np.allclose(body.flexible.free_moments.elastic_mass, np.eye(flexible.free_count))),
+            "is_orthonormal": _is_orthonormal(body.flexible),
             "provenance": flexible.provenance,
+            "elasticity": flexible.elasticity,
+            "flexible": flexible,
         }
     return BodyShape(
         name=body.name,
@@ -161,14 +190,16 @@ class RunChannels:
     ----------
     model : Model
     trajectory : Trajectory
+    bodies : tuple of BodyShape, optional
+        Default: those of the model.
     """
 
-    def __init__(self, model: Model, trajectory: Trajectory) -> None:
+    def __init__(self, model: Model, trajectory: Trajectory, bodies: tuple[BodyShape, ...] | None = None) -> None:
         self.model = model
         self.trajectory = trajectory
         self.times = trajectory.times
         self.statistics = trajectory.statistics
-        self.bodies = tuple(body_shape(model, body) for body in model.bodies)
+        self.bodies = tuple(body_shape(model, body) for body in model.bodies) if bodies is None else bodies
         self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
         self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
@@ -178,7 +209,7 @@ class RunChannels:
         """Return a channel, time first."""
         key = (quantity, body, interface)
         if key not in self._kept:
-            for new, array in _COMPUTE[quantity](self, body, interface).items():
+            for new, array in getattr(self, _COMPUTE[quantity].__name__)(body, interface).items():
                 array.flags.writeable = False
                 self._kept[new] = array
         return self._kept[key]
@@ -232,7 +263,8 @@ class RunChannels:
         for body, G in zip(self.model.bodies, sweep_outward(self.model, t, q, full), strict=True):
             motions.append(G)
             if (terms := body.flexible) is not None:
-                motions += [interface_motion(G, n, terms, q, full, self.model.slopes) for n in terms.body.interfaces]
+                frames = terms.body.interfaces
+                motions += [interface_motion(G, n, terms, q, full, self.model.slopes).turned(n.axes) for n in frames]
         return motions
 
     def _joint(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -287,9 +319,10 @@ class RunChannels:
             for frame in terms.flexible.body.interfaces:
                 if frame.fixed_components:
                     first = terms.flexible.fixed.start - terms.flexible.body.free_count - start
-                    wrench = self._carried(terms, frame)
+                    along = np.kron(np.eye(2), frame.axes)  # F_u are along the axes of the interface
+                    wrench = self._carried(terms, frame) @ along
                     wrench[:, frame.fixed_components] = forces[:, [first + column for column in frame.fixed_columns]]
-                    kept["coupling_force", terms.name, frame.name] = wrench
+                    kept["coupling_force", terms.name, frame.name] = wrench @ along.T
         return kept
 
     def _loop_forces(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -332,3 +365,12 @@ _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = 
     "loop_force": RunChannels._loop_forces,
     "coupling_force": RunChannels._coupling,
 }  # fmt: skip
+
+
+def run_channels(model: Model, trajectory: Trajectory) -> RunChannels:
+    """Return the channels of a run."""
+    if model.has_unreduced:
+        from kanefe.unreduced.channels import UnreducedChannels
+
+        return UnreducedChannels(model, trajectory)
+    return RunChannels(model, trajectory)

@@ -25,11 +25,17 @@ def connected(model: Model, springs: Sequence[SpringDamper], bushings: Sequence[
     """
     if not springs and not bushings:
         return model
-    q, u = model.initial_coordinates, all_speeds(model, t, model.initial_speeds)
-    motions = sweep_outward(model, t, q, u)
+    seen, seen_springs = model, tuple(springs)
+    if model.has_unreduced:
+        from kanefe.unreduced.condensed import Condensed
+
+        seen = Condensed(replace(model, springs=tuple(springs))).small
+        seen_springs = seen.springs
+    q, u = seen.initial_coordinates, all_speeds(seen, t, seen.initial_speeds)
+    motions = sweep_outward(seen, t, q, u)
     ready = []
-    for spring in springs:
-        a, b = marker_ends(model, spring, motions, q, u, model.free_count + model.driven_count)
+    for spring, own in zip(springs, seen_springs, strict=True):
+        a, b = marker_ends(seen, own, motions, q, u, seen.free_count + seen.driven_count)
         length = float(np.linalg.norm(b.p_NoFo_N - a.p_NoFo_N))
         if length <= 1e-12 * max(1.0, float(abs(a.p_NoFo_N).max())):
             raise ModelError(

@@ -17,6 +17,7 @@ from kanefe.frames import Matrix, Vector
 if TYPE_CHECKING:
     from kanefe.model import Model
     from kanefe.order_n import OrderN
+    from kanefe.unreduced.scene import UnreducedScene
 
 WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
@@ -82,6 +83,15 @@ class EquationsOfMotion:
 
         return OrderN(self) if OrderN.is_possible(self) else None
 
+    @cached_property
+    def unreduced(self: Model) -> UnreducedScene | None:  # type: ignore[misc]
+        """The equations in sparse matrices, or None if no body has all degrees of freedom of a large mesh."""
+        if not self.has_unreduced:
+            return None
+        from kanefe.unreduced.scene import UnreducedScene
+
+        return UnreducedScene(self)
+
     @property
     def state_names(self: Model) -> tuple[str, ...]:  # type: ignore[misc]
         """Names of the coordinates, then of the free speeds, with units in brackets."""
@@ -123,6 +133,8 @@ class EquationsOfMotion:
         from kanefe.kane.assemble import accelerations
 
         q, u = self._parts(y)
+        if self.unreduced is not None:
+            return np.concatenate((self.coordinate_rates(q, u), self.unreduced.accelerations(t, q, u)))
         return np.concatenate((self.coordinate_rates(q, u), accelerations(self, t, q, u)))
 
     def jacobian(self: Model, t: float, y: Vector) -> Matrix:  # type: ignore[misc]
@@ -136,6 +148,7 @@ class EquationsOfMotion:
             If the scene needs the literal route (matrices with rotations), which is not complex.
         """
         self._parts(y)
+        self._refuse_dense("the Jacobian")
         if self.order_n is None:
             raise ModelError(
                 "the exact Jacobian is not offered for scenes with bodies in the nodal form (matrices of nodes that "
@@ -156,6 +169,7 @@ class EquationsOfMotion:
         from kanefe.kane.assemble import all_speeds, mass_matrix
         from kanefe.kane.kinematics import sweep_outward
 
+        self._refuse_dense("the mass matrix")
         q, u = self._parts(y)
         n, full = self.free_count, all_speeds(self, t, u)
         return mass_matrix(self, sweep_outward(self, t, q, full), q, full)[:n, :n]
@@ -164,6 +178,7 @@ class EquationsOfMotion:
         """Return F of ``mass_matrix du = forces``, shape (free,) (Eq. 18), without those of constraints."""
         from kanefe.kane.assemble import assemble
 
+        self._refuse_dense("the vector of forces")
         M, F = assemble(self, t, *self._parts(y))
         n = self.free_count
         return F[:n] - M[:n, n:] @ self.driven_speeds(t)[1]
@@ -173,6 +188,8 @@ class EquationsOfMotion:
         from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy
 
         q, u = self._parts(y)
+        if self.unreduced is not None:
+            return self.unreduced.energy(t, q, u)
         return MechanicalEnergy(kinetic_energy(self, t, q, u), elastic_energy(self, t, q), gravity_energy(self, t, q))
 
     def joint_reactions(self: Model, t: float, y: Vector) -> dict[str, Vector]:  # type: ignore[misc]
@@ -183,20 +200,31 @@ class EquationsOfMotion:
         """
         from kanefe.kane.balance import joint_reactions
 
-        q, u = self._parts(y)
-        wrenches = joint_reactions(self, t, q, u, self._accelerations(t, y))
+        wrenches = joint_reactions(*self._moving(t, y))
         return {body.name: wrench for body, wrench in zip(self.bodies, wrenches, strict=True)}
 
     def driving_forces(self: Model, t: float, y: Vector) -> dict[str, Vector]:  # type: ignore[misc]
         """Return the forces (N) and torques (N m) that driven coordinates need, by body, each (driven,)."""
         from kanefe.kane.coupling import recovered_forces
 
-        q, u = self._parts(y)
-        forces, _ = recovered_forces(self, t, q, u, self._accelerations(t, y))
+        forces, _ = recovered_forces(*self._moving(t, y))
         return {b.name: forces[b.speeds[list(b.driven)] - self.free_count] for b in self.bodies if b.is_driven}
 
-    def _accelerations(self: Model, t: float, y: Vector) -> Vector:  # type: ignore[misc]
-        return self.rhs(t, y)[self.coordinate_count :]
+    def _moving(self: Model, t: float, y: Vector) -> tuple[Model, float, Vector, Vector, Vector]:  # type: ignore[misc]
+        """Return model, t, q, u and du; with unreduced bodies a twin that moves and is loaded in the same way."""
+        q, u = self._parts(y)
+        du = self.rhs(t, y)[self.coordinate_count :]
+        if self.unreduced is None:
+            return self, t, q, u, du
+        twin, q_twin, u_twin, du_twin = self.unreduced.equivalent(t, q, u, du)
+        return twin, t, q_twin, u_twin, du_twin
+
+    def _refuse_dense(self: Model, what: str) -> None:  # type: ignore[misc]
+        if self.has_unreduced:
+            raise ModelError(
+                f"{what} of a scene with unreduced bodies is not offered: it would be dense over {self.free_count} "
+                "speeds. Remedy: rhs, or reduction=CraigBampton(modes=20)"
+            )
 
     def kinematics(self: Model, body: str, t: float, y: Vector, interface: str = "") -> FrameKinematics:  # type: ignore[misc]
         """Return where the frame of a body, or of one of its interfaces, is and how it moves.
@@ -210,13 +238,19 @@ class EquationsOfMotion:
         from kanefe.kane.kinematics import interface_motion, sweep_outward
 
         q, u = self._parts(y)
-        number, full = self.index(body), all_speeds(self, t, u)
-        frame = sweep_outward(self, t, q, full)[number]
+        seen, twin = self, self.unreduced.complete if self.unreduced is not None else None
+        if twin is not None:
+            seen, q, u = twin.small, twin.coordinates(q), twin.speeds(u)
+        number, full = self.index(body), all_speeds(seen, t, u)
+        frame = sweep_outward(seen, t, q, full)[number]
         if interface:
-            terms = self.flexible_terms(body)
-            frame = interface_motion(frame, terms.body.interface(interface), terms, q, full, self.slopes)
-        n = self.free_count
-        return FrameKinematics(frame.p_NoFo_N, frame.A_NF, frame.v, frame.w, frame.V[:, :n], frame.W[:, :n])
+            terms = seen.flexible_terms(body)
+            at = terms.body.interface(interface)
+            frame = interface_motion(frame, at, terms, q, full, self.slopes).turned(at.axes)
+        V, W = frame.V[:, : seen.free_count], frame.W[:, : seen.free_count]
+        if twin is not None:
+            V, W = twin.expanded(V), twin.expanded(W)
+        return FrameKinematics(frame.p_NoFo_N, frame.A_NF, frame.v, frame.w, V, W)
 
     def _parts(self: Model, y: Vector) -> tuple[Vector, Vector]:  # type: ignore[misc]
         """Return q and u of a state."""

@@ -9,17 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
+from kanefe.elasticity import Elasticity
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import COMPONENTS, Cells
+from kanefe.finite_element_model import COMPONENTS, ROTATIONS, Cells
 from kanefe.load_pattern import LoadPattern
 from kanefe.mass_moments import MassMoments
 from kanefe.nodal_moments import NodalMoments
+
+if TYPE_CHECKING:
+    from kanefe.report import Report
 
 UNITS = "m, kg, s, N, rad"
 
@@ -32,16 +36,18 @@ class InterfaceFrame:
     ----------
     name : str
     position : ndarray, shape (3,)
-        p_GoNo_G, undeformed, in m. The axes are those of G when undeformed.
+        p_GoNo_G, undeformed, in m.
     motion : ndarray, shape (6, K)
         Translation (m) and slopes (rad) of the frame from all coordinates, in components of G.
     fixed_components : tuple of int
-        Which of the six components are fixed in G (0..5).
+        Which of the six components, along the axes of the interface, are fixed in G (0..5).
     fixed_columns : tuple of int
         The coordinates they are, among the last ones of the body.
     quadratic : ndarray, shape (6, K, K), or None
         Second-order part of the motion, ``1/2 eta^T quadratic eta`` in m and rad (rotation vector): the foreshortening
         and what goes with it. None: without stiffening by loads on the interface.
+    axes : ndarray, shape (3, 3)
+        From the axes of the interface, when undeformed, to those of G.
     """
 
     name: str
@@ -50,6 +56,7 @@ class InterfaceFrame:
     fixed_components: tuple[int, ...] = ()
     fixed_columns: tuple[int, ...] = ()
     quadratic: np.ndarray | None = None
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
 
     def moved(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return translation and slopes of the frame, (6,), and their derivatives by the leading coordinates (6, k).
@@ -65,6 +72,12 @@ class InterfaceFrame:
             return motion @ eta, motion
         bent = self.quadratic[:, :count, :count] @ eta
         return motion @ eta + 0.5 * (bent @ eta), motion + bent
+
+    def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the rotations about the axes of the interface that its nodes, of given components, cannot follow."""
+        turns = abs(self.axes.T @ self.motion[3:]).max(axis=1, initial=0.0)
+        possible = ROTATIONS if "z" in components else ("rz",)
+        return tuple(c for c in possible if turns[ROTATIONS.index(c)] <= 1e-12 * turns.max())
 
     def remainder(self, deta: np.ndarray) -> np.ndarray:
         """Return the accelerations of translation and slopes that go with rates, ``deta^T quadratic deta``, (6,)."""
@@ -103,6 +116,8 @@ class FlexibleBody:
         For views.
     load_patterns : tuple of LoadPattern
         Surfaces and lines that can carry distributed loads.
+    elasticity : Elasticity or None
+        Moduli of the cells, for stresses and section forces.
     units : str
     provenance : dict
         Where the body comes from (json-able).
@@ -121,6 +136,7 @@ class FlexibleBody:
     inertia_basis: np.ndarray
     cells: tuple[Cells, ...] = ()
     load_patterns: tuple[LoadPattern, ...] = ()
+    elasticity: Elasticity | None = None
     units: str = UNITS
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -128,7 +144,7 @@ class FlexibleBody:
         frozen = [self.nodes, self.basis, self.stiffness, self.damping, self.inertia_points, self.inertia_basis]
         frozen += [*self.moments.arrays().values(), self.inertia_mass.data]
         for frame in self.interfaces:
-            frozen += [frame.position, frame.motion]
+            frozen += [frame.position, frame.motion, frame.axes]
             frozen += [] if frame.quadratic is None else [frame.quadratic]
         frozen += [block.nodes for block in self.cells]
         frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
@@ -218,6 +234,23 @@ class FlexibleBody:
             if component in ("x", "y", "z"):
                 displacement[:, COMPONENTS.index(component)] = motion[:, column]
         return displacement
+
+    def report(self) -> Report:
+        """Return what the body is: mesh quality, mass, modes, effective masses, interfaces, reduction, provenance.
+
+        Returns
+        -------
+        Report
+            ``print(report)``, ``report.to_html(path)`` and ``report.to_markdown(path)``; the last two with pictures of
+            the mode shapes where pyvista is installed (``pip install 'kanefe[report]'``).
+
+        Examples
+        --------
+        ``body.report().to_html("arm.html")``
+        """
+        from kanefe.report import body_report
+
+        return body_report(self)
 
     def save(self, path: str) -> None:
         """Write the body to one file (.npz); an old file survives a failure. See `FlexibleBody.load`."""

@@ -16,6 +16,7 @@ from kanefe.loads import FieldLoad, JointLoad, PointLoad
 from kanefe.model import BodyTerms, FlexibleTerms, Model
 from kanefe.rigid import RigidMass
 from kanefe.slopes import SlopeMeasure
+from kanefe.unreduced.body import UnreducedBody
 
 
 @dataclass(eq=False)
@@ -89,8 +90,9 @@ def build_model(
                 **_fixed_motions(body),
             )
             coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
-            q.append(entry.eta)
-            u.append(entry.deta)
+            centred = body.centred if isinstance(body, UnreducedBody) else np.asarray
+            q.append(centred(entry.eta))
+            u.append(centred(entry.deta))
         bodies.append(
             BodyTerms(
                 name=entry.name,
@@ -130,6 +132,8 @@ def _free_joint_speeds(entry: BodyEntry) -> int:
 def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
     """Return C over all rows of the body, (K, k), or None if undamped: no damping code runs then."""
     k = body.free_count
+    if isinstance(body, UnreducedBody):
+        return body.damping if body.is_damped else None
     if not np.any(body.damping):
         return None
     transfer = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:]).T
@@ -143,9 +147,12 @@ def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
         return {"fixed_rigid": np.zeros((6, 0)), "fixed_elastic": np.zeros((k, 0))}
     held = np.zeros((fixed, 6))  # fixed components of the unit rigid motions about G's origin
     for frame in body.interfaces:
-        rows = rigid_motion(frame.position[None], (0.0, 0.0, 0.0), COMPONENTS)[list(frame.fixed_components)]
+        rows = rigid_motion((frame.position @ frame.axes)[None], (0.0, 0.0, 0.0), COMPONENTS)
+        rows = (rows @ np.kron(np.eye(2), frame.axes.T))[list(frame.fixed_components)]
         held[[column - k for column in frame.fixed_columns]] = rows
     rigid = np.linalg.pinv(held)
+    if isinstance(body, UnreducedBody):  # the rows of the fixed components alone: no static solve of a large body
+        return {"fixed_rigid": rigid, "fixed_elastic": np.eye(fixed) - held @ rigid}
     elastic = np.zeros((k + fixed, fixed))
     elastic[k:] = np.eye(fixed) - held @ rigid
     elastic[:k] = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:] @ held @ rigid)

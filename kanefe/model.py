@@ -22,6 +22,7 @@ from kanefe.mass_moments import MassMoments
 from kanefe.nodal_moments import NodalMoments
 from kanefe.rigid import RigidMass
 from kanefe.slopes import SlopeMeasure
+from kanefe.unreduced.body import UnreducedBody
 
 if TYPE_CHECKING:
     from kanefe.constraints.report import ConstraintReport
@@ -188,6 +189,11 @@ class Model(EquationsOfMotion):
         return self.driven_count > 0 or any(
             part.exchanges_energy for parts in (self.bodies, self.springs, self.bushings) for part in parts
         )
+
+    @property
+    def has_unreduced(self) -> bool:
+        """Whether a flexible body has all degrees of freedom of its mesh, in sparse matrices."""
+        return any(isinstance(b.flexible.body, UnreducedBody) for b in self.bodies if b.flexible)
 
     @property
     def has_varying_tangents(self) -> bool:

@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse as sp
 
-from kanefe.body_file import ready_path, write_whole
 from kanefe.channels import BodyShape
+from kanefe.elasticity import Elasticity
 from kanefe.errors import FileError, ModelError
 from kanefe.finite_element_model import Cells
 from kanefe.hdf5 import decode, encode
 from kanefe.quantities import DRIVES, ENERGIES, FORCES, INTERFACES, JOINTS, LOOPS, MODES, MOMENTA, MOTIONS
+from kanefe.whole_file import ready_path, write_whole
 
 if TYPE_CHECKING:
     from kanefe.results import Result
 
 FORMAT = "kanefe result"
 VERSION = 2
+
+LARGEST_BASIS = 2**29
+"""Bytes of the dense basis of an unreduced body above which its result is not written."""
 
 _SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
 
@@ -169,14 +175,33 @@ def _described(shape: BodyShape) -> dict[str, Any]:
     }
 
 
+def _dense_basis(shape: BodyShape) -> np.ndarray:
+    basis: Any = shape.basis
+    if not sp.issparse(basis):
+        return np.asarray(basis)
+    size = 8 * basis.shape[0] * basis.shape[1]
+    if size > LARGEST_BASIS:
+        raise ModelError(
+            f"the unreduced body {shape.name!r} would take {size / 2**30:.1f} GiB in the file. Remedy: keep what is "
+            "wanted as arrays, such as result.nodal_displacements, or reduction=CraigBampton(modes=20)"
+        )
+    return np.asarray(basis.toarray())
+
+
 def _shape_arrays(shape: BodyShape) -> dict[str, tuple[np.ndarray, str]]:
     folder = _folder(shape.name)
     arrays = {f"{folder}/mass/com": (shape.com, "m"), f"{folder}/mass/inertia": (shape.inertia, "kg m2")}
     if shape.is_flexible:
         arrays[f"{folder}/mesh/nodes"] = (shape.nodes, "m")
-        arrays[f"{folder}/mesh/basis"] = (shape.basis, "m or rad by modal coordinate")
+        arrays[f"{folder}/mesh/basis"] = (_dense_basis(shape), "m or rad by modal coordinate")
         for i, block in enumerate(shape.cells):
             arrays[f"{folder}/mesh/cells_{i}"] = (block.nodes, "1")
+        if shape.elasticity is not None:
+            arrays |= {
+                f"{folder}/elasticity/{f.name}": (value, "Pa of solids; N, N m2 of beams" if f.name == "table" else "1")
+                for f in fields(shape.elasticity)
+                if (value := getattr(shape.elasticity, f.name)) is not None
+            }
     return arrays
 
 
@@ -200,4 +225,10 @@ def _shape(entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> BodyShape:
         cells=tuple(Cells(kind, arrays[f"{folder}/mesh/cells_{i}"]) for i, kind in enumerate(entry["cells"])),
         is_orthonormal=entry["is_orthonormal"],
         provenance=entry["provenance"],
+        elasticity=_elasticity(f"{folder}/elasticity", arrays),
     )
+
+
+def _elasticity(folder: str, arrays: dict[str, np.ndarray]) -> Elasticity | None:
+    found = {f.name: arrays[f"{folder}/{f.name}"] for f in fields(Elasticity) if f"{folder}/{f.name}" in arrays}
+    return Elasticity(**found) if found else None

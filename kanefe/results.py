@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.channels import BodyShape, Channels, RunChannels
+from kanefe.channels import BodyShape, Channels, RunChannels, run_channels
 from kanefe.chosen import Frames, frame_index, node_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
@@ -59,7 +59,7 @@ class Result:
     """
 
     def __init__(self, model: Model, trajectory: Trajectory) -> None:
-        self._channels: Channels = RunChannels(model, trajectory)
+        self._channels: Channels = run_channels(model, trajectory)
         self._index()
 
     @classmethod
@@ -87,6 +87,11 @@ class Result:
     def has_forces(self) -> bool:
         """Whether accelerations, reactions and coupling forces can be had: not of a result saved without them."""
         return self._channels.has_forces
+
+    @property
+    def run(self) -> RunChannels | None:
+        """Model and trajectory of a run in memory; None of a result from a file."""
+        return self._channels if isinstance(self._channels, RunChannels) else None
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -213,7 +218,7 @@ class Result:
                 f"the displacements of {len(rows)} nodes of {name!r} at {len(eta)} times take {size / 2**30:.1f} GiB. "
                 "Remedy: choose output times with frames=, or nodes with nodes="
             )
-        return np.asarray(np.tensordot(eta, shape.translations(rows), axes=(-1, -1)))
+        return shape.displacements(eta, rows)
 
     def nodal_positions(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None

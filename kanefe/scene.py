@@ -29,9 +29,10 @@ class Frame:
     interface_frame : InterfaceFrame or None
         None: the frame of the body itself.
     at : ndarray, shape (3,)
-        Origin, from the origin of the body's or interface's frame in its components, m.
+        Origin, from the origin of the body's frame in its components, or from the interface in components of G turned
+        with it, m.
     axes : ndarray, shape (3, 3)
-        From the axes of this frame to those of the body's or interface's frame.
+        From the axes of this frame to those components.
     """
 
     system: Scene
@@ -96,8 +97,12 @@ class FlexibleMember(Frame):
     body: FlexibleBody = field(kw_only=True)
 
     def interface(self, name: str) -> Frame:
-        """Return the frame of an interface, to carry a body, a load or the end of a spring or constraint."""
-        return Frame(self.system, self.number, self.name, self.body.interface(name))
+        """Return the frame of an interface, to carry a body, a load or the end of a spring or constraint.
+
+        Its axes are those that the interface was given, turning with it.
+        """
+        frame = self.body.interface(name)
+        return Frame(self.system, self.number, self.name, frame, axes=frame.axes)
 
     def node(self, number: int) -> Frame:
         """Return a frame that moves with a node of the mesh, to carry a load or the end of a spring."""

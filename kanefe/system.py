@@ -362,3 +362,9 @@ class System(LoadMethods, FieldLoadMethods, ConstraintMethods):
                 f"parent of body {name!r}: interface {frame.name!r} of {parent.name!r} is a node without a rotation of "
                 "its own, which what it carries could follow. Remedy: an interface of three nodes or more"
             )
+        if frame is not None and flexible is not None and (loose := frame.loose_rotations(flexible.components)):
+            raise ModelError(
+                f"parent of body {name!r}: interface {frame.name!r} of {parent.name!r} has no rotation "
+                f"{' or '.join(loose)} of its own (its nodes lie on a line or release it), which what it carries could "
+                "follow. Remedy: an interface of facets, or a free body joined to it by add_loop_joint"
+            )

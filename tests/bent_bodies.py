@@ -10,14 +10,19 @@ import kanefe as kf
 
 
 def second_order_field(body: kf.FlexibleBody, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return A (3, K, K) and B (3, 3, K, K), B_ab of component a and coordinate b: as strong as foreshortening."""
+    """Return A (3, K, K) and B (3, 3, K, K), B_ab of component a and coordinate b: as strong as foreshortening.
+
+    They are products of displacements of nodes over the length of the body, the same whatever its coordinates are.
+    """
     rng = np.random.default_rng(seed)
-    K = body.count
     length = np.ptp(body.nodes, axis=0).max()
-    motion = abs(body.basis).max(axis=0)
-    size = np.outer(motion, motion) / length
-    A, B = rng.standard_normal((3, K, K)), rng.standard_normal((3, 3, K, K)) / length
-    return size * (A + A.swapaxes(-1, -2)) / K, size * (B + B.swapaxes(-1, -2)) / K
+    rows = body.basis[rng.choice(len(body.basis), 8)]
+
+    def products(*shape: int) -> np.ndarray:
+        weights = rng.standard_normal((*shape, 8, 8)) / len(rows)
+        return np.asarray(rows.T @ (weights + weights.swapaxes(-1, -2)) @ rows / length)
+
+    return products(3), products(3, 3) / length
 
 
 def bent(body: kf.FlexibleBody, seed: int = 0, strength: float = 1.0) -> kf.FlexibleBody:
@@ -35,9 +40,9 @@ def bent(body: kf.FlexibleBody, seed: int = 0, strength: float = 1.0) -> kf.Flex
     )
     frames = []
     for frame in body.interfaces:
-        turn = rng.standard_normal((3, body.count, body.count)) * np.max(abs(A)) / np.ptp(body.nodes, axis=0).max()
         moved = A + np.einsum("b,abij->aij", frame.position, B)
-        frames.append(replace(frame, quadratic=np.concatenate((moved, turn + turn.swapaxes(-1, -2)))))
+        turned = np.einsum("ab,bij->aij", rng.standard_normal((3, 3)), A) / np.ptp(body.nodes, axis=0).max()
+        frames.append(replace(frame, quadratic=np.concatenate((moved, turned))))
     patterns = tuple(
         replace(p, quadratic_first=p.measure * A + np.einsum("b,abij->aij", p.first, B)) for p in body.load_patterns
     )

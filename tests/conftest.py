@@ -20,3 +20,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         for item in items:
             if item.get_closest_marker(marker):
                 item.add_marker(skip)
+
+
+@pytest.fixture(autouse=True)
+def _no_cached_bodies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make every body anew; the tests of the cache turn it on, in a folder of their own."""
+    monkeypatch.setenv("KANEFE_CACHE", "0")

@@ -44,7 +44,7 @@ BODIES: dict[str, dict[str, Any]] = {
     "floating unreduced": {"interfaces": {"tip": "rigid"}, "interior": 1, "damping": kf.RayleighDamping(0.1, 0.001)},
     "no modes": {"interfaces": {"root": "clamped", "tip": "clamped"}, "reduction": kf.CraigBampton(modes=0)},
     "stiffened": {"interfaces": TIP, "reduction": kf.CraigBampton(modes=4), "is_bent": True},
-    "stiffened unreduced, floating": {"interfaces": {"tip": "rigid"}, "interior": 1, "is_bent": True},
+    "floating, stiffened": {"interfaces": {"tip": "rigid"}, "interior": 1, "is_bent": True},
 }
 
 

@@ -36,6 +36,11 @@ DAMPED = RayleighDamping(0.1, 0.002)
 THREE_HINGES = {"root": "hinged", "middle": "hinged", "tip": "hinged"}
 ONE_BY_ONE = {"root": kf.Interface(("x", "y", "z", "rx", "rz")), "tip": kf.Interface(("z",)), "middle": "clamped"}
 SLIDER = {"root": kf.Interface(("x", "y", "z", "rx", "ry")), "tip": kf.Interface(("y", "z", "rx"))}
+TURN = rotation_matrix(np.array([0.8, 0.3, -0.4, 0.33]))
+TURNED = {
+    "root": kf.Interface(("x", "y", "z", "rx", "rz"), axes=TURN),
+    "tip": kf.Interface(("z", "rx"), axes=TURN.T, kind="average"),
+}
 BOTH_ENDS = {"root": "clamped", "tip": "clamped"}
 
 SCENES: dict[str, Callable[[int], kf.System]] = {
@@ -49,6 +54,10 @@ SCENES: dict[str, Callable[[int], kf.System]] = {
     "three hinged interfaces": lambda seed: flexible_scene(seed, interfaces=THREE_HINGES),
     "components one by one": lambda seed: flexible_scene(seed, interfaces=ONE_BY_ONE),
     "slider and hinge, tait-bryan": lambda seed: flexible_scene(seed, interfaces=SLIDER, slopes="tait-bryan"),
+    "turned interfaces": lambda seed: flexible_scene(seed, interfaces=TURNED),
+    "turned interfaces, reduced, tait-bryan": lambda seed: flexible_scene(
+        seed, interfaces=TURNED, reduction=CB, slopes="tait-bryan"
+    ),
     "chain": chain_scene,
     "chain, reduced": lambda seed: chain_scene(seed, "tait-bryan", reduction=CB, damping=DAMPED),
     "planar": planar_scene,
@@ -85,6 +94,7 @@ def fixed_wrench(model: Model, name: str, q: np.ndarray, F_u: np.ndarray) -> np.
         motion = frame.motion[:, : terms.body.free_count] @ q[terms.eta]
         wrench = np.zeros(6)
         wrench[list(frame.fixed_components)] = F_u[columns]
+        wrench = np.concatenate((frame.axes @ wrench[:3], frame.axes @ wrench[3:]))
         # a moment that holds some slopes does no work on the others: M . T dtheta = lambda . dtheta
         wrench[3:] = np.linalg.solve(model.slopes.tangent(motion[3:]).T, wrench[3:])
         total[:3] += wrench[:3]
@@ -278,12 +288,12 @@ def test_coupling_matrix_moves_forces_to_the_origin_of_r() -> None:
 def test_a_hinge_has_no_moment_columns() -> None:
     rng = np.random.default_rng(1)
     A, r = rotation_matrix(rng.standard_normal(4)), rng.standard_normal(3)
-    hinge = coupling_matrix(A, [r], [unit_wrenches((0, 1, 2), np.eye(3))])
-    clamped = coupling_matrix(A, [r], [unit_wrenches(tuple(range(6)), np.eye(3))])
+    hinge = coupling_matrix(A, [r], [unit_wrenches((0, 1, 2), np.eye(3), np.eye(3))])
+    clamped = coupling_matrix(A, [r], [unit_wrenches(tuple(range(6)), np.eye(3), np.eye(3))])
     assert clamped == pytest.approx(np.block([[A, np.zeros((3, 3))], [skew(r) @ A, A]]), abs=1e-15)
     assert hinge.shape == (6, 3)
     assert np.array_equal(hinge, clamped[:, :3])
-    about_z = coupling_matrix(A, [r], [unit_wrenches((0, 1, 2, 3, 4), np.eye(3))])
+    about_z = coupling_matrix(A, [r], [unit_wrenches((0, 1, 2, 3, 4), np.eye(3), np.eye(3))])
     assert np.array_equal(about_z, clamped[:, :5])
     model = flexible_scene(0, interfaces=THREE_HINGES).freeze()
     assert model.fixed_count == 9
@@ -293,7 +303,7 @@ def test_a_hinge_has_no_moment_columns() -> None:
 @pytest.mark.parametrize("slopes", SLOPE_MEASURES)
 def test_moments_that_hold_slopes_do_no_work_on_released_ones(slopes: str) -> None:
     tangent = slope_measure(slopes).tangent(np.array([0.0, 0.6, -0.4]))
-    moments = unit_wrenches((3,), tangent)[3:]
+    moments = unit_wrenches((3,), tangent, np.eye(3))[3:]
     assert moments.T @ tangent == pytest.approx(np.array([[1.0, 0.0, 0.0]]), abs=1e-14)
 
 

@@ -26,8 +26,10 @@ DOORS = {
     "evtk": {"kanefe/views/vtk.py"},
     "pyevtk": {"kanefe/views/vtk.py"},
     "h5py": {"kanefe/hdf5.py"},
-    "pyvista": set(),
+    "pyvista": {"kanefe/views/_pyvista.py"},
     "numba": {"kanefe/kernels/_numba.py"},
+    "pyyeti": {"kanefe/imports/_pyyeti.py"},
+    "mapdl_archive": {"kanefe/imports/_mapdl.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("[0-9]*.py"))
-NEED_MESH = {"01_hub_arm_tip"}
+NEED_MESH = {"01_hub_arm_tip", "10_rotating_blade", "11_bracket_stress"}
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.finite_element_model import NodeGroup
 from kanefe.load_pattern import NodalPattern
 from kanefe_fem import beam_elements as be
 from kanefe_fem.beam_checks import Groups
@@ -26,6 +28,32 @@ def check_lines(lines: Groups, count: int) -> dict[str, np.ndarray]:
             raise ModelError(f"line {name!r} has the elements {given!r}. Remedy: numbers from 0 to {count - 1}")
         result[name] = np.unique(numbers % count)
     return result
+
+
+def line_groups(lines: Mapping[str, np.ndarray], points: np.ndarray, table: np.ndarray) -> dict[str, NodeGroup]:
+    """Return the nodes of each line, at its centroid and with the integrals of linear shapes along it.
+
+    Parameters
+    ----------
+    lines : mapping of str to ndarray of int
+        Elements of each.
+    points : ndarray, shape (n, 3)
+        m.
+    table : ndarray of int, shape (m, 2)
+        Nodes of all elements.
+    """
+    groups = {}
+    for name, numbers in lines.items():
+        ends = table[numbers]
+        lengths = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+        nodes, at = np.unique(ends, return_inverse=True)
+        at = at.reshape(ends.shape)
+        shares = lengths[:, None] * np.array([2.0, 1.0, 1.0, 2.0]) / 6.0
+        rows, columns = np.repeat(at, 2, axis=1), np.tile(at, (1, 2))
+        measure = sp.csr_matrix((shares.ravel(), (rows.ravel(), columns.ravel())), (len(nodes), len(nodes)))
+        position = np.asarray(measure.sum(axis=0)).ravel() @ points[nodes] / lengths.sum()
+        groups[name] = NodeGroup(nodes, position, measure)
+    return groups
 
 
 def chosen_lines(patterns: Mapping[str, NodalPattern], names: Sequence[str]) -> dict[str, NodalPattern]:

@@ -31,8 +31,8 @@ def beam_model_from_mesh(
 ) -> FiniteElementModel:
     """Return the model of a frame whose beams are the line elements (of order 1) of a mesh.
 
-    The groups of the model are the mesh's groups of points that lie on beams; its lines for loads are the groups of
-    lines that have a section.
+    The groups of the model are the mesh's groups of points that lie on beams, and of the groups of lines that have a
+    section; these are also its lines for loads.
 
     Parameters
     ----------

@@ -39,14 +39,16 @@ def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], wrenches_G: list[Ma
     return np.hstack(blocks)
 
 
-def unit_wrenches(components: tuple[int, ...], tangent: Matrix) -> Matrix:
+def unit_wrenches(components: tuple[int, ...], tangent: Matrix, axes: Matrix) -> Matrix:
     """Return force and moment in axes of G of unit coupling forces of one interface, shape (6, forces).
 
-    Forces are along the axes of G. A moment holds one slope, theta_i, and does no work on the others: with
-    ``w = T dtheta`` it is column i of T^-T, the axis itself while the released slopes are small.
+    Forces are along the axes of the interface, columns of A. A moment holds one slope, theta_i of ``theta = A
+    theta_n``, and does no work on the others: with ``w = T dtheta`` it is column i of T^-T A, the axis itself while the
+    released slopes are small.
     """
-    full = np.eye(6)
-    full[3:, 3:] = np.linalg.inv(tangent).T
+    full = np.zeros((6, 6))
+    full[:3, :3] = axes
+    full[3:, 3:] = np.linalg.solve(tangent.T, axes)
     return full[:, list(components)]
 
 
@@ -85,7 +87,7 @@ def coupling_force_columns(
         n = interface_motion(G, frame, terms, q, u, model.slopes)
         A_Gn = G.A_NF.T @ n.A_NF
         theta = frame.moved(q[terms.eta])[0][3:]
-        wrench = unit_wrenches(frame.fixed_components, model.slopes.tangent(theta))
+        wrench = unit_wrenches(frame.fixed_components, model.slopes.tangent(theta), frame.axes)
         columns.append(np.vstack((A_Gn @ n.V, A_Gn @ n.W)).T @ wrench)
         positions.append(R.A_NF.T @ (n.p_NoFo_N - R.p_NoFo_N))
         wrenches.append(wrench)
@@ -112,8 +114,8 @@ def _all_coupling_force_columns(model: Model, motions: list[FrameMotion], q: Vec
 def accelerations_and_coupling_forces(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
     """Return du (free,) and F_u (fixed,) solved together, as the paper has it (Eq. 39 with rows du = 0).
 
-    F_u are the forces (N) and moments (N m) on the flexible bodies at their fixed interface components, in G (for
-    the axes of moments beside finite released slopes see `unit_wrenches`).
+    F_u are the forces (N) and moments (N m) on the flexible bodies at their fixed interface components, along the axes
+    of the interfaces (for moments beside finite released slopes see `unit_wrenches`).
     """
     columns = model.free_count + model.driven_count + model.fixed_count
     full = all_speeds(model, t, u)

@@ -48,6 +48,11 @@ class FrameMotion:
         w = self.w
         return self.V - skew(p) @ self.W, self.Z + cross(self.Y, p) + cross(w, cross(w, p))
 
+    def turned(self, A_FM: Matrix) -> FrameMotion:
+        """Return the motion of a frame M with the same origin and other axes, fixed in this one."""
+        v, w, V, W, Z, Y = (A_FM.T @ part for part in (self.v, self.w, self.V, self.W, self.Z, self.Y))
+        return FrameMotion(self.A_NF @ A_FM, self.p_NoFo_N, v, w, V, W, Z, Y)
+
 
 @dataclass(slots=True)
 class RelativeMotion:
@@ -67,10 +72,11 @@ class RelativeMotion:
     columns: slice | np.ndarray
 
 
-def inertial_frame(columns: int) -> FrameMotion:
-    """Return the motion of N: none."""
-    zero, wide = np.zeros(3), np.zeros((3, columns))
-    return FrameMotion(np.eye(3), zero, zero, zero, wide, wide, zero, zero)
+def inertial_frame(columns: int, p: Vector | None = None, A: Matrix | None = None) -> FrameMotion:
+    """Return the motion of N, or of a frame fixed in it at p with orientation A: none."""
+    zero = np.zeros(3)
+    V, W = np.zeros((3, columns)), np.zeros((3, columns))
+    return FrameMotion(np.eye(3) if A is None else A, zero if p is None else p, zero, zero, V, W, zero, zero)
 
 
 def compose(F: FrameMotion, relative: RelativeMotion) -> FrameMotion:
@@ -181,11 +187,12 @@ def sweep_outward(model: Model, t: float, q: Vector, u: Vector, columns: int | N
         How many of the speeds the partial velocities span; default: free and driven.
     """
     columns = model.free_count + model.driven_count if columns is None else columns
-    N = inertial_frame(columns)
     motions: list[FrameMotion] = []
     for body in model.bodies:
-        P = N if body.parent < 0 else parent_frame(model, body, motions, q, u)
-        F = placed(P, body.p_PoFo_P, body.A_PF)
+        if body.parent < 0:
+            F = inertial_frame(columns, body.p_PoFo_P, body.A_PF)
+        else:
+            F = placed(parent_frame(model, body, motions, q, u), body.p_PoFo_P, body.A_PF)
         M = F if not len(body.speeds) else compose(F, joint_motion(body, t, q, u))
         if body.flexible is not None and columns > body.flexible.fixed.start:
             M.V[:, body.flexible.fixed] = body.flexible.fixed_rigid[:3]

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
 
 if TYPE_CHECKING:
     from kanefe.flexible import InterfaceFrame
     from kanefe.marker import Marker
-    from kanefe.model import Model
+    from kanefe.model import FlexibleTerms, Model
 
 
 class Moving(Protocol):
@@ -57,6 +58,9 @@ class SceneState:
     @property
     def vector(self) -> Vector:
         """The state ``y = (q, u)`` of the equations, named by `Model.state_names`."""
+        for body in self._model.bodies:
+            if body.flexible is not None:
+                self._modes_of(body.name)
         return np.concatenate((self._q, self._u[: self._model.free_count]))
 
     def position(self, name: str, interface: str = "", point: Sequence[float] = (0.0, 0.0, 0.0)) -> Vector:
@@ -97,11 +101,20 @@ class SceneState:
 
     def modal_coordinates(self, name: str) -> Vector:
         """Return eta of a flexible body, shape (k,)."""
-        return np.array(self._q[self._model.flexible_terms(name).eta])
+        return np.array(self._q[self._modes_of(name).eta])
 
     def modal_speeds(self, name: str) -> Vector:
         """Return deta of a flexible body, shape (k,)."""
-        return np.array(self._u[self._model.flexible_terms(name).speeds])
+        return np.array(self._u[self._modes_of(name).speeds])
+
+    def _modes_of(self, name: str) -> FlexibleTerms:
+        terms = self._model.flexible_terms(name)
+        if not terms.body.components:  # the condensed twin, with other coordinates: see kanefe.unreduced.condensed
+            raise ModelError(
+                f"the coordinates of the unreduced body {name!r} are not offered to functions of the state. Remedy: "
+                "state.position(body, interface) and the like, or reduction=CraigBampton(modes=20)"
+            )
+        return terms
 
     def marker(self, marker: Marker) -> tuple[Vector, Matrix, Vector, Vector]:
         """Return position (m), axes, velocity (m/s) and angular velocity (rad/s) of a marker, all in N.
@@ -116,8 +129,11 @@ class SceneState:
     def _frame(self, name: str, interface: str) -> tuple[Vector, Matrix, Vector, Vector]:
         """Return position in N, A_NF, and velocity and angular velocity in F."""
         number = self._model.index(name)
-        frame = self._model.flexible_terms(name).body.interface(interface) if interface else None
-        return self._frame_of(number, frame)
+        if not interface:
+            return self._frame_of(number, None)
+        frame = self._model.flexible_terms(name).body.interface(interface)
+        p, A, v, w = self._frame_of(number, frame)
+        return p, A @ frame.axes, frame.axes.T @ v, frame.axes.T @ w
 
     def _frame_of(self, number: int, frame: InterfaceFrame | None) -> tuple[Vector, Matrix, Vector, Vector]:
         G = self._motions[number]

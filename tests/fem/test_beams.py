@@ -584,7 +584,11 @@ def test_a_frame_from_the_lines_of_a_mesh():
     )
     assert abs(model.stiffness - expected.stiffness).max() == 0.0
     assert abs(model.mass - expected.mass).max() == 0.0
-    assert {name: group.nodes.tolist() for name, group in model.groups.items()} == {"foot": [3]}
+    assert {name: group.nodes.tolist() for name, group in model.groups.items()} == {
+        "foot": [3],
+        "legs": [0, 1, 2, 3],
+        "beam": [1, 2],
+    }
     assert model.provenance["mesh"] == "portal"
 
 
@@ -624,7 +628,7 @@ def test_a_frame_from_a_gmsh_source(tmp_path):
     )
     tube = Tube(0.05, 0.003)
     model = beam_model_from_mesh(source, {"legs": tube, "beam": tube}, STEEL)
-    assert sorted(model.groups) == ["left", "right"]
+    assert sorted(model.groups) == ["beam", "left", "legs", "right"]
     assert model.groups["right"].position == pytest.approx([1, 0, 0])
     assert len(model.nodes) == 13
     mass = model.rigid_modes()[:, 0] @ (model.mass @ model.rigid_modes()[:, 0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,10 @@ import scipy.sparse as sp
 
 from fem_meshes import shown
 from kanefe.errors import ModelError
+from kanefe_fem import _petsc
 from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
 from kanefe_fem.material import Material
+from kanefe_fem.memory import MemoryWarning, free_memory
 from kanefe_fem.solid import solid_model
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
@@ -70,9 +73,65 @@ class TestFactorise:
         shown(error, "insufficiently supported")
 
     def test_an_indefinite_matrix_and_an_empty_row_are_refused(self, held):
-        shifted = held - 0.5 * held.diagonal().max() * sp.identity(held.shape[0])
-        with pytest.raises(ModelError):
+        shifted = held - 1e-6 * held.diagonal().max() * sp.identity(held.shape[0])
+        with pytest.raises(ModelError) as error:
             MumpsFactor(shifted)
+        shown(error, "4 pivots are negative")
         mask = sp.diags(np.r_[0.0, np.ones(held.shape[0] - 1)])
-        with pytest.raises(ModelError):
+        with pytest.raises(ModelError) as error:
             MumpsFactor(mask @ held @ mask)
+        shown(error, "no stiffness at all")
+
+    def test_only_what_is_needed_is_factored_once(self, held, monkeypatch):
+        monkeypatch.setattr(_petsc, "free_memory", lambda: 1e12)
+        calls = []
+        original = MumpsFactor._set_up
+        monkeypatch.setattr(MumpsFactor, "_set_up", lambda self, **o: calls.append(o) or original(self, **o))
+        factorise(held)
+        assert calls == [{}]
+
+
+class TestMemory:
+    def test_a_machine_that_is_too_small_is_told_before(self, held, monkeypatch):
+        monkeypatch.setattr(_petsc, "free_memory", lambda: 20e6)
+        with pytest.warns(
+            MemoryWarning, match=r"factoring the stiffness of \d+ unknowns needs .* GB of memory, and 0.02 GB .* Remedy"
+        ) as w:
+            factor = factorise(held)
+        assert len(w) == 1
+        # MUMPS's own estimate of what it takes: the factor of this body, of some 15 million numbers at most
+        needed = float(str(w[0].message).partition("needs ")[2].split()[0])
+        assert 0.02 < needed < 0.2
+        rhs = np.ones(held.shape[0])
+        assert np.abs(held @ factor.solve(rhs) - rhs).max() < 1e-6
+
+    def test_a_machine_that_is_large_enough_is_not_warned_of(self, held, monkeypatch):
+        monkeypatch.setattr(_petsc, "free_memory", lambda: 1e9)  # MUMPS is asked, and its answer is less
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            factorise(held)
+
+    def test_this_machine(self):
+        free = free_memory()
+        assert free is None or 1e7 < free < 1e14
+
+    def test_the_limit_of_a_control_group_counts(self, monkeypatch):
+        texts = {
+            "/proc/meminfo": "MemTotal: 9 kB\nMemAvailable:   2000000 kB\n",
+            "/sys/fs/cgroup/memory.max": "900000000\n",
+            "/sys/fs/cgroup/memory.current": "400000000\n",
+        }
+
+        def read(path, *args):
+            if str(path) not in texts:
+                raise FileNotFoundError(path)
+            return texts[str(path)]
+
+        monkeypatch.setattr(Path, "read_text", read)
+        assert free_memory() == 5e8
+        texts["/sys/fs/cgroup/memory.max"] = "max\n"
+        assert free_memory() == 2000000 * 1024
+        del texts["/sys/fs/cgroup/memory.max"]
+        assert free_memory() == 2000000 * 1024
+        del texts["/proc/meminfo"]
+        assert free_memory() is None

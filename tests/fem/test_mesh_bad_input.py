@@ -14,9 +14,10 @@ import pytest
 from fem_meshes import STEEL, box, shown, write_msh2
 from kanefe.errors import FileError, MeshError, MissingDependency, ModelError
 from kanefe.finite_element_model import Cells
+from kanefe_fem.interfaces import check_interfaces
 from kanefe_fem.mesh import Mesh, read_mesh
 from kanefe_fem.mesh_checks import MeshWarning, check_mesh
-from kanefe_fem.solid import check_interfaces, solid_body, solid_model
+from kanefe_fem.solid import solid_body, solid_model
 
 TETRA = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
