@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-import scipy.io
 import scipy.sparse as sp
 
 from kanefe.errors import FileError, ModelError
@@ -27,6 +26,7 @@ from kanefe.finite_element_model import (
 )
 from kanefe.frames import skew
 from kanefe.load_pattern import NodalPattern
+from kanefe.market_file import read_market
 from kanefe.self_check import ROUND_OFF, self_check
 
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
@@ -195,11 +195,11 @@ def _matrix(given: Matrix, what: str, size: int) -> sp.csr_matrix:
 
 def _read(path: str | Path, what: str) -> Any:
     path = Path(path)
+    if path.suffix == ".mtx":
+        return read_market(path, what)
     if not path.is_file():
         raise FileError(f"there is no file {path} for the {what}")
     try:
-        if path.suffix == ".mtx":
-            return scipy.io.mmread(path)
         if path.suffix == ".npz":
             return sp.load_npz(path)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:

@@ -131,7 +131,7 @@ def test_nastran_displacements_in_axes_of_their_own(tmp_path: Path) -> None:
     fields = [f"{v:16.9E}" for v in (*origin, *(origin + z), *(origin + x))]
     card = f"{'CORD2R*':8s}{5:16d}{0:16d}" + "".join(fields[:2]) + "\n"
     card += f"{'*':8s}" + "".join(fields[2:6]) + "\n" + f"{'*':8s}" + "".join(fields[6:])
-    turn = sp.block_diag([A] * 9, format="csr")
+    turn = sp.block_diag([sp.csr_matrix(A)] * 9, format="csr")
     turned = {"KAAX": turn.T @ SOLID.stiffness @ turn, "MAAX": turn.T @ SOLID.mass @ turn}
     bulk = write.nastran_bulk(tmp_path / "arm.bdf", SOLID.nodes, LABELS, card, system=5)
     model = read_nastran(bulk, write.dmig(tmp_path / "arm.pch", SOLID, LABELS, turned))

@@ -28,10 +28,10 @@ from kanefe.finite_element_model import FiniteElementModel
 from kanefe.imports import _mapdl
 from kanefe.imports.harwell_boeing import read_harwell_boeing
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
-from kanefe.imports.matrix_market import read_market
 from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
 from kanefe.imports.text import read_text
 from kanefe.imports.units import Units
+from kanefe.market_file import read_market
 
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
 

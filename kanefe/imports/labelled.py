@@ -188,7 +188,7 @@ def _placed(labelled: LabelledMatrix, labels: np.ndarray, numbers: np.ndarray) -
 def _turned(axes: np.ndarray, numbers: np.ndarray) -> sp.csr_matrix:
     """Return the block diagonal matrix that maps components in the axes of the nodes to those in G."""
     blocks = 2 if numbers[-1] > 3 else 1
-    return sp.block_diag([A for A in axes for _ in range(blocks)], format="csr")
+    return sp.block_diag([sp.csr_matrix(A) for A in axes for _ in range(blocks)], format="csr")
 
 
 def _without_empty_rotations(

@@ -7,16 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import scipy.io
-import scipy.sparse as sp
 
-from kanefe.errors import FileError, ModelError
 from kanefe.factorise import Factorise
 from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 from kanefe.given_matrices import Order, model_from_matrices
 from kanefe.imports.labelled import mirrored
 from kanefe.imports.node_table import given_nodes
 from kanefe.imports.units import Units, in_si, scales
+from kanefe.market_file import read_market
 
 
 def read_matrix_market(
@@ -100,24 +98,3 @@ def read_matrix_market(
         source=f"Matrix Market {Path(stiffness).name}",
     )
     return replace(model, provenance={**model.provenance, "units": str(units)})
-
-
-def read_market(path: str | Path, what: str) -> sp.csr_matrix:
-    """Return the matrix of one file.
-
-    Raises
-    ------
-    FileError
-        If the file is not there, truncated, complex or no Matrix Market file.
-    """
-    if not Path(path).is_file():
-        raise FileError(f"there is no file {path} for the {what}. Remedy: check the path")
-    try:
-        matrix = scipy.io.mmread(str(path))
-    except (OSError, ValueError, EOFError, IndexError) as error:
-        raise FileError(
-            f"{path} with the {what} is truncated or no Matrix Market file ({error}). Remedy: export it again"
-        ) from error
-    if np.iscomplexobj(matrix.data):
-        raise ModelError(f"the {what} in {path} is complex. Remedy: export it without structural damping")
-    return sp.csr_matrix(matrix, dtype=float)
