@@ -1,16 +1,16 @@
-"""The cache of flexible bodies: what is made from the same mesh, materials and options is made once.
+"""The cache of flexible bodies and of their full-order models: what is made from the same is made once.
 
-A body is kept in a file of its own, named by a digest of all it is made from. Files are put in place as a whole, so
+Each is kept in a file of its own, named by a digest of all it is made from. Files are put in place as a whole, so
 that any number of processes can write and read at once, and one that is killed leaves at most a file of no name, which
 is thrown away later. Opening a body costs milliseconds, whatever its mesh: see `kanefe.array_file`.
 
-Only bodies are kept. Full matrices would take ten times the room, and reading them saves little: assembling them is a
-tenth of the time of making a body, most of which is the factorisation.
+A model serves the bodies that differ from the one it was assembled for in what is done with its matrices only: their
+interfaces, reduction, and damping. It takes about a kilobyte for each degree of freedom.
 
 =======================  =============================================================================================
 ``KANEFE_CACHE=0``       nothing is kept and nothing is looked for
 ``KANEFE_CACHE_DIR``     the folder (of the compiled kernels too); default: that of the user's system
-``KANEFE_CACHE_GB``      how much the bodies may take, default 10; those not used for longest go first
+``KANEFE_CACHE_GB``      how much all files may take, default 10; those not used for longest go first
 =======================  =============================================================================================
 """
 
@@ -22,15 +22,20 @@ import os
 import shutil
 import time
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from kanefe.cache_folder import cache_folder
 from kanefe.errors import FileError, ModelError
 
 if TYPE_CHECKING:
+    from kanefe.finite_element_model import FiniteElementModel
     from kanefe.flexible import FlexibleBody
+
+Kind = Literal["body", "model"]
+Kept = TypeVar("Kept")
 
 DEFAULT_GB = 10.0
 LEFT_OVER = 24 * 3600.0
@@ -38,17 +43,19 @@ LEFT_OVER = 24 * 3600.0
 
 
 class CacheWarning(UserWarning):
-    """Something is wrong with the cache; the body is made as if there were none."""
+    """Something is wrong with the cache; bodies are made as if there were none."""
 
 
 @dataclass(frozen=True)
-class CachedBody:
-    """A body in the cache.
+class Entry:
+    """A file in the cache.
 
     Attributes
     ----------
     key : str
         Digest of what it is made from.
+    kind : "body", "model" or None
+        None if the file cannot be read.
     path : Path
     size : int
         Bytes.
@@ -59,6 +66,7 @@ class CachedBody:
     """
 
     key: str
+    kind: Kind | None
     path: Path
     size: int
     used: float
@@ -66,8 +74,8 @@ class CachedBody:
 
     @property
     def summary(self) -> str:
-        """What the body is made from, in a line."""
-        if not self.about:
+        """What it is made from, in a line."""
+        if self.kind is None:
             return "cannot be read; it is made again when it is needed"
         told = [self.about.get("source"), self.about.get("element")]
         told += [f"{self.about['dofs']} dofs" if "dofs" in self.about else None]
@@ -82,7 +90,7 @@ def is_on() -> bool:
 
 
 def bodies_folder() -> Path:
-    """Return the folder of the cached bodies."""
+    """Return the folder of the cached bodies and models."""
     return cache_folder() / "bodies"
 
 
@@ -91,51 +99,45 @@ def find(key: str) -> FlexibleBody | None:
 
     A file that cannot be read is thrown away with a `CacheWarning`.
     """
-    path = _path(key)
-    if not path.is_file():
-        return None
     from kanefe.body_file import load_body
 
-    try:
-        body = load_body(path)
-    except FileError as error:
-        warnings.warn(f"a cached body is thrown away and made again: {error}", CacheWarning, stacklevel=3)
-        with contextlib.suppress(OSError):
-            path.unlink()
-        return None
-    with contextlib.suppress(OSError):  # a cache that can be read only
-        os.utime(path)
-    return body
+    return _found(key, "body", load_body)
+
+
+def find_model(key: str) -> FiniteElementModel | None:
+    """Return the full-order model of a key, or None; as `find`."""
+    from kanefe.model_file import load_model
+
+    return _found(key, "model", load_model)
 
 
 def keep(key: str, body: FlexibleBody) -> None:
     """Put a body into the cache; where it cannot be written, a `CacheWarning` says so and nothing else happens."""
     from kanefe.body_file import save_body
 
-    try:
-        save_body(body, _path(key))
-    except (FileError, TypeError) as error:
-        warnings.warn(
-            f"the body is not cached: {error} (KANEFE_CACHE_DIR names another folder, KANEFE_CACHE=0 turns it off)",
-            CacheWarning,
-            stacklevel=3,
-        )
-        return
-    _make_room(_path(key))
+    _keep(key, "body", body, save_body)
 
 
-def cached_bodies() -> list[CachedBody]:
+def keep_model(key: str, model: FiniteElementModel) -> None:
+    """Put a full-order model into the cache, without its function of the geometric stiffness; as `keep`."""
+    from kanefe.model_file import save_model
+
+    _keep(key, "model", model, save_model)
+
+
+def entries() -> list[Entry]:
     """Return what is in the cache, last used first."""
     found = []
     for path in bodies_folder().glob("*.npz"):
         with contextlib.suppress(FileNotFoundError):  # another process clears it
             status = path.stat()
-            found.append(CachedBody(path.stem, path, status.st_size, status.st_mtime, _about(path)))
-    return sorted(found, key=lambda body: -body.used)
+            kind, about = _about(path)
+            found.append(Entry(path.stem, kind, path, status.st_size, status.st_mtime, about))
+    return sorted(found, key=lambda entry: -entry.used)
 
 
 def clear() -> tuple[int, int]:
-    """Throw away all cached bodies and what killed processes left; return how many files and how many bytes."""
+    """Throw away all bodies and models and what killed processes left; return how many files and how many bytes."""
     count = freed = 0
     for path in [*bodies_folder().glob("*.npz"), *bodies_folder().glob(".*.npz.*")]:
         with contextlib.suppress(FileNotFoundError):
@@ -154,7 +156,7 @@ def clear_kernels() -> int:
 
 
 def limit() -> float:
-    """Return how many bytes the bodies may take.
+    """Return how many bytes all files may take.
 
     Raises
     ------
@@ -172,20 +174,52 @@ def _path(key: str) -> Path:
     return bodies_folder() / f"{key}.npz"
 
 
-def _about(path: Path) -> dict[str, Any]:
+def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
+    path = _path(key)
+    if not path.is_file():
+        return None
+    try:
+        found = load(path)
+    except FileError as error:
+        warnings.warn(f"a cached {kind} is thrown away and made again: {error}", CacheWarning, stacklevel=4)
+        with contextlib.suppress(OSError):
+            path.unlink()
+        return None
+    with contextlib.suppress(OSError):  # a cache that can be read only
+        os.utime(path)
+    return found
+
+
+def _keep(key: str, kind: Kind, value: Kept, save: Callable[[Kept, Path], None]) -> None:
+    try:
+        save(value, _path(key))
+    except (FileError, TypeError) as error:
+        warnings.warn(
+            f"the {kind} is not cached: {error} (KANEFE_CACHE_DIR names another folder, KANEFE_CACHE=0 turns it off)",
+            CacheWarning,
+            stacklevel=4,
+        )
+        return
+    _make_room(_path(key))
+
+
+def _about(path: Path) -> tuple[Kind | None, dict[str, Any]]:
+    """Return what a file holds, and its provenance."""
     from kanefe.array_file import read_header
     from kanefe.body_file import DAMAGE
     from kanefe.records import decoded
 
     try:
-        provenance = json.loads(read_header(path))["body"]["fields"]["provenance"]
-        return dict(decoded(json.dumps(provenance), {}))
+        header = json.loads(read_header(path))
+        kind: Kind = "model" if "model" in header else "body"
+        held = header["model"]["fields"]["model"] if kind == "model" else header["body"]
+        return kind, dict(decoded(json.dumps(held["fields"]["provenance"]), {}))
     except DAMAGE:
-        return {}
+        return None, {}
 
 
 def _make_room(newest: Path) -> None:
-    """Throw away the bodies not used for longest until the rest fits, and what killed processes left."""
+    """Throw away what was not used for longest until the rest fits, and what killed processes left."""
     files = []
     for path in bodies_folder().glob("*.npz"):
         with contextlib.suppress(FileNotFoundError):

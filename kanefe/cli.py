@@ -33,25 +33,26 @@ def version() -> None:
 
 
 def list_cache() -> None:
-    """List the flexible bodies in the cache, last used first."""
+    """List the bodies and the models in the cache, last used first."""
     import time
 
     from kanefe import cache
 
-    found = cache.cached_bodies()
+    found = cache.entries()
     if not found:
         typer.echo(f"the cache {cache.bodies_folder()} is empty")
         return
-    typer.echo(f"{cache.bodies_folder()}: {len(found)} bodies, {1e-6 * sum(body.size for body in found):.1f} MB")
-    for body in found:
-        used = time.strftime("%Y-%m-%d %H:%M", time.localtime(body.used))
-        typer.echo(f"{body.key[:8]}  {1e-6 * body.size:8.1f} MB  used {used}  {body.summary}")
+    typer.echo(f"{cache.bodies_folder()}: {len(found)} files, {1e-6 * sum(entry.size for entry in found):.1f} MB")
+    for entry in found:
+        used = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.used))
+        kind = entry.kind or "?"
+        typer.echo(f"{entry.key[:8]}  {kind:5}  {1e-6 * entry.size:8.1f} MB  used {used}  {entry.summary}")
 
 
 def clear_cache(
     kernels: Annotated[bool, typer.Option("--kernels", help="Throw the compiled kernels away as well.")] = False,
 ) -> None:
-    """Throw away all flexible bodies in the cache."""
+    """Throw away all bodies and models in the cache."""
     from kanefe import cache
 
     count, freed = cache.clear()
@@ -72,7 +73,7 @@ def main() -> None:
     )
     app.command()(verify)
     app.command()(version)
-    of_cache = typer.Typer(name="cache", help="The cache of flexible bodies.", no_args_is_help=True)
+    of_cache = typer.Typer(name="cache", help="The cache of flexible bodies and their models.", no_args_is_help=True)
     of_cache.command("list")(list_cache)
     of_cache.command("clear")(clear_cache)
     app.add_typer(of_cache)

@@ -11,6 +11,10 @@ class ModelError(KanefeError, ValueError):
     """A scene, body, joint, load or matrix that cannot be what the user means."""
 
 
+class SingularStiffness(ModelError):
+    """The stiffness of a body that should be held is singular: a mechanism, a loose part, or too few supports."""
+
+
 class MeshError(KanefeError, ValueError):
     """A mesh that cannot be turned into matrices."""
 

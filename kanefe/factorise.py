@@ -1,39 +1,64 @@
-"""Factoring symmetric positive definite sparse matrices: the protocol, and the solver that scipy brings."""
+"""Factoring symmetric sparse matrices, definite or not: the protocol, and the solver that scipy brings."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, SingularStiffness
 
 
 class Factorisation(Protocol):
-    """A factored symmetric positive definite matrix."""
+    """A factored symmetric matrix."""
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """Return ``A^-1 b`` for b of shape (n,) or (n, m)."""
         ...
 
 
-Factorise = Callable[[sp.csc_matrix], Factorisation]
+class Factorise(Protocol):
+    """What factors matrices for a body."""
+
+    def __call__(self, matrix: sp.csc_matrix, /, *, definite: bool = True) -> Factorisation:
+        """Return the factors of a symmetric matrix.
+
+        Parameters
+        ----------
+        matrix : csc_matrix, shape (n, n)
+        definite : bool
+            Whether it is positive definite, such as K that is held. If not, such as ``K - w^2 M``, pivots are looked
+            for, and what is solved needs a correction or two.
+
+        Raises
+        ------
+        RuntimeError
+            If the matrix is singular.
+        """
+        ...
+
+
+INDEFINITE_PIVOTS = 0.01
+"""Part of the largest entry of a column that a pivot of an indefinite matrix has at least."""
 
 
 class _SuperLU:
-    def __init__(self, matrix: sp.csc_matrix) -> None:
-        self._lu = spla.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    def __init__(self, matrix: sp.csc_matrix, definite: bool) -> None:
+        if definite:
+            options = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+        else:
+            options = {"diag_pivot_thresh": INDEFINITE_PIVOTS}
+        self._lu = spla.splu(matrix, permc_spec="MMD_AT_PLUS_A", **options)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         return np.asarray(self._lu.solve(np.ascontiguousarray(b)))
 
 
-def splu_factorise(matrix: sp.csc_matrix) -> Factorisation:
-    """Factor a symmetric positive definite matrix by SuperLU, best below some 10,000 rows."""
-    return _SuperLU(sp.csc_matrix(matrix))
+def splu_factorise(matrix: sp.csc_matrix, /, *, definite: bool = True) -> Factorisation:
+    """Factor a symmetric matrix, positive definite or not, by SuperLU, best below some 10,000 rows."""
+    return _SuperLU(sp.csc_matrix(matrix), definite)
 
 
 def factor_interior(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisation:
@@ -42,7 +67,9 @@ def factor_interior(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisatio
     Raises
     ------
     ModelError
-        If the matrix is empty, or singular to working precision.
+        If the matrix is empty.
+    SingularStiffness
+        If it is singular to working precision.
     """
     remedy = "Remedy: check the mesh for loose parts or hinges, and the interfaces"
     if matrix.shape[0] == 0:
@@ -52,12 +79,12 @@ def factor_interior(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisatio
     try:
         factors = factorise(matrix)
     except RuntimeError as error:
-        raise ModelError(f"the stiffness matrix of the interior is singular ({error}). {remedy}") from error
+        raise SingularStiffness(f"the stiffness matrix of the interior is singular ({error}). {remedy}") from error
     probe = np.cos(np.arange(matrix.shape[0]))  # a fixed vector with a part along every mode
     force = matrix @ probe
     error_size = np.linalg.norm(factors.solve(force) - probe) / np.linalg.norm(probe)
     if not error_size < 1e-3:
-        raise ModelError(
+        raise SingularStiffness(
             "the stiffness matrix of the interior is singular or nearly so (a solve is wrong by "
             f"{error_size:.1e}). {remedy}"
         )

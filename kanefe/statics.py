@@ -13,10 +13,11 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, SingularStiffness
 from kanefe.factorise import Factorisation, Factorise, factor_interior
 from kanefe.finite_element_model import FiniteElementModel
 from kanefe.interface_ties import InterfaceTies
+from kanefe.mechanism import moving_nodes
 from kanefe.progress import stage
 
 
@@ -29,8 +30,8 @@ class StaticProblem:
     ties : InterfaceTies
     rigid_count : int
         How many rigid motions the fixed interfaces leave: all (6, 3 in a plane) of a floating body, else none.
-    factorise : callable
-        Factors a symmetric positive definite sparse matrix.
+    factorise : Factorise
+        Kept as an attribute, for the other matrices of a reduction.
 
     Attributes
     ----------
@@ -43,7 +44,7 @@ class StaticProblem:
 
     def __init__(self, model: FiniteElementModel, ties: InterfaceTies, rigid_count: int, factorise: Factorise) -> None:
         self.model, self.ties, self.rigid_count = model, ties, rigid_count
-        self._factorise = factorise
+        self.factorise = factorise
         self.stiffness, self.mass = ties.project(model.stiffness), ties.project(model.mass)
         self.interior = np.arange(ties.interior_count)
         self.boundary = np.arange(ties.interior_count, self.size)
@@ -81,8 +82,13 @@ class StaticProblem:
     def factors(self) -> Factorisation:
         """Factors of K of the `held_interior`, made at the first use."""
         K, moving = self.interior_stiffness, self.held_interior
+        K = K if len(moving) == K.shape[0] else K[moving][:, moving].tocsc()
         with stage("factor the stiffness"):
-            return factor_interior(K if len(moving) == K.shape[0] else K[moving][:, moving].tocsc(), self._factorise)
+            try:
+                return factor_interior(K, self.factorise)
+            except SingularStiffness as error:
+                motion = self.ties.transformation[:, moving]
+                raise SingularStiffness(f"{error}{moving_nodes(self.model, motion, K, self.factorise)}") from error
 
     @cached_property
     def constraint_modes(self) -> np.ndarray:

@@ -23,7 +23,7 @@ from kanefe import cache
 from kanefe.cache_folder import cache_folder
 from kanefe.cli import main
 from kanefe.content_hash import Unhashable, code_stamp, digest, installed_versions
-from scenes import lattice_body
+from scenes import lattice_body, lattice_model
 
 KEY = "0123456789abcdef0123456789abcdef"
 TESTS = Path(__file__).parent
@@ -61,6 +61,31 @@ class TestStore:
             assert cache.find(KEY) is None
         assert not path.exists()
 
+    @pytest.mark.parametrize("factor", [1.0, 2.0])  # the mass is that of the mass field, or another one
+    def test_a_model_comes_back_whole(self, factor: float) -> None:
+        model = lattice_model(0)
+        model = replace(model, mass=factor * model.mass)
+        assert cache.find_model(KEY) is None
+        cache.keep_model(KEY, replace(model, stress_stiffness=lambda *state: model.stiffness))
+        found = cache.find_model(KEY)
+        assert found is not None
+        assert found.stress_stiffness is None
+        assert digest(model=found) == digest(model=model)  # every field, bit for bit
+
+    @pytest.mark.parametrize("size", [0.5, 0.99])
+    def test_a_damaged_model_is_refused(self, folder: Path, size: float) -> None:
+        cache.keep_model(KEY, lattice_model(0))
+        path = folder / f"{KEY}.npz"
+        os.truncate(path, int(size * path.stat().st_size))
+        with pytest.warns(cache.CacheWarning, match="a cached model is thrown away and made again: .*truncated"):
+            assert cache.find_model(KEY) is None
+        assert not path.exists()
+
+    def test_a_body_is_no_model(self) -> None:
+        cache.keep(KEY, lattice_body(0))
+        with pytest.warns(cache.CacheWarning, match="no saved model"):
+            assert cache.find_model(KEY) is None
+
     def test_a_folder_that_cannot_be_written_is_warned_of(self, folder: Path) -> None:
         folder.parent.write_text("a file where the folder should be")
         with pytest.warns(cache.CacheWarning, match=r"is not cached: .*KANEFE_CACHE_DIR"):
@@ -77,12 +102,13 @@ class TestStore:
             os.utime(folder / f"{name}.npz", (i, i))
         assert cache.find(names[1]) is not None  # used now, and so the last to go
         cache.keep("f" * 32, lattice_body(0))
-        assert {body.key for body in cache.cached_bodies()} == {names[1], names[3], "f" * 32}
+        assert {entry.key for entry in cache.entries()} == {names[1], names[3], "f" * 32}
 
     def test_the_newest_stays_whatever_its_size(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("KANEFE_CACHE_GB", "0")
         cache.keep(KEY, lattice_body(0))
-        assert [body.key for body in cache.cached_bodies()] == [KEY]
+        cache.keep_model(KEY[::-1], lattice_model(0))
+        assert [entry.key for entry in cache.entries()] == [KEY[::-1]]
 
     def test_a_limit_that_is_no_number_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("KANEFE_CACHE_GB", "plenty")
@@ -180,16 +206,20 @@ class TestCommands:
     ) -> None:
         about = {"source": "arm.msh", "element": "tetra10", "dofs": 1234}
         cache.keep(KEY, replace(lattice_body(0), provenance=about))
+        cache.keep_model("d" * 32, replace(lattice_model(0), provenance={"source": "leg.msh", "dofs": 567}))
         (folder / f"{'e' * 32}.npz").write_bytes(b"no body")
         assert self.run(monkeypatch, "cache", "list") == 0
         shown = capsys.readouterr().out
         assert KEY[:8] in shown
-        assert "arm.msh, tetra10, 1234 dofs" in shown
+        (of_body,) = (line for line in shown.splitlines() if "arm.msh, tetra10, 1234 dofs" in line)
+        (of_model,) = (line for line in shown.splitlines() if "leg.msh, 567 dofs" in line)
+        assert "  body " in of_body
+        assert "  model " in of_model
         assert "cannot be read" in shown
         assert str(folder) in shown
         assert self.run(monkeypatch, "cache", "clear") == 0
-        assert "2 files" in capsys.readouterr().out
-        assert cache.cached_bodies() == []
+        assert "3 files" in capsys.readouterr().out
+        assert cache.entries() == []
         assert self.run(monkeypatch, "cache", "list") == 0
         assert "is empty" in capsys.readouterr().out
 

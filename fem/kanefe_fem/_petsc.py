@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, SingularStiffness
 from kanefe_fem.memory import free_memory, rough_size, warn_of_memory
 
 SMALL = 10_000
@@ -21,6 +21,9 @@ ROUGHLY = 0.5
 
 CONDITION = 1e15
 """Least scaled condition number, estimated by one solve, from which a matrix counts as singular."""
+
+PIVOTING_ROOM = 50
+"""Per cent of memory beyond its estimate that MUMPS may take for the pivots of an indefinite matrix."""
 
 
 class Factor(Protocol):
@@ -41,23 +44,26 @@ def start_mpi() -> None:
         importlib.import_module("dolfinx_solver")
 
 
-def factorise(matrix: sp.spmatrix) -> Factor:
-    """Factorise a symmetric positive definite matrix by the fastest solver for its size.
+def factorise(matrix: sp.spmatrix, /, *, definite: bool = True) -> Factor:
+    """Factorise a symmetric matrix by the fastest solver for its size.
 
     Parameters
     ----------
     matrix : sparse matrix, shape (n, n)
-        Symmetric positive definite.
+    definite : bool
+        Whether it has to be positive definite.
 
     Returns
     -------
     Factor
-        SuperLU up to `SMALL` unknowns or when petsc4py is not installed, else PETSc's Cholesky by MUMPS.
+        SuperLU up to `SMALL` unknowns or when petsc4py is not installed, else MUMPS through PETSc.
 
     Raises
     ------
     ModelError
-        The matrix is singular or not positive definite: the structure is not held enough.
+        A matrix that has to be positive definite is not: the structure is not held enough. Or memory ran out.
+    RuntimeError
+        An indefinite matrix is singular.
 
     Examples
     --------
@@ -66,28 +72,33 @@ def factorise(matrix: sp.spmatrix) -> Factor:
     array([0.5 , 0.25])
     """
     if matrix.shape[0] > SMALL and importlib.util.find_spec("petsc4py") is not None:
-        return MumpsFactor(matrix)
+        return MumpsFactor(matrix, definite)
     from kanefe.factorise import splu_factorise
 
-    factor: Factor = splu_factorise(matrix)
+    factor: Factor = splu_factorise(matrix, definite=definite)
     return factor
 
 
 class MumpsFactor:
-    """Cholesky factor ``A = L L^T`` by MUMPS through PETSc.
+    """Factor ``A = L D L^T`` of a symmetric matrix by MUMPS through PETSc.
 
     Only the upper half of the matrix is stored. Told that the matrix is positive definite, MUMPS does not look for
-    pivots, which is a fifth faster; it goes on behind a negative one, but counts them.
+    pivots, which is a fifth faster; it goes on behind a negative one, but counts them. Else D has blocks of two rows
+    where one is no good pivot.
 
     Parameters
     ----------
     matrix : sparse matrix, shape (n, n)
-        Symmetric positive definite.
+        Symmetric.
+    definite : bool
+        Whether it has to be positive definite.
 
     Raises
     ------
     ModelError
-        If the matrix is singular or not positive definite.
+        If a matrix that has to be positive definite is singular or is not so.
+    RuntimeError
+        If another one is singular to the last digit; whoever solves with it has to check what comes out.
 
     Warns
     -----
@@ -95,15 +106,15 @@ class MumpsFactor:
         If the factorisation needs more memory than is free; it is tried nevertheless.
     """
 
-    def __init__(self, matrix: sp.spmatrix) -> None:
+    def __init__(self, matrix: sp.spmatrix, definite: bool = True) -> None:
         start_mpi()
         from petsc4py import PETSc
 
         self._petsc: Any = PETSc
         csr = matrix.T if matrix.format == "csc" else sp.csr_matrix(matrix)  # symmetric
         csr.sort_indices()
-        self.size = csr.shape[0]
-        if not np.all(csr.diagonal() > 0.0):
+        self.size, self.definite = csr.shape[0], definite
+        if definite and not np.all(csr.diagonal() > 0.0):
             raise _insufficient_support("a degree of freedom has no stiffness at all")
         self._matrix = self._upper_half(csr)
         free = free_memory()
@@ -114,9 +125,10 @@ class MumpsFactor:
         try:
             self._pc, self._factor = self._set_up()
         except PETSc.Error as problem:
-            raise _insufficient_support(f"MUMPS cannot factorise it ({problem})") from problem
+            raise self._singular(f"MUMPS cannot factorise it ({problem})") from problem
         self._refuse_failure()
-        self._refuse_singular(csr)
+        if definite:
+            self._refuse_singular(csr)
 
     def _upper_half(self, csr: sp.csr_matrix) -> Any:
         """Return PETSc's matrix of the upper half of a symmetric matrix with sorted rows."""
@@ -127,7 +139,7 @@ class MumpsFactor:
         np.cumsum(np.bincount(rows[upper], minlength=self.size), out=starts[1:])
         arrays = (starts, csr.indices[upper].astype(petsc.IntType), csr.data[upper].astype(petsc.ScalarType))
         matrix = petsc.Mat().createSBAIJ(csr.shape, 1, csr=arrays, comm=petsc.COMM_SELF)
-        matrix.setOption(petsc.Mat.Option.SPD, True)
+        matrix.setOption(petsc.Mat.Option.SPD, self.definite)
         return matrix
 
     def _set_up(self, megabytes: int = 0) -> tuple[Any, Any]:
@@ -140,12 +152,14 @@ class MumpsFactor:
         pc.setFactorSetUpSolverType()
         factor = pc.getFactorMatrix()
         factor.setMumpsIcntl(13, 1)  # no parallel root: else negative pivots are not counted
+        if not self.definite:
+            factor.setMumpsIcntl(14, PIVOTING_ROOM)
         factor.setMumpsIcntl(23, megabytes)
         pc.setUp()
         return pc, factor
 
     def _refuse_failure(self) -> None:
-        """Raise if MUMPS stopped: for want of memory, or at a pivot that is not positive."""
+        """Raise if MUMPS stopped: for want of memory, or at a pivot that is zero or must not be negative."""
         failure, detail = self._factor.getMumpsInfog(1), self._factor.getMumpsInfog(2)
         if failure in (-9, -13, -19):
             raise ModelError(
@@ -154,12 +168,16 @@ class MumpsFactor:
                 "larger machine"
             )
         if failure in (-10, -40):
-            raise _insufficient_support(f"pivot {detail} is zero")
+            raise self._singular(f"pivot {detail} is zero")
         if failure < 0:
-            raise _insufficient_support(f"MUMPS stopped with the error {failure}, {detail}")
+            raise self._singular(f"MUMPS stopped with the error {failure}, {detail}")
         negative = self._factor.getMumpsInfog(12)
-        if negative:
-            raise _insufficient_support(f"{negative} pivots are negative")
+        if negative and self.definite:
+            raise self._singular(f"{negative} pivots are negative")
+
+    def _singular(self, reason: str) -> Exception:
+        """Return the error of a matrix that cannot be factored."""
+        return _insufficient_support(reason) if self.definite else RuntimeError(reason)
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """Return A^-1 rhs for rhs of shape (n,) or (n, m), in the same shape."""
@@ -196,11 +214,11 @@ class MumpsFactor:
         b = np.random.default_rng(0).standard_normal(self.size)
         growth = np.linalg.norm(scale * self.solve(scale * b)) / np.linalg.norm(b)
         if not growth < CONDITION / np.sqrt(self.size):
-            raise _insufficient_support(f"its condition number is above {growth:.0e}")
+            raise self._singular(f"its condition number is above {growth:.0e}")
 
 
-def _insufficient_support(reason: str) -> ModelError:
-    return ModelError(
+def _insufficient_support(reason: str) -> SingularStiffness:
+    return SingularStiffness(
         f"the stiffness matrix is singular: the structure is insufficiently supported ({reason}). Remedy: clamp an "
         "interface that holds all rigid motions, and check that the mesh has no part that hangs by an edge or a point"
     )

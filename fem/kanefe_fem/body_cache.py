@@ -1,4 +1,4 @@
-"""Bodies made from a mesh, through the cache: what they are made from, told without reading the mesh.
+"""Bodies and models made from a mesh, through the cache: what they are made from, told without reading the mesh.
 
 The key is a digest of the bytes of the mesh file, of all options, of kanefe's own code, and of the versions of the
 packages that the numbers hang on. Neither gmsh nor dolfinx is imported for it.
@@ -21,6 +21,7 @@ import kanefe
 from kanefe import cache
 from kanefe.body_file import VERSION
 from kanefe.content_hash import Unhashable, code_stamp, digest, installed_versions
+from kanefe.finite_element_model import FiniteElementModel
 from kanefe.flexible import FlexibleBody
 from kanefe_fem.memory import MemoryWarning
 from kanefe_fem.mesh import Mesh
@@ -43,7 +44,8 @@ def cached_body(
     """Return the body that ``make(mesh)`` makes, from the cache if it was made before.
 
     Its ``provenance["cache"]`` says which: ``{"key", "found"}``, or ``{"skipped": reason}`` where the content of an
-    option cannot be told. Warnings that came with making it come again.
+    option cannot be told. Of a body that was made, "model" there says the same of the model it was made from. Warnings
+    that came with making it come again.
 
     Parameters
     ----------
@@ -56,23 +58,54 @@ def cached_body(
         return make(mesh)
     mesh = _read_where_needed(mesh, options.get("cells"))
     try:
-        key = digest(mesh=_content(mesh), options=options, kanefe=_versions(mesh))
+        key = _key(mesh, options)
     except Unhashable as reason:
-        body = make(mesh)
-        return replace(body, provenance={**body.provenance, "cache": {"skipped": str(reason)}})
-    body_found = cache.find(key)
-    if body_found is not None:
-        for category, text in body_found.provenance.get("warnings", ()):
-            warnings.warn(text, _category(category), stacklevel=3)
-        return replace(body_found, provenance={**body_found.provenance, "cache": {"key": key, "found": True}})
+        return _noted(make(mesh), {"skipped": str(reason)})
+    found = cache.find(key)
+    if found is not None:
+        _warn_again(found.provenance)
+        return replace(found, provenance={**found.provenance, "cache": {"key": key, "found": True}})
     with _own_warnings() as heard:
         body = make(mesh)
     if type(body) is not FlexibleBody:
-        # the matrices of an unreduced body are as large as those that are not worth keeping
-        return replace(body, provenance={**body.provenance, "cache": {"skipped": "the body is not reduced"}})
-    body = replace(body, provenance={**body.provenance, "warnings": heard, "cache": {"key": key, "found": False}})
+        # its matrices are those of its model, which is kept
+        return _noted(body, {"skipped": "the body is not reduced"})
+    body = _noted(replace(body, provenance={**body.provenance, "warnings": heard}), {"key": key, "found": False})
     cache.keep(key, body)
     return body
+
+
+def cached_model(
+    mesh: Mesh | str | Path, options: Mapping[str, Any], make: Callable[[], FiniteElementModel]
+) -> FiniteElementModel:
+    """Return the full-order model that ``make()`` makes, from the cache if it was made before; as `cached_body`.
+
+    A model from the cache has no function of the geometric stiffness.
+
+    Parameters
+    ----------
+    mesh : Mesh, str or Path
+    options : dict
+        All else that the model is made from.
+    make : callable
+    """
+    if not cache.is_on():
+        return make()
+    try:
+        key = _key(mesh, {"model": options})
+    except Unhashable as reason:
+        model = make()
+        return replace(model, provenance={**model.provenance, "cache": {"skipped": str(reason)}})
+    found = cache.find_model(key)
+    if found is not None:
+        _warn_again(found.provenance)
+        return replace(found, provenance={**found.provenance, "cache": {"key": key, "found": True}})
+    with _own_warnings() as heard:
+        model = make()
+    about = {**model.provenance, "warnings": heard, "cache": {"key": key, "found": False}}
+    model = replace(model, provenance=about)
+    cache.keep_model(key, model)
+    return model
 
 
 def is_whole(path: Path) -> bool:
@@ -114,6 +147,25 @@ def _read_where_needed(mesh: Mesh | str | Path, cells: str | Sequence[str] | Non
     return read_mesh(mesh, cells=cells)
 
 
+def _key(mesh: Mesh | str | Path, options: Mapping[str, Any]) -> str:
+    """Return the digest of a mesh, of options, and of what else the numbers hang on."""
+    return digest(mesh=_content(mesh), options=options, kanefe=_versions(mesh))
+
+
+def _noted(body: FlexibleBody, note: dict[str, Any]) -> FlexibleBody:
+    """Return a body that was made with a note on the cache, which takes in that of its model."""
+    of_model = body.provenance.get("cache")
+    return replace(
+        body, provenance={**body.provenance, "cache": note if of_model is None else {**note, "model": of_model}}
+    )
+
+
+def _warn_again(provenance: Mapping[str, Any]) -> None:
+    """Give the warnings that came with the making."""
+    for category, text in provenance.get("warnings", ()):
+        warnings.warn(text, _category(category), stacklevel=4)
+
+
 def _content(mesh: Mesh | str | Path) -> Any:
     """Return what the digest of a mesh is made from."""
     if isinstance(mesh, Mesh):
@@ -144,7 +196,7 @@ def _own_warnings() -> Iterator[list[list[str]]]:
 
         def note(message: Any, category: Any, *where: Any, **more: Any) -> None:
             own = category.__module__.partition(".")[0] in ("kanefe", "kanefe_fem")
-            if own and category is not MemoryWarning:  # which is of the machine, not of the body
+            if own and category not in (MemoryWarning, cache.CacheWarning):  # of the machine, not of the body
                 heard.append([f"{category.__module__}:{category.__qualname__}", str(message)])
             usual(message, category, *where, **more)
 

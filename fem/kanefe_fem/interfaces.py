@@ -65,6 +65,28 @@ def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
     separate_patches(bare, patches)
 
 
+def has_groups(model: FiniteElementModel, interfaces: Any) -> bool:
+    """Tell whether every interface is of one group of the model, or found by its place: no mesh can refuse it.
+
+    What else makes no sense, `kanefe.interface_ties.tie_interfaces` finds without the mesh. Whether several groups are
+    of one sort, the model does not know.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    interfaces : dict of str to str or Interface
+
+    Raises
+    ------
+    ModelError
+        If an interface is of no known kind.
+    """
+    if not isinstance(interfaces, Mapping):
+        return False
+    of_each = [as_interface(name, given).group_names(name) for name, given in interfaces.items()]
+    return all(len(groups) <= 1 and all(group in model.groups for group in groups) for groups in of_each)
+
+
 def node_groups(mesh: Mesh) -> dict[str, NodeGroup]:
     """Return the groups of facets, lines and points; of equal names, facets go before lines and points."""
     groups: dict[str, NodeGroup] = {}

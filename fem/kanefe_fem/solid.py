@@ -15,7 +15,7 @@ from kanefe.errors import MeshError, ModelError
 from kanefe.finite_element_model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.load_pattern import NodalPattern
 from kanefe.progress import stage, stages, told_size
-from kanefe_fem.interfaces import check_interfaces, node_groups
+from kanefe_fem.interfaces import check_interfaces, has_groups, node_groups
 from kanefe_fem.lumped import Lumped, attach, groups_of
 from kanefe_fem.mesh import Mesh, read_mesh, to_order
 from kanefe_fem.mesh_checks import check_arrays, check_groups, check_mesh, extent
@@ -210,7 +210,8 @@ def solid_body(
     stiffening : "none", "inertial" or "full"
         By the motion, as in `kanefe.reduction.flexible_body`.
     cache : bool
-        Whether to take the body from the cache if it was made before, and to keep it there (see `kanefe.cache`).
+        Whether to take the body, or else its assembled model, from the cache if it was made before, and to keep both
+        there (see `kanefe.cache`). A preload or stiffening takes more than the matrices: then it is assembled.
     progress : bool, optional
         Whether to show the stages. Default: on a terminal, of a large body.
 
@@ -227,7 +228,7 @@ def solid_body(
 
     def make(mesh: Mesh | str | Path) -> FlexibleBody:
         with stages(STAGES, progress) as done:
-            body = _made_body(mesh, **options)
+            body = _made_body(mesh, cache=cache, **options)
         return replace(body, provenance={**body.provenance, "stages": done.seconds})
 
     return cached_body(mesh, options, make) if cache else make(mesh)
@@ -240,16 +241,30 @@ def _made_body(
     reduction: Any,
     damping: Any,
     stiffening: StiffeningLevel,
+    cache: bool,
     **of: Any,
 ) -> FlexibleBody:
-    """Return the body, made anew."""
+    """Return the body, made anew; its model too, or from the cache."""
     from kanefe.reduction import flexible_body
     from kanefe_fem._petsc import factorise
+    from kanefe_fem.body_cache import cached_model
 
-    with stage("read the mesh"):
-        mesh = _as_mesh(mesh, of["cells"])
-    check_interfaces(mesh, interfaces)
-    model = solid_model(mesh, materials, **of)
+    def read_and_checked() -> Mesh:
+        with stage("read the mesh"):
+            read = _as_mesh(mesh, of["cells"])
+        check_interfaces(read, interfaces)
+        return read
+
+    def assembled() -> FiniteElementModel:
+        return solid_model(read_and_checked(), materials, **of)
+
+    if cache and stiffening == "none" and of["preload"] is None:
+        model = cached_model(mesh, {"materials": materials, **of}, assembled)
+        is_found = model.stress_stiffness is None
+        if is_found and not has_groups(model, interfaces):
+            read_and_checked()
+    else:
+        model = assembled()
     return flexible_body(
         model, interfaces, reduction=reduction, damping=damping, stiffening=stiffening, factorise=factorise
     )

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
 from kanefe.reduction.basis import Basis, Options, check_count, is_number
@@ -101,7 +100,7 @@ def _solver(problem: StaticProblem, frequency: float) -> Callable[[np.ndarray], 
     moving = np.setdiff1d(np.arange(problem.size), problem.fixed)
     dynamic = (problem.stiffness - (2 * np.pi * frequency) ** 2 * problem.mass)[moving][:, moving].tocsc()
     try:
-        factors = spla.splu(dynamic, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01)
+        factors = problem.factorise(dynamic, definite=False)
     except RuntimeError as error:
         raise _resonance(frequency) from error
 

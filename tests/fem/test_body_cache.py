@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import inspect
+import json
 import os
 import subprocess
 import sys
 import textwrap
 import threading
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,10 @@ from fem_meshes import STEEL, box
 from kanefe import cache
 from kanefe_fem import body_cache
 from kanefe_fem.body_cache import cached_body, is_whole
+from kanefe_fem.lumped import LumpedMass
 from kanefe_fem.material import AccuracyWarning, Material
 from kanefe_fem.mesh import Mesh
+from kanefe_fem.preload import Preload
 from kanefe_fem.solid import solid_body
 
 ROOT = Path(__file__).parents[2]
@@ -53,7 +57,7 @@ class TestSolidBody:
         for name in ("nodes", "basis", "stiffness", "damping", "inertia_basis"):
             np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
         assert second.provenance["materials"] == first.provenance["materials"]
-        assert len(os.listdir(folder)) == 1
+        assert sorted(entry.kind or "" for entry in cache.entries()) == ["body", "model"]
 
     def test_it_can_be_turned_off(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         of_bar(cache=False)
@@ -86,11 +90,14 @@ class TestSolidBody:
 
     def test_a_damaged_file_is_made_again(self, folder: Path) -> None:
         of_bar()
-        (path,) = folder.iterdir()
-        path.write_bytes(path.read_bytes()[:5000])
-        with pytest.warns(cache.CacheWarning, match="made again"):
+        for path in folder.iterdir():
+            path.write_bytes(path.read_bytes()[:5000])
+        with pytest.warns(cache.CacheWarning, match="made again") as warned:
             assert not was_found(of_bar())
-        assert was_found(of_bar())
+        assert len(warned) == 2
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # that the files were damaged is nothing of the body
+            assert was_found(of_bar())
 
     def test_warnings_come_again(self) -> None:
         rubber = Material(E=2.1e11, nu=0.499, rho=7850.0)
@@ -112,7 +119,94 @@ class TestSolidBody:
 
     def test_an_unreduced_body_is_not_kept(self) -> None:
         body = of_bar(mesh=box("hexahedron", (12, 2, 2), (1.0, 0.1, 0.1)), reduction=None)
-        assert body.provenance["cache"] == {"skipped": "the body is not reduced"}
+        assert body.provenance["cache"]["skipped"] == "the body is not reduced"
+
+
+def model_was_found(body: kf.FlexibleBody) -> bool:
+    return bool(body.provenance["cache"]["model"]["found"])
+
+
+@pytest.mark.fenicsx
+class TestModel:
+    """Bodies of the same mesh, materials and order have one assembled model."""
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            {"reduction": kf.CraigBampton(modes=4)},
+            {"reduction": None},
+            {"interfaces": {"tip": "clamped", "root": "average"}},
+            {"damping": kf.ModalDamping(0.01)},
+        ],
+        ids=lambda change: next(iter(change)),
+    )
+    @pytest.mark.parametrize("lumped", [(), (LumpedMass("tip", mass=2.0),)], ids=["bare", "lumped"])
+    def test_what_is_done_with_the_matrices_does_not_matter(self, change: dict[str, Any], lumped: Any) -> None:
+        of_bar(lumped=lumped)
+        body = of_bar(lumped=lumped, **change)
+        assert not was_found(body)
+        assert model_was_found(body)
+        fresh = of_bar(lumped=lumped, cache=False, **change)
+        assert type(body) is type(fresh)
+        for name in ("nodes", "basis", "stiffness", "damping", "inertia_points", "inertia_basis"):
+            np.testing.assert_array_equal(getattr(body, name), getattr(fresh, name))
+        assert (body.inertia_mass != fresh.inertia_mass).nnz == 0
+
+    def test_an_unreduced_body_is_made_of_it(self) -> None:
+        mesh = box("hexahedron", (12, 2, 2), (1.0, 0.1, 0.1))
+        of_bar(mesh=mesh)
+        body, fresh = of_bar(mesh=mesh, reduction=None), of_bar(mesh=mesh, reduction=None, cache=False)
+        assert model_was_found(body)
+        assert (body.stiffness != fresh.stiffness).nnz == 0
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            {"materials": Material(E=211e9, nu=0.3, rho=7850.0, name="steel")},
+            {"mesh": box("hexahedron", (4, 1, 1), (1.0, 0.1, 0.1000001))},
+            {"order": 1},
+            {"surfaces": ["tip"]},
+            {"densities": {"bar": 7000.0}},
+            {"lumped": (LumpedMass("tip", mass=2.0),)},
+        ],
+        ids=lambda change: next(iter(change)),
+    )
+    def test_what_is_assembled_makes_a_new_one(self, change: dict[str, Any]) -> None:
+        of_bar()
+        assert not model_was_found(of_bar(**change))
+
+    @pytest.mark.parametrize(
+        "change",
+        [{"stiffening": "inertial"}, {"preload": Preload({"root": "xyz"}, acceleration=(0.0, 0.0, -9.81))}],
+        ids=lambda change: next(iter(change)),
+    )
+    def test_stiffening_and_a_preload_are_assembled(self, change: dict[str, Any]) -> None:
+        of_bar()
+        count = len(cache.entries())
+        body = of_bar(**change)
+        assert "model" not in body.provenance["cache"]
+        assert len(cache.entries()) == count + 1  # the body
+
+    def test_warnings_come_again(self) -> None:
+        rubber = Material(E=2.1e11, nu=0.499, rho=7850.0)
+        with pytest.warns(AccuracyWarning) as first:
+            of_bar(materials=rubber, order=1)
+        with pytest.warns(AccuracyWarning) as second:
+            body = of_bar(materials=rubber, order=1, reduction=kf.CraigBampton(modes=4))
+        assert model_was_found(body)
+        assert [str(w.message) for w in second] == [str(w.message) for w in first]
+        with pytest.warns(AccuracyWarning) as third:  # of the body that was made of a model from the cache
+            assert was_found(of_bar(materials=rubber, order=1, reduction=kf.CraigBampton(modes=4)))
+        assert [str(w.message) for w in third] == [str(w.message) for w in first]
+
+    @pytest.mark.parametrize("interfaces", [{"rot": "clamped"}, {"bar": "rigid"}, {"root": "welded"}, "root"], ids=str)
+    def test_interfaces_are_refused_in_the_same_words(self, interfaces: Any) -> None:
+        with pytest.raises(kf.ModelError) as fresh:
+            of_bar(interfaces=interfaces, cache=False)
+        of_bar()
+        with pytest.raises(kf.ModelError) as found:
+            of_bar(interfaces=interfaces)
+        assert str(found.value) == str(fresh.value)
 
 
 SCENE = """
@@ -122,7 +216,7 @@ from kanefe_fem.material import Material
 from kanefe_fem.solid import solid_body
 
 arm = solid_body(sys.argv[1], Material(E=70e9, nu=0.33, rho=2700.0), {"root": "clamped", "tip": "rigid"},
-                 reduction=kf.CraigBampton(modes=4))
+                 reduction=kf.CraigBampton(modes=int(sys.argv[2])))
 scene = kf.System(gravity=(0, 0, -9.81))
 scene.add_flexible_body("arm", arm, joint=kf.Revolute("y"))
 state = scene.freeze().initial_state
@@ -134,9 +228,9 @@ print(arm.provenance["cache"]["found"], [name for name in heavy if name in sys.m
 @pytest.mark.fenicsx
 @pytest.mark.gmsh
 def test_a_second_run_neither_reads_the_mesh_nor_assembles(tmp_path: Path) -> None:
-    def run() -> str:
+    def run(modes: int = 4) -> str:
         return subprocess.run(
-            [sys.executable, "-c", textwrap.dedent(SCENE), str(ROOT / "meshes" / "arm.msh")],
+            [sys.executable, "-c", textwrap.dedent(SCENE), str(ROOT / "meshes" / "arm.msh"), str(modes)],
             capture_output=True,
             text=True,
             env={**os.environ, "KANEFE_JIT": "0"},
@@ -147,6 +241,12 @@ def test_a_second_run_neither_reads_the_mesh_nor_assembles(tmp_path: Path) -> No
     assert first.startswith("False ['dolfinx'")
     assert second.startswith("True [] ")
     assert first[first.rindex("[") :] == second[second.rindex("[") :]  # the same frequencies, digit by digit
+    other = run(modes=5)  # of the model of the first: its factorisation is all that is done again
+    assert "dolfinx" not in other
+    assert "gmsh" not in other
+    frequencies = (json.loads(text[text.rindex("[") :]) for text in (first, other))
+    # the highest of those with the tip held may mix with the next one
+    assert next(frequencies)[:6] == pytest.approx(next(frequencies)[:6], rel=1e-2)
 
 
 class TestMeshFiles:

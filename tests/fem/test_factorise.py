@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from fem_meshes import shown
+import kanefe as kf
+from fem_meshes import STEEL, box, shown
 from kanefe.errors import ModelError
+from kanefe.factorise import splu_factorise
 from kanefe_fem import _petsc
 from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
 from kanefe_fem.material import Material
 from kanefe_fem.memory import MemoryWarning, free_memory
-from kanefe_fem.solid import solid_model
+from kanefe_fem.solid import solid_body, solid_model
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
 
@@ -89,6 +91,56 @@ class TestFactorise:
         monkeypatch.setattr(MumpsFactor, "_set_up", lambda self, **o: calls.append(o) or original(self, **o))
         factorise(held)
         assert calls == [{}]
+
+
+class TestIndefinite:
+    @pytest.fixture
+    def dynamic(self, held):
+        return (held - 1e-6 * held.diagonal().max() * sp.identity(held.shape[0])).tocsc()  # with four negative pivots
+
+    def test_it_solves_like_superlu(self, dynamic):
+        rhs = np.random.default_rng(0).standard_normal((dynamic.shape[0], 3))
+        factor = factorise(dynamic, definite=False)
+        assert isinstance(factor, MumpsFactor)
+        assert factor._factor.getMumpsInfog(12) == 4
+        ours, theirs = factor.solve(rhs), splu_factorise(dynamic, definite=False).solve(rhs)
+        # round-off times the condition of the matrix, 1e6 here at the least
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-7 * np.abs(theirs).max())
+        assert np.abs(dynamic @ ours - rhs).max() < 1e-10 * abs(dynamic).max() * np.abs(ours).max()
+
+    def test_pivots_of_two_rows_are_taken(self):
+        swapped = sp.block_diag([[[0.0, 1.0], [1.0, 0.0]]] * 50, format="csc")  # no pivot of one row at all
+        rhs = np.arange(100.0)
+        np.testing.assert_allclose(MumpsFactor(swapped, definite=False).solve(rhs), rhs.reshape(-1, 2)[:, ::-1].ravel())
+
+    def test_a_singular_one_is_told(self):
+        singular = sp.diags(np.r_[-1.0, 0.0, np.ones(10)]).tocsc()
+        for make in (lambda: MumpsFactor(singular, definite=False), lambda: splu_factorise(singular, definite=False)):
+            with pytest.raises(RuntimeError):
+                make()
+
+    def test_krylov_takes_it(self, monkeypatch):
+        mesh = box("tetra", (8, 2, 2), (1.0, 0.1, 0.1))
+        reduction = kf.Krylov(frequencies=(0.0, 700.0), order=2, loads=("gravity", "tip"))
+
+        def body():
+            return solid_body(mesh, STEEL, {"root": "clamped", "tip": "rigid"}, reduction, cache=False)
+
+        made = []
+        original = MumpsFactor.__init__
+        monkeypatch.setattr(
+            MumpsFactor,
+            "__init__",
+            lambda self, matrix, definite=True: made.append(definite) or original(self, matrix, definite),
+        )
+        by_superlu = body()
+        assert made == []
+        monkeypatch.setattr(_petsc, "SMALL", 100)
+        by_mumps = body()
+        assert made == [True, False]  # K once, K - w^2 M once
+        # between the first two pairs of bending modes, so that the matrix is indefinite
+        assert by_superlu.frequencies[0] < 700.0
+        np.testing.assert_allclose(by_mumps.frequencies, by_superlu.frequencies, rtol=1e-6)
 
 
 class TestMemory:
