@@ -211,7 +211,7 @@ def test_rotations_of_solid_nodes_follow_their_neighbours(tmp_path: Path) -> Non
     paths = []
     for name, m in (("K", K), ("M", M)):
         lines = [
-            f"{names[i][0]},{names[i][1]},{names[j][0]},{names[j][1]},{m[i, j]!r}"
+            f"{names[i][0]},{names[i][1]},{names[j][0]},{names[j][1]},{float(m[i, j])!r}"
             for i in kept for j in kept if j <= i and m[i, j]
         ]  # fmt: skip
         paths.append(tmp_path / f"{name}.mtx")
