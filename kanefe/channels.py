@@ -283,8 +283,7 @@ class RunChannels:
     def _deflection(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.flexible_terms(body)
         frame = terms.body.interface(interface)
-        moved = [frame.moved(eta)[0] for eta in self.trajectory.coordinates[:, terms.eta]]
-        return {("deflection", body, interface): np.array(moved).reshape(-1, 6)}
+        return {("deflection", body, interface): frame.displacements(self.trajectory.coordinates[:, terms.eta])}
 
     def _energies(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         run, model = self.trajectory, self.model

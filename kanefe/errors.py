@@ -27,6 +27,10 @@ class SimulationError(KanefeError, RuntimeError):
     """A run that could not be finished; the message says when, why and what to try."""
 
 
+class UnitWarning(UserWarning):
+    """A size, mass, material or frequency so odd that the units are probably not SI."""
+
+
 class MissingDependency(KanefeError, ImportError):
     """An optional package that a function needs is not installed.
 

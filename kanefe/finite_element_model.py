@@ -171,6 +171,13 @@ class FiniteElementModel:
         """
         return rigid_motion(self.nodes, about, self.components)
 
+    def unit_rigid_modes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rigid motions that move the nodes, about their mean, as unit columns, and which of the six."""
+        R = self.rigid_modes(about=self.nodes.mean(axis=0))
+        norms = np.linalg.norm(R, axis=0)
+        kept = norms > 1e-12 * norms.max()
+        return R[:, kept] / norms[kept], np.flatnonzero(kept)
+
     def group(self, name: str) -> NodeGroup:
         """Return the named group of nodes.
 

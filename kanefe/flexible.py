@@ -79,6 +79,15 @@ class InterfaceFrame:
         possible = ROTATIONS if "z" in components else ("rz",)
         return tuple(c for c in possible if turns[ROTATIONS.index(c)] <= 1e-12 * turns.max())
 
+    def displacements(self, eta: np.ndarray) -> np.ndarray:
+        """Return translations and slopes of the frame, (T, 6), at many states eta (T, k)."""
+        count = eta.shape[1]
+        moved = eta @ self.motion[:, :count].T
+        if self.quadratic is None:
+            return np.asarray(moved)
+        bent = np.tensordot(eta, self.quadratic[:, :count, :count], axes=(1, 2))  # (T, 6, k)
+        return np.asarray(moved + 0.5 * np.einsum("tci,ti->tc", bent, eta))
+
     def remainder(self, deta: np.ndarray) -> np.ndarray:
         """Return the accelerations of translation and slopes that go with rates, ``deta^T quadratic deta``, (6,)."""
         if self.quadratic is None:

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 import scipy.sparse.csgraph
 import scipy.sparse.linalg as spla
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, UnitWarning
 from kanefe.factorise import Factorise, splu_factorise
 from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 
@@ -34,10 +34,6 @@ WAVE_SPEEDS = (1.0, 1e5)
 """Speeds of waves in m/s outside of which units look wrong: soft rubber has some 30, diamond 18,000."""
 
 MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
-
-
-class UnitsWarning(UserWarning):
-    """Numbers that no known material has: units look wrong."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +102,7 @@ def self_check(
 
     Warns
     -----
-    UnitsWarning
+    UnitWarning
         If waves would run slower than 1 m/s or faster than 100 km/s through the elements.
 
     Examples
@@ -128,7 +124,7 @@ def self_check(
             f"units look wrong: waves would run through the elements of this body at some {speed:.2g} m/s, in steel "
             "it is 5000. Remedy: nodes in m, K in N/m, M in kg; imports of a model in mm and tonnes say "
             "units='mm, t, s'",
-            UnitsWarning,
+            UnitWarning,
             stacklevel=3,
         )
     mass, center, inertia = mass_properties(model)
@@ -249,17 +245,9 @@ def _check_stated(
             )
 
 
-def _unit_rigid_motions(model: FiniteElementModel) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rigid motions (unit columns) that move the nodes, and which of the six they are."""
-    R = model.rigid_modes(about=model.nodes.mean(axis=0))
-    norms = np.linalg.norm(R, axis=0)
-    kept = norms > 1e-12 * norms.max()
-    return R[:, kept] / norms[kept], np.flatnonzero(kept)
-
-
 def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
     """Check that K leaves the rigid motions of the nodes free; return the residual and how many there are."""
-    R, kept = _unit_rigid_motions(model)
+    R, kept = model.unit_rigid_modes()
     forces = np.linalg.norm(model.stiffness @ R, axis=0)
     scale = spla.norm(model.stiffness, np.inf)
     worst = int(np.argmax(forces))
@@ -280,7 +268,7 @@ def _order_hint(model: FiniteElementModel) -> str:
     """Return what to say if the rows are ordered component by component: all x, then all y, ..."""
     width, count = len(model.components), len(model.nodes)
     by_node = np.arange(model.size).reshape(width, count).T.ravel()
-    R, _ = _unit_rigid_motions(model)
+    R, _ = model.unit_rigid_modes()
     K = model.stiffness[by_node][:, by_node]
     free = np.linalg.norm(K @ R, axis=0).max() <= ROUND_OFF * spla.norm(model.stiffness, np.inf)
     return ". The rows seem to be all x, then all y, ...: say order='components'" if free and width > 1 else ""

@@ -136,9 +136,9 @@ class StaticProblem:
             inertia, and M-orthogonal to its rigid motions.
         """
         if not self.rigid_count:
-            return self._solve_held(f, self._schur_inverse)
+            return self._solve_held(f)
         R, f = self.rigid_modes, self.relieved(f)
-        u = self._solve_held(f, self._schur_inverse) if len(self.boundary) else self._solve_free(f)
+        u = self._solve_held(f) if len(self.boundary) else self._solve_free(f)
         return np.asarray(u - R @ (R.T @ (self.mass @ u)))
 
     @cached_property
@@ -158,11 +158,12 @@ class StaticProblem:
             )
         return np.asarray((vectors[:, kept] / squares[kept]) @ vectors[:, kept].T)
 
-    def _solve_held(self, f: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    def _solve_held(self, f: np.ndarray) -> np.ndarray:
+        """Solve with the released components free."""
         modes = self.constraint_modes[:, self.released - self.ties.interior_count]
         u = np.zeros(f.shape)
         u[self.interior] = self.factors.solve(f[self.interior])
-        return np.asarray(u + modes @ (inverse @ (modes.T @ f)))
+        return np.asarray(u + modes @ (self._schur_inverse @ (modes.T @ f)))
 
     def _solve_free(self, f: np.ndarray) -> np.ndarray:
         """Solve for loads in balance without any interface."""

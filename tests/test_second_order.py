@@ -77,6 +77,8 @@ def test_an_interface_moves_by_its_second_order_motion() -> None:
     np.testing.assert_allclose(frame.moved(eta)[1] @ deta, (displacement(h) - displacement(-h)) / (2 * h), rtol=1e-9)
     second = (displacement(1.0) - 2 * displacement(0.0) + displacement(-1.0)) / 1.0
     np.testing.assert_allclose(frame.remainder(deta), second, rtol=1e-12)
+    many = np.array([eta, deta, eta + deta])
+    np.testing.assert_allclose(frame.displacements(many), [frame.moved(each)[0] for each in many], rtol=1e-12)
 
 
 def test_the_jacobian_sees_the_second_order_terms() -> None:

@@ -11,9 +11,9 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe import self_check as home
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, UnitWarning
 from kanefe.factorise import splu_factorise
-from kanefe.self_check import UnitsWarning, self_check, wave_speed
+from kanefe.self_check import self_check, wave_speed
 from kanefe_fem.beams import straight_beam
 from kanefe_fem.material import Material
 from kanefe_fem.sections import Rectangle
@@ -63,7 +63,7 @@ def test_units_that_no_material_has_are_told() -> None:
     steel = lattice_model(0)
     K = steel.stiffness * (5000.0 / wave_speed(steel)) ** 2
     with warnings.catch_warnings():
-        warnings.simplefilter("error", UnitsWarning)
+        warnings.simplefilter("error", UnitWarning)
         kf.model_from_matrices(steel.mass, K, steel.nodes)
-    with pytest.warns(UnitsWarning, match=r"waves would run .* at some 5e\+06 m/s.*units='mm, t, s'"):
+    with pytest.warns(UnitWarning, match=r"waves would run .* at some 5e\+06 m/s.*units='mm, t, s'"):
         kf.model_from_matrices(steel.mass, K, steel.nodes * 1000)

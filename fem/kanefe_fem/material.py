@@ -8,12 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.errors import ModelError
-from kanefe_fem.voigt import isotropic
-
-
-class UnitWarning(UserWarning):
-    """A size, mass, material or frequency so odd that the units are probably not SI."""
+from kanefe.errors import ModelError, UnitWarning
+from kanefe_fem.voigt import isotropic, one_number
 
 
 class AccuracyWarning(UserWarning):
@@ -70,13 +66,10 @@ class Material:
 
     def __post_init__(self) -> None:
         label = f"material {self.name!r}" if self.name else "material"
-        for field, symbol in (("E", "E"), ("nu", "nu"), ("rho", "rho")):
-            value = getattr(self, field)
-            if isinstance(value, bool) or not hasattr(value, "__float__"):
-                raise ModelError(f"{label}: {symbol} is {value!r}. Remedy: give one number, in SI units")
-            number = float(value)
+        for field in ("E", "nu", "rho"):
+            number = one_number(label, field, getattr(self, field))
             if not math.isfinite(number):
-                raise ModelError(f"{label}: {symbol} = {number} is not finite. Remedy: give one number, in SI units")
+                raise ModelError(f"{label}: {field} = {number} is not finite. Remedy: give one number, in SI units")
             object.__setattr__(self, field, number)
         if self.E <= 0.0:
             raise ModelError(f"{label}: E = {self.E:g} Pa must be positive. Remedy: steel has E=210e9")

@@ -118,13 +118,18 @@ def check_density(label: str, rho: Any) -> float:
     return check_numbers(label, ("rho",), (rho,), "steel has rho=7850")[0]
 
 
+def one_number(label: str, name: str, value: Any) -> float:
+    """Return a number; raise a ModelError if it is none."""
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        raise ModelError(f"{label}: {name} is {value!r}. Remedy: give one number, in SI units")
+    return float(value)
+
+
 def check_numbers(label: str, names: Sequence[str], values: Sequence[Any], remedy: str) -> list[float]:
     """Return positive finite numbers; raise a ModelError that names the first one which is not."""
     numbers = []
     for name, value in zip(names, values, strict=True):
-        if isinstance(value, bool) or not hasattr(value, "__float__"):
-            raise ModelError(f"{label}: {name} is {value!r}. Remedy: give one number, in SI units")
-        number = float(value)
+        number = one_number(label, name, value)
         if not np.isfinite(number) or number <= 0.0:
             raise ModelError(f"{label}: {name} = {number:g} must be positive and finite. Remedy: {remedy}")
         numbers.append(number)

@@ -16,10 +16,9 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.equations_of_motion import WORKS
-from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha
+from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, no_step
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
@@ -101,11 +100,7 @@ class GeneralisedAlphaStepper:
             self.rejected += 1
             self._h = 0.25 * h if trial is None else h * max(0.2, 0.9 * trial[0] ** (-1 / 3))
             if self._h < self._smallest:
-                raise SimulationError(
-                    f"the implicit method found no step at t = {self.t:.6g} s "
-                    f"({'its iteration does not converge' if trial is None else 'the error stays too large'}). "
-                    "Remedy: check loads for jumps or growth without bound there, loosen rtol, or use method='dop853'"
-                )
+                raise no_step(self.t, trial is not None, "loosen rtol, or use method='dop853'")
         error, q, u, du, a = trial
         power = self._dynamics.powers(self.t + h, q, u, du)
         works = self._state[-len(power) :] + 0.5 * h * (self._power + power)

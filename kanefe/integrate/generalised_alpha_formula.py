@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 
 
@@ -24,6 +25,15 @@ class Step(NamedTuple):
         a1 = self.ratio * du1
         a1 += self.known_a
         return self.known_move + self.share_move * a1, self.known_u + self.share_u * a1, a1
+
+
+def no_step(t: float, converges: bool, other_remedy: str) -> SimulationError:
+    """Return the error of a run that finds no step small enough at time t (s)."""
+    return SimulationError(
+        f"the implicit method found no step at t = {t:.6g} s "
+        f"({'the error stays too large' if converges else 'its iteration does not converge'}). "
+        f"Remedy: check loads for jumps or growth without bound there, {other_remedy}"
+    )
 
 
 @dataclass(frozen=True)

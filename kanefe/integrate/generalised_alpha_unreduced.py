@@ -15,11 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.assembly import consistent_start
-from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS, iteration_matrices
-from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, Step
+from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, Step, no_step
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.tangents import current_tangents
 from kanefe.scene_length import joint_scales, scene_length
@@ -170,11 +169,7 @@ class UnreducedStepper:
             less = 2 if end is None else max(1, math.ceil(math.log2(1.1 * end.error) / 3))
             self._halvings += min(less, 4)
             if self._halvings > MOST_HALVINGS:
-                raise SimulationError(
-                    f"the implicit method found no step at t = {self.t:.6g} s "
-                    f"({'its iteration does not converge' if end is None else 'the error stays too large'}). "
-                    "Remedy: check loads for jumps or growth without bound there, or loosen rtol"
-                )
+                raise no_step(self.t, end is not None, "or loosen rtol")
         self._is_first = False
         self._accept(h, end)
         self._grow(end.error)

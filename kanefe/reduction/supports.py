@@ -12,13 +12,11 @@ from kanefe.interface_ties import InterfaceTies
 
 def unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int:
     """Return how many rigid motions must be taken out: all of a floating body, none of one held in G."""
-    modes = model.rigid_modes(about=model.nodes.mean(axis=0))
-    scale = np.linalg.norm(modes, axis=0)
-    modes = modes[:, scale > 1e-12 * scale.max()]
-    total = int(np.linalg.matrix_rank(modes / np.linalg.norm(modes, axis=0), tol=1e-9))
+    modes, _ = model.unit_rigid_modes()
+    total = int(np.linalg.matrix_rank(modes, tol=1e-9))
     if not len(ties.fixed):
-        _check_rigid_motions(model, modes / np.linalg.norm(modes, axis=0))
-        _check_interfaces_hold(ties, modes / np.linalg.norm(modes, axis=0), total)
+        _check_rigid_motions(model, modes)
+        _check_interfaces_hold(ties, modes, total)
         return total
     held = ties.coordinates(model.rigid_modes(about=model.nodes.mean(axis=0)))[ties.fixed]
     length = np.ptp(model.nodes, axis=0).max() or 1.0

@@ -47,11 +47,6 @@ class FrozenMoments:
         return cls(np.zeros((6 + count, 6 + count)), np.zeros(6 + count))
 
     @property
-    def is_none(self) -> bool:
-        """Whether there is no mass."""
-        return not self._generalised[0, 0]
-
-    @property
     def mass(self) -> np.ndarray:
         """Mass in kg, shape ()."""
         return np.asarray(self._generalised[0, 0])

@@ -9,7 +9,6 @@ Times are CPU times; what is compared must first give the same motion.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -17,8 +16,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.measure import FEW_ROUNDS, ROUNDS, Disagreement, use_one_core
-from benchmarks.report import Figure, Goal, table, write_json
+from benchmarks.command_line import parser, run
+from benchmarks.measure import FEW_ROUNDS, ROUNDS, Disagreement
+from benchmarks.report import Figure, Goal
 
 
 def default_environment() -> Path:
@@ -30,13 +30,8 @@ def default_environment() -> Path:
 
 def arguments(given: Sequence[str] | None = None) -> argparse.Namespace:
     """Return the options of the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", type=Path, metavar="FILE", help="also write a list of {what, value, goal, met}")
-    parser.add_argument("--quick", action="store_true", help="fewer rounds, and the fine mesh with 8 modes only")
-    parser.add_argument("--env", type=Path, metavar="FOLDER", help="environment of the peers; made if it is missing")
-    parser.add_argument("--core", type=int, metavar="NUMBER", help="core to run on; default: the last")
-    parser.add_argument("--only", default="", metavar="TEXT", help="only the groups of figures with this in the name")
-    return parser.parse_args(given)
+    options = parser(__doc__, quick="fewer rounds, and the fine mesh with 8 modes only")
+    return options.parse_args(given)
 
 
 def measured(options: argparse.Namespace) -> list[Figure]:
@@ -82,14 +77,7 @@ def _skipped(goals: Sequence[Goal], failure: Exception) -> list[Figure]:
 
 def main(given: Sequence[str] | None = None) -> int:
     """Measure and print; the status is 1 where a goal is missed."""
-    options = arguments(given)
-    use_one_core(options.core)
-    os.environ.pop("KANEFE_JIT", None)
-    figures = measured(options)
-    print(table(figures))
-    if options.json:
-        write_json(figures, options.json)
-    return 0 if all(figure.met for figure in figures) else 1
+    return run(arguments(given), measured)
 
 
 if __name__ == "__main__":
