@@ -29,16 +29,15 @@ class ModalConstants:
     constants : tuple of ndarray
         Mass, first and second moments, diagonal of K, and the moments with the modes.
     transform : (ndarray, ndarray) or None
-        L and L^-1, each (k, k), of ``M = L L^T``: the modes of unit mass are L^T eta. None: M is the identity.
-    stiffness, damping : ndarray or None, shape (k, k)
-        K where it is not diagonal; C where there is any.
+        L and L^-1, each (k, k): the modes are L^T eta, with M the identity and K diagonal. None: they are eta.
+    damping : ndarray or None, shape (k, k)
+        C where there is any.
     quadratic : ndarray or None, shape (k, 6 k)
         Moments G of the second-order displacement, and the part of the products that gives Coriolis forces.
     """
 
     constants: tuple[np.ndarray, ...]
     transform: tuple[Matrix, Matrix] | None
-    stiffness: Matrix | None
     damping: Matrix | None
     quadratic: Matrix | None
 
@@ -72,17 +71,17 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
     S, D, products = moments.shape_first, moments.shape_second, moments.shape_product
     K = terms.body.stiffness[:k, :k]
     C = None if terms.damping is None else terms.damping[:k]
-    if k and np.abs(mass - np.eye(k)).max() > ROUND_OFF:
-        L = np.linalg.cholesky(mass)
-        inverse = scipy.linalg.solve_triangular(L, np.eye(k), lower=True)
-        transform = L, inverse
+    diagonal = np.diag(K)
+    if k and (
+        np.abs(mass - np.eye(k)).max() > ROUND_OFF
+        or np.abs(K - np.diag(diagonal)).max() > ROUND_OFF * diagonal.max()
+    ):
+        diagonal, modes = scipy.linalg.eigh(K, mass)
+        inverse = modes.T
+        transform = mass @ modes, inverse
         S, D = S @ inverse.T, D @ inverse.T
         products = inverse @ products @ inverse.T
-        K = inverse @ K @ inverse.T
         C = None if C is None else inverse @ C @ inverse.T
-    diagonal = np.diag(K)
-    off = K - np.diag(diagonal)
-    is_diagonal = k == 0 or np.abs(off).max() <= ROUND_OFF * diagonal.max()
     symmetric = [0.5 * (products[a, b] + products[b, a]) for a, b in PAIRS]
     antisymmetric = [products[b, a] - products[a, b] for a, b in AXES]
     quadratic = None
@@ -104,7 +103,7 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
         np.array([D[a, b] - D[b, a] for a, b in AXES]),
         columns.ravel(),
     )
-    return ModalConstants(constants, transform, None if is_diagonal else K, C, quadratic)
+    return ModalConstants(constants, transform, C, quadratic)
 
 
 def side_by_side(matrices: Matrix) -> Matrix:

@@ -15,12 +15,13 @@ import numpy as np
 from kanefe.constraint_tables import loop_tables
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
+from kanefe.joints import Planar
 from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kernels._numba import filler
 from kanefe.kernels.equations import march
 from kanefe.kernels.frames_of_rows import frames_of_rows
 from kanefe.kernels.planar import march_planar
-from kanefe.kernels.runge_kutta import NO_INERTIA, NOT_FINITE
+from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_STIFFNESS, SLOPE, TIME_AT, Run
 from kanefe.load_tables import interaction_tables
 from kanefe.loads import Bushing, SpringDamper
 from kanefe.loads.state import SceneState
@@ -29,7 +30,7 @@ from kanefe.model import Model
 from kanefe.planar_tables import planar_tables
 from kanefe.tables import Seat, TableBuilder
 
-NO_DRIVES, NO_STATES = np.zeros((0, 3)), np.zeros((0, 1))
+NO_DRIVES = np.zeros((0, 3))
 
 
 @dataclass(slots=True)
@@ -58,6 +59,10 @@ class OrderN:
         self.between = interaction_tables(builder)
         self.loops = loop_tables(builder)
         self.planar = planar_tables(model, self.tables)
+        # the kernels of the plane take the coordinates of a planar joint at once, without stiffness along them
+        self._is_planar_if_implicit = not any(
+            isinstance(body.joint, Planar) and body.has_coordinate_forces for body in model.bodies
+        )
         self._sizes = model.coordinate_count, model.free_count
         self.seats: Sequence[Seat] = tuple(builder.seats)
         self.inputs = builder.inputs
@@ -120,77 +125,72 @@ class OrderN:
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
+        vectors = np.empty((2, len(y)), dtype=y.dtype)
+        vectors[AT] = y
+        weakest = self.evaluate(t, vectors)
+        return vectors[SLOPE], weakest
+
+    def evaluate(
+        self, t: float, vectors: np.ndarray, share_damping: float = 0.0, share_stiffness: float = 0.0
+    ) -> float:
+        """Write dy/dt of the state in the first row of vectors to the second; return the smallest pivot, see above.
+
+        With four rows or more the evaluation is linearly implicit: see `kanefe.kernels.implicit` for the shares and
+        for the two rows of pushes.
+        """
         n, m = self._sizes
-        rates = np.empty_like(y)
+        y = vectors[AT]
         if self._constants is not None:
             inputs = self._constants
         elif self._fill is not None and y.dtype == float:
             inputs = self.inputs.constants.copy()  # the kernel fills it in
         else:
             inputs = self.values(t, y[:n].real, y[n : n + m].real)
-        none = NO_STATES if y.dtype == float else NO_STATES.astype(y.dtype)
-        done, weakest = self._march(t, inputs, y, rates, 0.0, 0, none)
+        is_implicit = len(vectors) > PUSH_STIFFNESS
+        done, weakest = self._march(t, inputs, vectors, share_damping, share_stiffness, None, is_implicit)
         if done == NO_INERTIA:
             if self.loops is not None:  # what has no inertia by itself may be held by a loop
-                return rates, 0.0
+                return 0.0
             self._explain(t, y[:n].real, y[n : n + m].real)
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
             self.values(t, y[:n].real, y[n : n + m].real)
-        return rates, weakest
+        return weakest
 
-    def steps(self, t: float, y: Vector, h: float, count: int, outputs: int) -> np.ndarray:
-        """Take steps of the classical Runge-Kutta method without leaving compiled code.
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool) -> int:
+        """Go on with a run without leaving compiled code; return what its method wants that is not to be had there.
 
-        Parameters
-        ----------
-        t : float
-            Time at the start, s.
-        y : ndarray
-            State at the start.
-        h : float
-            Step in s.
-        count, outputs : int
-            Number of steps, and how many states are returned, evenly spaced; outputs divides count.
-
-        Returns
-        -------
-        ndarray, shape (outputs, state)
+        The scene is autonomous. `is_implicit`: whether the method asks for linearly implicit evaluations.
 
         Raises
         ------
         SimulationError
-            If the state grows without bound.
+            If the mass matrix is singular; the message names the speeds without inertia.
         """
-        states = np.empty((outputs, len(y)))
-        end, rates = y.copy(), np.empty_like(y)
-        done, _ = self._march(t, self.inputs.constants.copy(), end, rates, h, count, states)
-        if done < count or not np.isfinite(end).all():
-            n, m = self._sizes
-            if done <= 0:
-                self._explain(t, y[:n], y[n : n + m])
-            raise SimulationError(
-                f"the fixed steps of {h:g} s left all bounds after {max(done, 0)} steps. Remedy: a smaller step, or a "
-                "method with error control"
-            )
-        return states
+        n, m = self._sizes
+        command, _ = self._march(0.0, self.inputs.constants.copy(), vectors, 0.0, 0.0, run, is_implicit)
+        if command == NO_INERTIA:
+            y = vectors[AT]
+            self._explain(float(run.reals[TIME_AT]), y[:n], y[n : n + m])
+        return command
 
     def _march(
         self,
         t: float,
         inputs: np.ndarray,
-        y: Vector,
-        rates: Vector,
-        h: float,
-        steps: int,
-        states: np.ndarray,
+        vectors: np.ndarray,
+        share_damping: float,
+        share_stiffness: float,
+        run: Run | None,
+        is_implicit: bool,
     ) -> tuple[int, float]:
         """Call the kernel of the scene: that of the plane for real states of planar ones, else that of space."""
-        drives, fill = self.drives(t), self._fill if y.dtype == float else None
-        if self.planar is not None and y.dtype == float:
-            return march_planar(self.planar, drives, fill, t, inputs, y, rates, h, steps, states)
-        return march(
-            self.tables, self.flexible, self.between, self.loops, drives, fill, t, inputs, y, rates, h, steps, states
-        )
+        drives, fill = self.drives(t), self._fill if vectors.dtype == float else None
+        shares = share_damping, share_stiffness
+        planar = self.planar if self._is_planar_if_implicit or not is_implicit else None
+        if planar is not None and vectors.dtype == float:
+            return march_planar(planar, drives, None, fill, t, inputs, vectors, *shares, run)
+        scene = self.tables, self.flexible, self.between, self.loops
+        return march(*scene, drives, None, fill, t, inputs, vectors, *shares, run)
 
     def _explain(self, t: float, q: Vector, u: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""

@@ -70,7 +70,6 @@ from kanefe.kernels.layout import (
     SECOND,
     SPEED,
     SPHERICAL,
-    STIFFNESS,
     TAIT_BRYAN,
     TRANSFORM,
     FlexibleTables,
@@ -295,8 +294,6 @@ class TableBuilder:
         integers[POOL] = self._pool.add(*modes.constants)
         if modes.transform is not None:
             integers[TRANSFORM] = self._pool.add(*modes.transform)
-        if modes.stiffness is not None:
-            integers[STIFFNESS] = self._pool.add(modes.stiffness)
         if modes.damping is not None:
             integers[DAMPING] = self._pool.add(modes.damping)
         integers[MODAL] = self._room(MODAL_WORK * k)

@@ -9,9 +9,11 @@ import pytest
 
 import kanefe as kf
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
+from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
 from kanefe.kernels.planar import march_planar
 from kanefe.kernels.planar_layout import FLOAT, KIND, PlanarTables
+from kanefe.kernels.stepping import NOT_FINITE
 from kanefe.model import Model
 from kanefe.order_n import OrderN
 from kanefe.planar_tables import planar_tables
@@ -94,10 +96,10 @@ def planar_rates(model: Model, t: float, y: np.ndarray) -> tuple[np.ndarray, int
     in_space, tables = OrderN(model), tables_of(model)
     assert tables is not None
     n, m = model.coordinate_count, model.free_count
-    rates = np.full(len(y), np.nan)
     values = in_space.values(t, y[:n], y[n : n + m])
-    done, _ = march_planar(tables, in_space.drives(t), None, t, values, y.copy(), rates, 0.0, 0, np.empty((0, len(y))))
-    return rates, done
+    vectors = np.array((y, np.full(len(y), np.nan)))
+    done, _ = march_planar(tables, in_space.drives(t), None, None, t, values, vectors, 0.0, 0.0, None)
+    return vectors[1], done
 
 
 def state_of(model: Model, seed: int) -> np.ndarray:
@@ -118,17 +120,16 @@ def test_planar_equals_literal_and_space(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_steps_equal_those_in_space(seed: int) -> None:
-    model = PlanarScene(seed, autonomous=True).scene.freeze()
-    in_space, tables = OrderN(model), tables_of(model)
-    assert in_space.is_autonomous
-    assert tables is not None
-    y = np.concatenate((model.initial_coordinates, model.initial_speeds, [0.0, 0.0]))
-    states, rates, end = np.empty((4, len(y))), np.empty_like(y), y.copy()
-    done, _ = march_planar(tables, np.empty((0, 3)), None, 0.0, in_space.inputs.constants, end, rates, 2e-3, 40, states)
-    assert done == 40
-    np.testing.assert_array_equal(states[-1], end)
+    in_plane, in_space = (PlanarScene(seed, autonomous=True).scene.freeze() for _ in range(2))
+    assert in_plane.order_n is not None
+    assert in_space.order_n is not None
+    assert in_plane.order_n.is_autonomous
+    assert in_plane.order_n.planar is not None
+    in_space.order_n.planar = None
+    options = {"method": "rk4", "step": 2e-3, "output_step": 0.02}
+    states, expected = (integrate(model, (0.0, 0.08), **options).coordinates for model in (in_plane, in_space))
     # round-off of 1e-14 a step, which the motion over 0.08 s hardly grows
-    np.testing.assert_allclose(states, in_space.steps(0.0, y, 2e-3, 40, 4), rtol=0, atol=1e-11 * abs(states).max())
+    np.testing.assert_allclose(states, expected, rtol=0, atol=1e-11 * abs(states).max())
 
 
 def test_bodies_fixed_to_each_other_are_one_row_and_a_planar_joint_is_one() -> None:
@@ -166,15 +167,12 @@ def test_no_inertia_along_a_joint_is_told() -> None:
             assert planar_rates(model, 0.0, state_of(model, 0))[1] == -1
 
 
-def test_a_state_that_is_not_finite_stops_the_steps() -> None:
+def test_rates_that_are_not_finite_are_told() -> None:
     scene = kf.System()
     arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(1, 0, 0), joint=kf.Revolute("z"))
     scene.add_rigid_body("hand", 1.0, 0.1, com=(1, 0, 0), parent=arm, at=(1, 0, 0), joint=kf.Revolute("z"))
-    tables = tables_of(scene.freeze())
-    assert tables is not None
     y = np.array([0.0, 1.0, 1e200, 1e200, 0.0, 0.0])
-    done, _ = march_planar(tables, np.empty((0, 3)), None, 0.0, np.empty(0), y, np.empty(6), 1.0, 10, np.empty((1, 6)))
-    assert done < 10
+    assert planar_rates(scene.freeze(), 0.0, y)[1] == NOT_FINITE
 
 
 def arm_and(**second: Any) -> kf.System:

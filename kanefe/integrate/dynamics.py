@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.assembly import consistent_start, project_positions, project_speeds
@@ -10,6 +12,9 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.model import Model
+
+if TYPE_CHECKING:
+    from kanefe.kernels.stepping import Run
 
 NEAR_SINGULAR = 1e-2
 """Weakest constraint, see `ConstrainedSolver.weakest`, below which the rates are those of the nearest closed state.
@@ -43,16 +48,27 @@ class Dynamics:
         return self._order_n is not None and self._order_n.is_autonomous
 
     @property
+    def calls_functions(self) -> bool:
+        """Whether loads or drives are functions of the user, which may change within a step."""
+        return bool(self._order_n is None or not self._order_n.inputs.is_constant or self.model.driven_count)
+
+    @property
     def is_tree_in_order_n(self) -> bool:
         """Whether the rates come from one sweep over a tree."""
         return self._order_n is not None and not self.model.constraints
 
-    def steps(self, t: float, y: Vector, h: float, count: int) -> Vector:
-        """Return the state after some steps of the classical Runge-Kutta method; the scene is autonomous."""
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool) -> int:
+        """Go on with a run in compiled code: see `OrderN.go_on`; the scene is autonomous."""
         if self._order_n is None:
             raise TypeError("this scene needs the literal route")
-        self.evaluations += 4 * count
-        return np.asarray(self._order_n.steps(t, y, h, count, 1)[0])
+        return self._order_n.go_on(run, vectors, is_implicit)
+
+    def implicit_rate(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> None:
+        """Write a linearly implicit evaluation: see `OrderN.evaluate`."""
+        if self._order_n is None:
+            raise TypeError("this scene needs the literal route")
+        self.evaluations += 1
+        self.weakest = self._order_n.evaluate(t, vectors, share_damping, share_stiffness)
 
     def initial_state(self, start: float) -> Vector:
         """Return y at the start, consistent with the loops at that time (s)."""

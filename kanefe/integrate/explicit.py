@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.integrate import DOP853, DenseOutput
 
-from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.stepper import StepFailure
+
+if TYPE_CHECKING:
+    from kanefe.integrate.methods import StepControl
 
 SINGULAR = 1e-3
 """Share of the usual `Dynamics.weakest` below which a step that falls to a tenth creeps up to a singular position."""
 
 SMALLEST_CREEP = 1e-5
 """Share of the usual step below which a mechanism is held for good: at a dead centre its speeds grow without bound."""
+
+SMALLEST_STEP = 1e-12
+"""Of the span: a smaller step is none."""
 
 LARGEST_RTOL = 1e-6
 """To which the tolerance may grow there: the error of one step."""
@@ -27,59 +36,119 @@ class ExplicitStepper:
     dynamics : Dynamics
     start, stop : float
         s.
-    rtol : float
-        Relative to each component of the state.
-    atol : float
-        Absolute, in the units of each component.
-    outputs : ndarray
-        Times wanted; the dense output serves them.
+    control : StepControl
+        rtol, relative to each component of the state; atol, in the units of each component.
     """
 
     name = "dop853"
 
-    def __init__(
-        self, dynamics: Dynamics, start: float, stop: float, rtol: float, atol: float, outputs: np.ndarray
-    ) -> None:
-        self._dynamics, self._outputs = dynamics, outputs
-        y = dynamics.initial_state(start)
-        self._tolerances, self._looser = (max(rtol, 3e-14), atol), 1.0
-        self._solver = DOP853(dynamics.rate, start, y, stop, rtol=self._tolerances[0], atol=atol)
-        self._dense: DenseOutput | None = None
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
+        self._dynamics, self._stop = dynamics, stop
+        self._tolerances, self._looser = (max(control.rtol, 3e-14), control.atol), 1.0
+        self._smallest = SMALLEST_STEP * (stop - start)
         self._usual_step, self._usual_weakest = 0.0, 0.0
-        self.rejected = 0
+        self._steps = self._rejected = 0
+        self.restart(start, dynamics.initial_state(start))
 
     @property
     def t(self) -> float:
         """Time reached in s."""
         return float(self._solver.t)
 
-    def step(self) -> None:
-        """Take one accepted step.
+    @property
+    def t_old(self) -> float:
+        """Start of the last step in s."""
+        return float(self._solver.t if self._solver.t_old is None else self._solver.t_old)
 
-        Raises
-        ------
-        SimulationError
-            If no step is small enough.
-        """
-        before = self._solver.nfev
-        message = self._solver.step()
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Steps, rejected steps and evaluations."""
+        return {"steps": self._steps, "rejected": self._rejected, "evaluations": self._dynamics.evaluations}
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            self._advance()
+            most_steps -= 1
+            reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
+            if reached > passed:
+                states[passed:reached] = self.states(times[passed:reached])
+                passed = reached
+        return passed
+
+    def state(self) -> Vector:
+        """Return the state at t."""
+        return np.array(self._solver.y)
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state)."""
+        if self.t_old == self.t:
+            return np.tile(self._solver.y, (len(times), 1))
+        dense = self._dense_output()
+        return np.array([self._dynamics.projected(t, dense(t)) for t in times]).reshape(len(times), -1)
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state with a step of its own."""
+        rtol, atol = self._tolerances
+        self._solver = DOP853(self._dynamics.rate, t, y, self._stop, rtol=rtol, atol=atol)
+        self._as_stepped: tuple[Vector, Vector] = self._solver.y, self._solver.f
+        self._dense: DenseOutput | None = None
+        self._looser = 1.0
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what is needed to go on."""
+        solver = self._solver
+        numbers = (solver.t, solver.h_abs, self._looser, self._usual_step, self._usual_weakest)
+        return {"y": np.array(solver.y), "f": np.array(solver.f), "numbers": np.array(numbers)}
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        t, h_abs, looser, self._usual_step, self._usual_weakest = snapshot["numbers"].tolist()
+        self.restart(t, np.array(snapshot["y"]))
+        self._solver.f, self._solver.h_abs, self._looser = np.array(snapshot["f"]), h_abs, looser
+        self._set_tolerances()
+
+    def _advance(self) -> None:
+        """Take one accepted step."""
+        solver = self._solver
+        before, t = solver.nfev, solver.t
+        solver.step()
         # a try costs as many evaluations as the method has stages; scipy does not count the failed ones itself
-        self.rejected += (self._solver.nfev - before) // self._solver.n_stages - 1
-        if self._solver.status == "failed":
+        self._rejected += (solver.nfev - before) // solver.n_stages - 1
+        is_too_small = solver.t - t < self._smallest and solver.t < self._stop
+        if solver.status == "failed" or is_too_small:
             self._refuse_dead_centre(0.0)
-            raise SimulationError(
-                f"the explicit method could not go on at t = {self.t:.6g} s: {message} "
-                "Remedy: check loads for jumps, loosen rtol, or use method='generalised-alpha'"
+            raise StepFailure(
+                f"the explicit method found no step of {self._smallest:.1g} s or more",
+                "check loads for jumps or growth without bound there, loosen rtol, or use method='generalised-alpha'",
+                self._worst_component(),
             )
-        self._dense = None
+        self._steps += 1
+        self._dense, self._as_stepped = None, (solver.y, solver.f)
         if self._dynamics.model.constraints:
             self._close_loops()
+
+    def _worst_component(self) -> int:
+        """Return which component of the state had the largest error in the last try."""
+        solver = self._solver
+        with np.errstate(invalid="ignore", over="ignore"):
+            errors = np.abs(solver.E5 @ solver.K) / (solver.atol + solver.rtol * np.abs(solver.y))
+        return int(np.argmax(np.where(np.isfinite(errors), errors, np.inf)))
+
+    def _dense_output(self) -> DenseOutput:
+        """Return the dense output of the step as it was taken: it leans on the state at both ends."""
+        if self._dense is None:
+            solver = self._solver
+            closed = solver.y, solver.f
+            solver.y, solver.f = self._as_stepped
+            self._dense = solver.dense_output()
+            solver.y, solver.f = closed
+        return self._dense
 
     def _close_loops(self) -> None:
         """Take the drift out of the state, so that it stays at tolerance for any length of run."""
         solver = self._solver
-        if np.any((self._outputs > solver.t_old) & (self._outputs <= solver.t)):
-            self._dense = solver.dense_output()  # of the step as it was taken: it leans on the state at both ends
         closed = self._dynamics.projected(solver.t, solver.y)
         if closed is not solver.y:
             solver.y, solver.f = closed, self._dynamics.rate(solver.t, closed)
@@ -99,6 +168,9 @@ class ExplicitStepper:
             self._looser = min(10.0 * self._looser, LARGEST_RTOL / self._tolerances[0])
         else:
             self._looser = 1.0
+        self._set_tolerances()
+
+    def _set_tolerances(self) -> None:
         self._solver.rtol, self._solver.atol = (max(self._looser, 1.0) * size for size in self._tolerances)
 
     @property
@@ -107,16 +179,7 @@ class ExplicitStepper:
 
     def _refuse_dead_centre(self, step: float) -> None:
         if self._is_near_singular and step <= SMALLEST_CREEP * self._usual_step:
-            raise SimulationError(
-                f"the mechanism is at a singular position at t = {self.t:.6g} s and does not pass it. "
-                "Remedy: check that driven joints stay within its reach"
+            raise StepFailure(
+                "the mechanism is at a singular position and does not pass it",
+                "check that driven joints stay within its reach",
             )
-
-    def states(self, times: np.ndarray) -> np.ndarray:
-        """Return the states at times of the last step, shape (times, state)."""
-        dense = self._solver.dense_output() if self._dense is None else self._dense
-        return np.array([self._dynamics.projected(t, dense(t)) for t in times]).reshape(len(times), -1)
-
-    def initial_state(self) -> Vector:
-        """Return the state at the start."""
-        return np.array(self._solver.y)

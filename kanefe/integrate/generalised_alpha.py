@@ -8,9 +8,9 @@ third-order part of the displacement, filtered by the same matrix so that unreso
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -25,6 +25,9 @@ from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
 from kanefe.model import Model
 from kanefe.scene_length import joint_scales, scene_length
+
+if TYPE_CHECKING:
+    from kanefe.integrate.methods import StepControl
 
 SPECTRAL_RADIUS = 0.8
 """Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step."""
@@ -43,72 +46,119 @@ class GeneralisedAlphaStepper:
     dynamics : Dynamics
     start, stop : float
         s.
-    rtol : float
-        Error of a step relative to 1 rad, to the size of the bodies (m), and for modal coordinates to the amplitude
-        that moves a body by its own size.
-    atol : float
-        Not used by this method, whose scales are those above: it must be None at the entry.
-    outputs : ndarray
-        Times at which steps end.
+    control : StepControl
+        rtol: error of a step relative to 1 rad, to the size of the bodies (m), and for modal coordinates to the
+        amplitude that moves a body by its own size.
     """
 
     name = "generalised-alpha"
 
-    def __init__(
-        self, dynamics: Dynamics, start: float, stop: float, rtol: float, atol: float, outputs: np.ndarray
-    ) -> None:
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
         self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
         self._dynamics, self._model = dynamics, dynamics.model
-        self._scales = rtol * displacement_scales(self._model)
+        self._scales = control.rtol * displacement_scales(self._model)
         self._stiffness, self._damping = iteration_matrices(self._model)
-        self._stops = np.append(outputs[outputs > start], stop)
-        self.t = start
-        self._state = dynamics.initial_state(start)
-        q, u = dynamics.parts(self._state)
-        self._du = accelerations(self._model, start, q, u)
-        self._a = self._du.copy()
-        self._power = dynamics.powers(start, q, u, self._du)
+        self._stop = stop
         self._h = 1e-4 * (stop - start)
         self._smallest = 1e-12 * (stop - start)
-        self._kept: _Kept | None = None
-        self.rejected = 0
+        self._steps = self._rejected = self._factorisations = 0
+        self._worst: int | None = None
+        self.restart(start, dynamics.initial_state(start))
 
-    def initial_state(self) -> Vector:
-        """Return the state at the start."""
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Steps, rejected steps, evaluations, and how often an iteration matrix was factored."""
+        return {
+            "steps": self._steps,
+            "rejected": self._rejected,
+            "evaluations": self._dynamics.evaluations,
+            "factorisations": self._factorisations,
+        }
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            self._advance(float(times[passed]))
+            most_steps -= 1
+            if self.t >= times[passed]:
+                states[passed] = self._state
+                passed += 1
+        return passed
+
+    def state(self) -> Vector:
+        """Return the state at t."""
         return self._state.copy()
 
     def states(self, times: np.ndarray) -> np.ndarray:
-        """Return the states at times of the last step, shape (times, state): the end of the step, where they lie."""
-        return np.tile(self._state, (len(times), 1))
+        """Return the states at times of the last step, shape (times, state): of third order, on the rotation group."""
+        q0, u0 = self._dynamics.parts(self._before)
+        h, (_, u1) = self.t - self.t_old, self._dynamics.parts(self._state)
+        found = np.tile(self._state, (len(times), 1))
+        for i in (times < self.t).nonzero()[0]:
+            x = (times[i] - self.t_old) / h
+            move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * u1 + x * x * (3 - 2 * x) * self._move
+            rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * u1 + 6 * x * (1 - x) / h * self._move
+            works = (1 - x) * self._before[-WORKS:] + x * self._state[-WORKS:]
+            found[i] = np.concatenate((self._model.advance(q0, move), rates, works))
+            found[i] = self._dynamics.projected(times[i], found[i], self._formula.stiffness_share(h) * self._stiffness)
+        return found
 
-    def step(self) -> None:
-        """Take one accepted step.
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state, with its accelerations."""
+        self.t = self.t_old = t
+        self._state = self._before = y.copy()
+        q, u = self._dynamics.parts(y)
+        self._du = accelerations(self._model, t, q, u)
+        self._a = self._du.copy()
+        self._move = np.zeros_like(u)
+        self._power = self._dynamics.powers(t, q, u, self._du)
+        self._kept: _Kept | None = None
 
-        Raises
-        ------
-        SimulationError
-            If no step is small enough.
-        """
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what is needed to go on; of the kept matrices those that are factored."""
+        kept = self._kept
+        return {
+            "numbers": np.array((self.t, self._h, 0.0 if kept is None else kept.h)),
+            "state": self._state.copy(),
+            "du": self._du.copy(),
+            "a": self._a.copy(),
+            "power": self._power.copy(),
+            **({} if kept is None else {"mass": kept.mass.copy(), "matrix": kept.matrix.copy()}),
+        }
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        t, self._h, h = snapshot["numbers"].tolist()
+        self.restart(t, snapshot["state"])
+        self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
+        if "matrix" in snapshot:
+            self._kept = _factored(h, np.array(snapshot["mass"]), np.array(snapshot["matrix"]))
+
+    def _advance(self, target: float) -> None:
+        """Take one accepted step, not beyond a time."""
         while True:
-            target = self._stops[np.searchsorted(self._stops, self.t + self._smallest)]
             rest = target - self.t
             # two even steps to the target are better than one full and one sliver
             h = rest if self._h >= rest * (1 - 1e-9) else min(self._h, 0.5 * rest) if self._h > 0.5 * rest else self._h
             trial = self._try(h)
             if trial is not None and trial[0] <= 1.0:
                 break
-            self.rejected += 1
+            self._rejected += 1
             self._h = 0.25 * h if trial is None else h * max(0.2, 0.9 * trial[0] ** (-1 / 3))
             if self._h < self._smallest:
-                raise no_step(self.t, trial is not None, "loosen rtol, or use method='dop853'")
+                raise no_step(trial is not None, "loosen rtol, or use method='dop853'", self._worst)
         error, q, u, du, a = trial
+        self._before, self.t_old = self._state, self.t
+        self._move = self._formula.move(h, self._dynamics.parts(self._state)[1], self._a, a)
+        self._steps += 1
         power = self._dynamics.powers(self.t + h, q, u, du)
         works = self._state[-len(power) :] + 0.5 * h * (self._power + power)
         # in the metric of the iteration, so that closing a loop does not strike stiff modes
         stiffness = self._formula.stiffness_share(h) * self._stiffness
         self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
         self._du, self._a, self._power = du, a, power
-        self.t = float(target) if h == rest else self.t + h
+        self.t = target if h == rest else self.t + h
         grown = h * min(2.0, 0.9 * max(error, 1e-6) ** (-1 / 3))
         self._h = max(grown, self._h) if h < self._h and error < 1.0 else grown
 
@@ -127,7 +177,7 @@ class GeneralisedAlphaStepper:
             if correction is None:
                 return None
             du = du - correction
-            size = float(np.max(np.abs(reach * correction) / self._scales, initial=0.0))
+            size = self._size(reach * correction)
             if size <= 1e-3:
                 break
             if iteration > 1 and size > 0.9 * last:
@@ -144,7 +194,13 @@ class GeneralisedAlphaStepper:
         filtered = kept.solve(kept.mass @ self._formula.error(h, self._a, a))
         if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents or self._model.constraints:
             self._kept = None
-        return float(np.max(np.abs(filtered) / self._scales, initial=0.0)), q, u, du, a
+        return self._size(filtered), q, u, du, a
+
+    def _size(self, move: Vector) -> float:
+        """Return how large a move is against what is allowed, and remember which speed has the worst part."""
+        sizes = np.abs(move) / self._scales
+        self._worst = self._model.coordinate_count + int(np.argmax(sizes))
+        return float(sizes[self._worst - self._model.coordinate_count])
 
     def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
         """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
@@ -176,8 +232,8 @@ class GeneralisedAlphaStepper:
             full = all_speeds(model, t, u)
             motions = sweep_outward(model, t, q, full)
             mass = mass_matrix(model, motions, q, full)[:n, :n]
-            factors = scipy.linalg.lu_factor(self._iteration_matrix(h, mass, motions, q, u), check_finite=False)
-            self._kept = _Kept(h, mass, partial(scipy.linalg.lu_solve, factors, check_finite=False))
+            self._factorisations += 1
+            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, motions, q, u))
         return self._kept.solve(self._kept.mass @ (du - needed))
 
     def _correct_literally(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
@@ -195,21 +251,29 @@ class GeneralisedAlphaStepper:
         mass = M[:n, :n]
         if model.constraints:
             rows = constraint_rates(model, motions, q, full)
-            solver = constrained_solver(model, self._iteration_matrix(h, mass, motions, q, u), rows.over(slice(n)))
-            self._kept = _Kept(h, mass, partial(_solve_held, solver))
+            matrix = self._iteration_matrix(h, mass, motions, q, u)
+            solver = constrained_solver(model, matrix, rows.over(slice(n)))
+            self._factorisations += 1
+            self._kept = _Kept(h, mass, matrix, partial(_solve_held, solver))
             return -solver.solve(-residual, rows.J @ rates + rows.remainder)[0]
         if self._kept is None or model.has_varying_tangents:
-            factors = scipy.linalg.lu_factor(self._iteration_matrix(h, mass, motions, q, u), check_finite=False)
-            self._kept = _Kept(h, mass, partial(scipy.linalg.lu_solve, factors, check_finite=False))
+            self._factorisations += 1
+            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, motions, q, u))
         return self._kept.solve(residual)
 
 
 class _Kept(NamedTuple):
-    """Step, mass matrix and solver of the iteration matrix of an earlier iteration."""
+    """Step, mass matrix, iteration matrix and its solver, of an earlier iteration."""
 
     h: float
     mass: Matrix
+    matrix: Matrix
     solve: Callable[[Vector], Vector]
+
+
+def _factored(h: float, mass: Matrix, matrix: Matrix) -> _Kept:
+    factors = scipy.linalg.lu_factor(matrix, check_finite=False)
+    return _Kept(h, mass, matrix, partial(scipy.linalg.lu_solve, factors, check_finite=False))
 
 
 def _solve_held(solver: ConstrainedSolver, force: Vector) -> Vector:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from kanefe.errors import SimulationError
 from kanefe.frames import Vector
+from kanefe.integrate.stepper import StepFailure
 
 
 class Step(NamedTuple):
@@ -27,12 +27,13 @@ class Step(NamedTuple):
         return self.known_move + self.share_move * a1, self.known_u + self.share_u * a1, a1
 
 
-def no_step(t: float, converges: bool, other_remedy: str) -> SimulationError:
-    """Return the error of a run that finds no step small enough at time t (s)."""
-    return SimulationError(
-        f"the implicit method found no step at t = {t:.6g} s "
-        f"({'the error stays too large' if converges else 'its iteration does not converge'}). "
-        f"Remedy: check loads for jumps or growth without bound there, {other_remedy}"
+def no_step(converges: bool, other_remedy: str, component: int | None = None) -> StepFailure:
+    """Return the failure of a run that finds no step small enough; `component` of the state is worst."""
+    return StepFailure(
+        "the implicit method found no step: "
+        + ("its error stays too large" if converges else "its iteration does not converge"),
+        f"check loads for jumps or growth without bound there, {other_remedy}",
+        component,
     )
 
 

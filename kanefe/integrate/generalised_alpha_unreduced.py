@@ -9,22 +9,25 @@ interpolated.
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from kanefe.assembly import consistent_start
+from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS, iteration_matrices
+from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS
 from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, Step, no_step
-from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.tangents import current_tangents
+from kanefe.integrate.unreduced_matrices import IterationMatrices, State
 from kanefe.scene_length import joint_scales, scene_length
-from kanefe.unreduced.border import Bordered, Edge
+from kanefe.unreduced.border import Bordered
 from kanefe.unreduced.closing import closed_state
 from kanefe.unreduced.scene import Residual, UnreducedScene
+
+if TYPE_CHECKING:
+    from kanefe.integrate.methods import StepControl
 
 LARGEST_ITERATIONS = 8
 
@@ -48,9 +51,6 @@ CAUTION = 3.0
 
 QUIET = 0.4
 """Error of a step up to which the next ones are judged by what changes in the accelerations, without a solve."""
-
-LARGE = 20_000
-"""Coordinates from which factors take much memory: then those of two step sizes are kept, else of four."""
 
 FIRST_HALVINGS = 9
 """The first step tried is the span by 2^9; it grows or shrinks from there."""
@@ -92,71 +92,116 @@ class UnreducedStepper:
     dynamics : Dynamics
     start, stop : float
         s.
-    rtol : float
-        Error of a step relative to the size of the bodies (m) and to 1 rad, for nodes and joints alike.
-    atol : float
-        Not used.
-    outputs : ndarray
-        Times wanted: states there are interpolated.
+    control : StepControl
+        rtol: error of a step relative to the size of the bodies (m) and to 1 rad, for nodes and joints alike.
     """
 
     name = "generalised-alpha"
 
-    def __init__(
-        self, dynamics: Dynamics, start: float, stop: float, rtol: float, atol: float, outputs: np.ndarray
-    ) -> None:
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
         self._dynamics, self._model = dynamics, dynamics.model
-        self._changes = self._model.has_varying_tangents
         self._scene = UnreducedScene(dynamics.model)
         self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
-        self._stiffness, self._damping = iteration_matrices(self._scene.small)
-        self._reach = 1.0 / (rtol * _scales(self._scene))
-        self._start, self._span = start, stop - start
-        self._halvings, self._ticks = FIRST_HALVINGS, 0
+        self._reach = 1.0 / (control.rtol * _scales(self._scene))
+        self._start, self._span, self._stop = start, stop - start, stop
+        self._halvings = FIRST_HALVINGS
         self._patience, self._calm, self._is_first = 1, 0, True
-        self._edges: OrderedDict[int, list[Edge]] = OrderedDict()
-        self._bordered: tuple[int, Bordered] | None = None
-        is_large = any(member.body.free_count > LARGE for member in self._scene.condensed.members)
-        self._kept = 2 if is_large else 4
-        self.rejected = self.iterations = self._unmeasured = 0
-        self._rate, self._measured = 1.0, _Measured(-1, 0.0, 0.0)
-        self._q, self._u = consistent_start(self._model, start)
-        self._du = self._scene.accelerations(start, self._q, self._u)
-        self._a = self._du.copy()
-        self._power = self._scene.powers(start, self._q, self._u, self._du)
-        self._works = np.zeros(len(self._power))
-        self._before = (0.0, self._q, self._u, self._du, self._works)
-        self._move = np.zeros_like(self._u)
-        self._begun: tuple[float, Step] | None = None
+        self._matrices = IterationMatrices(self._scene, self._formula, self._span)
+        self._steps = self._rejected = self.iterations = self._unmeasured = 0
+        self._worst: int | None = None
+        q, u = consistent_start(self._model, start)
+        self._works = np.zeros(WORKS)
+        self.restart(start, np.concatenate((q, u, self._works)))
 
     @property
     def t(self) -> float:
         """Time reached in s."""
-        return self._start + self._span * math.ldexp(self._ticks, -MOST_HALVINGS)
+        reached = self._start + self._span * math.ldexp(self._ticks, -MOST_HALVINGS)
+        is_end = math.isclose(reached, self._stop, rel_tol=1e-15, abs_tol=1e-15 * self._span)
+        return self._stop if is_end else reached
 
     @property
-    def statistics(self) -> dict[str, int]:
-        """How often S was factored, and how many iterations were done, each with one solve."""
-        return {"factorisations": self._scene.factorisations, "iterations": self.iterations}
+    def t_old(self) -> float:
+        """Start of the last step in s."""
+        return self._before[0]
 
-    def initial_state(self) -> Vector:
-        """Return the state at the start."""
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Steps, how often S was factored, and how many iterations were done, each with one solve."""
+        return {
+            "steps": self._steps,
+            "rejected": self._rejected,
+            "evaluations": self._scene.evaluations,
+            "factorisations": self._scene.factorisations,
+            "iterations": self.iterations,
+        }
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            self._advance()
+            most_steps -= 1
+            reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
+            if reached > passed:
+                states[passed:reached] = self.states(times[passed:reached])
+                passed = reached
+        return passed
+
+    def state(self) -> Vector:
+        """Return the state at t."""
         return np.concatenate((self._q, self._u, self._works))
 
-    def initial_accelerations(self) -> Vector:
-        """Return du at the start."""
-        return self._du.copy()
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state: with the same step sizes, counted from there, whose factors are kept."""
+        self._start, self._ticks = t, 0
+        self._begin(y)
 
-    def step(self) -> None:
-        """Take one accepted step.
+    def _begin(self, y: Vector) -> None:
+        t = self.t
+        q, u = self._dynamics.parts(y)
+        self._q, self._u, self._works = q.copy(), u.copy(), y[len(q) + len(u) :].copy()
+        self._du = self._scene.accelerations(t, self._q, self._u)
+        self._a = self._du.copy()
+        self._power = self._scene.powers(t, self._q, self._u, self._du)
+        self._before = (t, self._q, self._u, self._du, self._works)
+        self._move = np.zeros_like(self._u)
+        self._begun: tuple[float, Step] | None = None
+        self._matrices.bordered = None
+        self._rate, self._measured = 1.0, _Measured(-1, 0.0, 0.0)
 
-        Raises
-        ------
-        SimulationError
-            If no step is small enough.
-        """
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what is needed to go on; of factors and borders the states at which they were made."""
+        kept = {"q": self._q, "u": self._u, "du": self._du, "a": self._a, "power": self._power, "works": self._works}
+        arrays = {name: array.copy() for name, array in kept.items()}
+        counters = (
+            self._halvings, self._ticks, self._patience, self._calm, self._is_first, self._unmeasured,
+            self._measured.halvings,
+        )  # fmt: skip
+        arrays["counters"] = np.array(counters, dtype=np.int64)
+        arrays["numbers"] = np.array((self._start, self._span, self._rate, self._measured.error, self._measured.first))
+        arrays |= self._matrices.snapshot()
+        return arrays
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot: the matrices are factored anew."""
+        counters = snapshot["counters"].tolist()
+        self._start, self._span, rate, error, first = snapshot["numbers"].tolist()
+        self._halvings, self._ticks, self._patience, self._calm = counters[:4]
+        self._begin(np.concatenate([snapshot[name] for name in ("q", "u", "works")]))
+        self._is_first, self._unmeasured = bool(counters[4]), counters[5]
+        self._rate, self._measured = rate, _Measured(counters[6], error, first)
+        self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
+        self._before = (self.t, self._q, self._u, self._du, self._works)
+        self._matrices.resume(snapshot, self._span)
+
+    def _advance(self) -> None:
+        """Take one accepted step."""
         while True:
             h = math.ldexp(self._span, -self._halvings)
+            if self.t + h > self._stop + 1e-9 * h:  # only after a restart: what is left has sizes of its own
+                self._span_the_rest()
+                continue
             end = self._try(h)
             if end is not None and end.error <= 1.0:
                 more = _doublings(end.error)
@@ -164,15 +209,21 @@ class UnreducedStepper:
                     self._halvings, self._is_first = max(self._halvings - more, LEAST_HALVINGS), False
                     continue
                 break
-            self.rejected += 1
+            self._rejected += 1
             self._patience, self._calm = min(2 * self._patience, 64), 0
             less = 2 if end is None else max(1, math.ceil(math.log2(1.1 * end.error) / 3))
             self._halvings += min(less, 4)
             if self._halvings > MOST_HALVINGS:
-                raise no_step(self.t, end is not None, "or loosen rtol")
+                raise no_step(end is not None, "or loosen rtol", self._worst)
         self._is_first = False
         self._accept(h, end)
         self._grow(end.error)
+
+    def _span_the_rest(self) -> None:
+        t = self.t
+        self._start, self._span, self._ticks = t, self._stop - t, 0
+        self._halvings, self._measured, self._begun = LEAST_HALVINGS, _Measured(-1, 0.0, 0.0), None
+        self._matrices.clear(self._span)
 
     def _accept(self, h: float, end: _End) -> None:
         t1 = self.t + h
@@ -182,6 +233,7 @@ class UnreducedStepper:
         self._before = (self.t, self._q, self._u, self._du, self._works)
         self._move = self._formula.move(h, self._u, self._a, end.a)
         self._begun = None
+        self._steps += 1
         self._ticks += 1 << (MOST_HALVINGS - self._halvings)
         self._q, self._u, self._du, self._a, self._power, self._works = q, u, end.du, end.a, power, works
 
@@ -203,6 +255,8 @@ class UnreducedStepper:
     def states(self, times: np.ndarray) -> np.ndarray:
         """Return the states at times of the last step, shape (times, state)."""
         t0, q0, u0, _, works0 = self._before
+        if t0 == self.t:
+            return np.tile(self.state(), (len(times), 1))
         h = self.t - t0
         found = []
         for t in times:
@@ -217,6 +271,8 @@ class UnreducedStepper:
     def accelerations(self, times: np.ndarray) -> np.ndarray:
         """Return du at times of the last step, shape (times, free)."""
         t0, du0 = self._before[0], self._before[3]
+        if t0 == self.t:
+            return np.tile(self._du, (len(times), 1))
         x = ((times - t0) / (self.t - t0))[:, None]
         return np.asarray((1 - x) * du0 + x * self._du)
 
@@ -231,7 +287,7 @@ class UnreducedStepper:
             if done is None:
                 return None
             du -= done.correction
-            size = self._formula.stiffness_share(h) * float(np.max(np.abs(done.correction) * self._reach))
+            size = self._formula.stiffness_share(h) * self._size(done.correction)
             if iteration:
                 rate = self._rate = size / last if last else 0.0
             else:
@@ -240,24 +296,31 @@ class UnreducedStepper:
                 break
             if iteration and rate > 0.9:
                 if size > STALLED:
-                    self._renew_border()
+                    self._matrices.renew(self._q)
                     return None
                 break
             last = size
         else:
-            self._renew_border()
+            self._matrices.renew(self._q)
             return None
         if rate > SLOW:
-            self._bordered = None
+            self._matrices.bordered = None
         self._dynamics.evaluations = self._scene.evaluations
         q, u, a = self._reached(h, du)
         error = self._expected_error(first)
         if error is None:
             local = self._scene.inertia_of(self._formula.error(h, self._a, a), done.residual, q)
             filtered = done.bordered.solve(*local)
-            error = float(np.max(np.abs(self._scene.condensed.joined(filtered.z, filtered.parts)) * self._reach))
+            error = self._size(self._scene.condensed.joined(filtered.z, filtered.parts))
             self._remember(error, first)
         return _End(error, q, u, du, a)
+
+    def _size(self, move: Vector) -> float:
+        """Return how large a move is against what is allowed, and remember which speed has the worst part."""
+        sizes = np.abs(move) * self._reach
+        worst = int(np.argmax(sizes))
+        self._worst = self._model.coordinate_count + worst
+        return float(sizes[worst])
 
     def _remember(self, error: float, first: float) -> None:
         """Keep a measured error; of a step in which little changed, as it would be of one in which more does."""
@@ -286,7 +349,7 @@ class UnreducedStepper:
         found = self._scene.residual(self.t + h, q, u, du)
         if not all(np.isfinite(part @ part) for part in (found.twin, *found.parts)):
             return None
-        bordered, known = self._linear(h, self.t + h, found)
+        bordered, known = self._matrices.equations(self._halvings, found, State(self.t + h, q, u, du), self._q)
         solution = bordered.solve(found.twin, found.parts, known)
         self.iterations += 1
         return _Iteration(self._scene.condensed.joined(solution.z, solution.parts), found, bordered)
@@ -298,50 +361,20 @@ class UnreducedStepper:
         move, u, a = self._begun[1].end(du)
         return self._model.advance(self._q, move), u, a
 
-    def _renew_border(self) -> None:
-        """Make the border anew, at the bodies' present shape: the factors of S are good whatever happens."""
-        self._bordered = None
-        self._edges = OrderedDict(
-            (key, self._scene.edges(self._q, [own.factors for own in edges])) for key, edges in self._edges.items()
-        )
-
     def _expected_rate(self) -> float:
         """Return the rate of the iteration that the last steps let expect, on the safe side; 1 if it is not known."""
         self._unmeasured += 1
-        if self._unmeasured > MEASURED_EVERY or self._bordered is None or self._bordered[0] != self._halvings:
+        bordered = self._matrices.bordered
+        if self._unmeasured > MEASURED_EVERY or bordered is None or bordered[0] != self._halvings:
             return 1.0
         return min(CAUTION * self._rate, 1.0)
 
-    def _linear(self, h: float, t: float, found: Residual) -> tuple[Bordered, Vector | None]:
-        """Return the equations of an iteration, and what is known of the constraints; kept where nothing changes."""
-        scene, small = self._scene, self._scene.small
-        n = small.free_count
-        if not small.constraints and not self._changes and self._bordered and self._bordered[0] == self._halvings:
-            return self._bordered[1], None
-        K, C = current_tangents(small, found.motions, t, found.q, found.full, self._stiffness, self._damping)
-        A = found.mass[:n, :n] + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K
-        rows, known = None, None
-        if small.constraints:
-            rows = constraint_rates(small, found.motions, found.q, found.full)
-            known = -(rows.J @ found.rates + rows.remainder)
-        self._bordered = self._halvings, Bordered(scene.condensed, self._edges_of(h), A, found.motions, rows)
-        return self._bordered[1], known
-
-    def _edges_of(self, h: float) -> list[Edge]:
-        """Return the factors of S and the borders of a step size: made once, and kept while there is room."""
-        if self._halvings not in self._edges:
-            while len(self._edges) >= self._kept:
-                self._edges.popitem(last=False)
-            factors = self._scene.factored(self._formula.damping_share(h), self._formula.stiffness_share(h))
-            self._edges[self._halvings] = self._scene.edges(self._q, factors)
-        self._edges.move_to_end(self._halvings)
-        return self._edges[self._halvings]
-
     def _closed(self, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         """Return the state with its loops closed, in the metric of the iteration, so that stiff modes stay."""
-        if not self._model.constraints or self._bordered is None:
+        bordered = self._matrices.bordered
+        if not self._model.constraints or bordered is None:
             return q, u
-        return closed_state(self._scene.condensed, t, q, u, self._bordered[1])
+        return closed_state(self._scene.condensed, t, q, u, bordered[1])
 
 
 def _doublings(error: float) -> int:

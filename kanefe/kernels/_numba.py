@@ -10,7 +10,8 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -65,18 +66,33 @@ def entry(function: Function) -> Function:
     import numba
 
     folder = _cache_folder()
-    if folder is None:
-        compiled = numba.njit(error_model="numpy", fastmath=RELAXED, nogil=True)(function)
-    else:
-        kept, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
-        try:
-            compiled = numba.njit(error_model="numpy", fastmath=RELAXED, nogil=True, cache=True)(function)
-        finally:
-            numba.config.CACHE_DIR = kept
+    with _kept_in(folder):
+        compiled = numba.njit(error_model="numpy", fastmath=RELAXED, nogil=True, cache=folder is not None)(function)
     if not _entries:
         _announce_compilation(folder)
     _entries[function.__qualname__] = compiled
     return compiled  # type: ignore[no-any-return]
+
+
+def pointer(function: Function) -> Function:
+    """Compile a function of a method of integration (see `kanefe.kernels.stepping`) to a pointer of one type for all.
+
+    Kernels that call it need not be compiled for each method. Made when a method is first used: see `Method`.
+    """
+    if not IS_COMPILED:
+        return function
+    import numba
+    from numba import types
+
+    memory = types.int64[::1], types.float64[::1], types.float64[:, ::1], types.float64[:, ::1]
+    signatures = {
+        4: types.int64(*memory),
+        6: types.void(*memory, types.float64, types.float64[::1]),
+    }
+    signature = signatures[function.__code__.co_argcount]
+    folder = _cache_folder()
+    with _kept_in(folder):
+        return numba.cfunc(signature, error_model="numpy", fastmath=RELAXED, cache=folder is not None)(function)  # type: ignore[no-any-return]
 
 
 Part = tuple[Callable[..., Any], int, int, bool]
@@ -141,6 +157,20 @@ def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
             rest(t, y, inputs)
 
     return fill  # type: ignore[no-any-return]
+
+
+@contextmanager
+def _kept_in(folder: Path | None) -> Iterator[None]:
+    """Let numba keep what is compiled within in a folder."""
+    import numba
+
+    kept = numba.config.CACHE_DIR
+    if folder is not None:
+        numba.config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = kept
 
 
 def _cache_folder() -> Path | None:

@@ -63,6 +63,7 @@ def sweep_accelerations(
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
+    is_implicit: bool,
     du: np.ndarray,
 ) -> None:
     """Write du of the free speeds, and the share of du in the acceleration of every row."""
@@ -121,7 +122,7 @@ def sweep_accelerations(
         put(work, i, ACCELERATION, a)
         put(work, i, ALPHA, alpha)
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
-            modal_accelerations(flexible, rows[i, FLEXIBLE], work, modal, border, du)
+            modal_accelerations(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit, du)
 
 
 @kernel

@@ -39,6 +39,7 @@ from kanefe.kernels.layout import (
     WORK_COUPLING,
     WORK_DDETA,
     WORK_FORCE,
+    WORK_SCALE,
     FlexibleTables,
     H,
     J,
@@ -110,9 +111,15 @@ def border_span(body: np.ndarray, which: int) -> slice:
 
 @kernel
 def eliminate_modes(
-    rows: np.ndarray, flexible: FlexibleTables, f: int, work: np.ndarray, modal: np.ndarray, border: np.ndarray
+    rows: np.ndarray,
+    flexible: FlexibleTables,
+    f: int,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
 ) -> None:
-    """Take the modes of a body out of the articulated inertia of its link."""
+    """Take the modes of a body out of the articulated inertia of its link; scaled ones in an implicit sweep."""
     body = flexible.bodies[f]
     if body[COUNT] == 0:
         _hand_over_stiffly(flexible, body, work)
@@ -147,6 +154,8 @@ def eliminate_modes(
                 _place_basis(flexible.pool[at : at + 6 * k].reshape(6, k), T, placed)
             else:
                 _place_basis(modal[bent : bent + 6 * k].reshape(6, k), T, placed)
+            if is_implicit:
+                _scale(placed, modal[span(body, WORK_SCALE)])
             r = rotated(back, vector(work, i, OFFSET))
             block = lever[6 * c : 6 * c + 6]
             for a in range(6):
@@ -271,7 +280,7 @@ def solve_in_place(system: np.ndarray, first: np.ndarray, second: np.ndarray, co
 
 @kernel
 def eliminate_modal_forces(
-    flexible: FlexibleTables, f: int, work: np.ndarray, modal: np.ndarray, border: np.ndarray
+    flexible: FlexibleTables, f: int, work: np.ndarray, modal: np.ndarray, border: np.ndarray, is_implicit: bool
 ) -> None:
     """Hand other forces on the modes, and on what the body carries, to its link: the border is there already."""
     body = flexible.bodies[f]
@@ -285,6 +294,8 @@ def eliminate_modal_forces(
         return
     G = matrix(work, link, R)
     coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
+    if is_implicit:
+        _scale(p.reshape(1, k), modal[span(body, WORK_SCALE)])
     a, b = project(coupling, 0, p), project(coupling, 3, p)
     n = 6 * carried
     if n > 0:
@@ -323,7 +334,13 @@ def _hand_over_stiffly(flexible: FlexibleTables, body: np.ndarray, work: np.ndar
 
 @kernel
 def modal_accelerations(
-    flexible: FlexibleTables, f: int, work: np.ndarray, modal: np.ndarray, border: np.ndarray, du: np.ndarray
+    flexible: FlexibleTables,
+    f: int,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    du: np.ndarray,
 ) -> None:
     """Write ddeta of a body, and the share of du in the motion of its carrying interfaces."""
     body = flexible.bodies[f]
@@ -352,12 +369,6 @@ def modal_accelerations(
             for i in range(6 * carried):
                 y = held[i] + total(series[i], column)
                 _subtract(basis[i], y, x)
-        if body[TRANSFORM] < 0:
-            for j in range(k):
-                du[speed + j] = x[j]
-        else:
-            at = body[TRANSFORM] + k * k
-            transposed_product(flexible.pool[at : at + k * k].reshape(k, k), 0, x, du[speed : speed + k])
     for c in range(carried):
         i = flexible.carrying[body[CARRIED] + c]
         zero = 0.0 * a[0]
@@ -368,6 +379,22 @@ def modal_accelerations(
             turn = (total(basis[6 * c + 3], x), total(basis[6 * c + 4], x), total(basis[6 * c + 5], x))
         put(work, i, ACCELERATION, plus(plus(linear, cross(angular, vector(work, i, OFFSET))), rotated(G, shift)))
         put(work, i, ALPHA, plus(angular, rotated(G, turn)))
+    if k > 0:
+        if is_implicit:
+            _scale(x.reshape(1, k), modal[span(body, WORK_SCALE)])
+        if body[TRANSFORM] < 0:
+            for j in range(k):
+                du[speed + j] = x[j]
+        else:
+            at = body[TRANSFORM] + k * k
+            transposed_product(flexible.pool[at : at + k * k].reshape(k, k), 0, x, du[speed : speed + k])
+
+
+@vector_kernel
+def _scale(rows: np.ndarray, scale: np.ndarray) -> None:
+    for a in range(rows.shape[0]):
+        for i in range(rows.shape[1]):
+            rows[a, i] *= scale[i]
 
 
 @vector_kernel

@@ -103,6 +103,7 @@ def hold(
     driving: np.ndarray,
     multipliers: np.ndarray,
     room: np.ndarray,
+    is_implicit: bool,
 ) -> Any:
     """Add to du and driving forces of the tree what the constraints need; return the weakest pivot that counts.
 
@@ -150,8 +151,8 @@ def hold(
                 _walk_inward(tables, flexible, row, force, moment, work, modal, J, reach)
         scale[j] = _row_scale(J, reach, work, count)
         answer = answers[j, :count]  # the driven entries keep the answer of the driving forces
-        sweep_forces_inward(tables, flexible, applied, work, modal, border)
-        sweep_accelerations(tables, flexible, applied, work, modal, border, answer)
+        sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
+        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, answer)
         if len(driving) > 0:
             put_driving_forces(tables, applied, work, answers[j, count:])
         for i in range(m):
@@ -243,7 +244,8 @@ def _walk_inward(
 ) -> None:
     """Add the generalised forces of a wrench on a row, and the largest they could be, on the way to N."""
     rows, geometry = tables.rows, tables.geometry
-    f_size, m_size = np.sqrt(dot(force, force).real), np.sqrt(dot(moment, moment).real)
+    # of a vector whose real part is zero, the square of a complex step is negative
+    f_size, m_size = np.sqrt(abs(dot(force, force).real)), np.sqrt(abs(dot(moment, moment).real))
     while i >= 0:
         kind, speed = rows[i, KIND], rows[i, SPEED]
         if flexible is not None and kind == INTERFACE:
@@ -273,7 +275,7 @@ def _walk_inward(
                 reach[last + c] += m_size
         lever = vector(work, i, OFFSET)
         moment = plus(moment, cross(lever, force))
-        m_size += np.sqrt(dot(lever, lever).real) * f_size
+        m_size += np.sqrt(abs(dot(lever, lever).real)) * f_size
         i = rows[i, PARENT]
 
 

@@ -1,4 +1,4 @@
-"""Terms of a flexible body in its mesh frame G from constants (Eq. 29, 36, 38), in modes of unit mass.
+"""Terms of a flexible body in its mesh frame G from constants (Eq. 29, 36, 38), in modes of unit mass and diagonal K.
 
 With ``P_ab = int rho r_a psi_b`` only two parts of the mass moments are needed: the symmetric one, which gives inertia
 and centrifugal forces, and the antisymmetric one, which couples rotations with the modes and gives Coriolis forces. So
@@ -25,7 +25,6 @@ from kanefe.kernels.layout import (
     POOL_STIFFNESS,
     QUADRATIC,
     QUADRATIC_WORK,
-    STIFFNESS,
     TRANSFORM,
     WORK_COUPLING,
     WORK_DETA,
@@ -167,12 +166,9 @@ def set_flexible(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, mod
     moment = plus(plus(cross(c, a), symmetric_times(inertia, alpha)), plus(gyroscopic, coriolis))
     force, moment = plus(force, pull), plus(moment, twist)
     _modal_forces(second_shapes, of_eta, of_deta, coupling, w, a, alpha, p)
-    if body[STIFFNESS] < 0:
-        diagonal = constants[POOL_STIFFNESS:]
-        for j in range(k):
-            p[j] -= diagonal[j] * eta[j]
-    else:
-        _subtract_product(pool[body[STIFFNESS] : body[STIFFNESS] + k * k].reshape(k, k), eta, p)
+    diagonal = constants[POOL_STIFFNESS:]
+    for j in range(k):
+        p[j] -= diagonal[j] * eta[j]
     if body[DAMPING] >= 0:
         _subtract_product(pool[body[DAMPING] : body[DAMPING] + k * k].reshape(k, k), deta, p)
     put_inertia(work, i, mass, rotated(G, c), congruent(G, inertia), rotated(G, force), rotated(G, moment))

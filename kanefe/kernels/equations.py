@@ -10,6 +10,7 @@ from kanefe.kernels._numba import entry, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.constraints import Loops, hold, hold_size
 from kanefe.kernels.elastic import span, total
+from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.inertia import set_inertia
 from kanefe.kernels.interactions import Interactions, add_interactions
 from kanefe.kernels.inward import sweep_inward
@@ -39,7 +40,23 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.loads import add_field_loads, add_point_loads
 from kanefe.kernels.outward import sweep_outward
-from kanefe.kernels.runge_kutta import NO_INERTIA, NOT_FINITE, finish_stage, is_finite, stage_time
+from kanefe.kernels.stepping import (
+    AT,
+    IMPLICIT,
+    NO_INERTIA,
+    NOT_FINITE,
+    PUSH_DAMPING,
+    PUSH_STIFFNESS,
+    RATES,
+    SHARE_DAMPING,
+    SHARE_STIFFNESS,
+    SLOPE,
+    TIME_AT,
+    WEAKEST,
+    Run,
+    go_on,
+    is_finite,
+)
 from kanefe.kernels.vectors import put_euler_rates, three
 
 
@@ -88,18 +105,19 @@ def march(
     between: Interactions | None,
     loops: Loops | None,
     drives: np.ndarray,
+    drive: Callable[..., None] | None,
     fill: Callable[..., None] | None,
     t: float,
     inputs: np.ndarray,
-    y: np.ndarray,
-    rates: np.ndarray,
-    h: float,
-    steps: int,
-    states: np.ndarray,
+    vectors: np.ndarray,
+    share_damping: float,
+    share_stiffness: float,
+    run: Run | None,
 ) -> tuple[int, float]:
-    """Evaluate dy/dt once (steps = 0), or take steps of the classical Runge-Kutta method of order 4.
+    """Evaluate dy/dt once, or go on with a run until its method wants what is not to be had here.
 
-    One function for both, since the time to compile a function includes all that it calls.
+    One function for both, since the time to compile a function includes all that it calls. States are
+    ``(q, u, energy dissipated, work)``, of `coordinates + free + 2` numbers.
 
     Parameters
     ----------
@@ -108,27 +126,27 @@ def march(
         None leaves out their code.
     drives : ndarray, shape (driven, 3)
         Position, speed and acceleration of the driven coordinates.
+    drive : function (t, drives) or None
+        Writes them, where motions are compiled functions.
     fill : function (t, y, inputs) or None
         Writes the values of loads that are compiled functions.
     t : float
-        Time at the start, s.
+        Time of the one evaluation, s.
     inputs : ndarray
         Values of loads.
-    y : ndarray, shape (coordinates + free + 2,)
-        q, u, energy dissipated and work; at the end of the steps on return.
-    rates : ndarray, shape of y
-        dy/dt at the last stage, on return.
-    h : float
-        Step in s.
-    steps : int
-    states : ndarray, shape (outputs, state)
-        Every ``steps / outputs``-th state is stored.
+    vectors : ndarray, shape (2 or more, state)
+        The state and, on return, dy/dt; two pushes follow for a linearly implicit evaluation, which gives ``z`` in the
+        place of du: see `kanefe.kernels.implicit`. Of a run: all vectors of the method.
+    share_damping, share_stiffness : float
+        s and r of a linearly implicit evaluation.
+    run : Run or None
+        None: one evaluation.
 
     Returns
     -------
-    steps : int
-        Steps taken; NO_INERTIA along a joint at the start, or rates that are NOT_FINITE. Fewer than asked: the state
-        is no longer finite.
+    command : int
+        Of one evaluation RATES, or NO_INERTIA along a joint, or rates that are NOT_FINITE. Of a run: what the method
+        wants, ACCEPTED where the outputs or the steps have come to their end.
     weakest : float
         Smallest pivot of a constraint met, of 1: it falls to zero towards a singular position.
     """
@@ -140,28 +158,34 @@ def march(
     if loops is not None:
         held = len(loops.rows)
     closings = hold_size(held, speeds)
-    room = np.empty(rows + modes + borders + speeds + held + closings + sizes[DRIVES] + 2 * len(y), dtype=y.dtype)
+    room = np.empty(rows + modes + borders + 2 * speeds + held + closings + sizes[DRIVES], dtype=vectors.dtype)
     work = room[:rows].reshape(-1, WORK)
     modal = room[rows : rows + modes]
     border = room[rows + modes : rows + modes + borders]
-    applied = room[rows + modes + borders : rows + modes + borders + speeds]
-    room = room[rows + modes + borders + speeds :]
+    room = room[rows + modes + borders :]
+    applied, added = room[:speeds], room[speeds : 2 * speeds]
+    room = room[2 * speeds :]
     multipliers, closing = room[:held], room[held : held + closings]
-    driving = room[held + closings : held + closings + sizes[DRIVES]]
-    room = room[held + closings + sizes[DRIVES] :]
-    at, slope, sums = room[: len(y)], rates, room[len(y) :]
-    at[:] = y
-    sums[:] = y
+    driving = room[held + closings :]
+    at, slope = vectors[AT], vectors[SLOPE]
     q, u, du, powers = at[:n], at[n : n + m], slope[n : n + m], slope[n + m :]
-    stages = 4 * steps if steps > 0 else 1
-    every = steps // len(states) if len(states) > 0 else steps + 1
-    for evaluation in range(stages):
+    is_implicit = len(vectors) > PUSH_STIFFNESS
+    while True:
+        if run is not None:
+            command = go_on(run, vectors)
+            if command != RATES and command != IMPLICIT:
+                return command, weakest
+            is_implicit = command == IMPLICIT
+            t = run.reals[TIME_AT]
+            share_damping, share_stiffness = run.reals[SHARE_DAMPING], run.reals[SHARE_STIFFNESS]
+        if drive is not None:
+            drive(t, drives)
         rates_of_coordinates(tables, flexible, q, u, slope)
         sweep_outward(tables, flexible, drives, q, u, work, modal)
         set_inertia(tables, flexible, work, modal)
         applied[:] = 0.0
         if fill is not None:
-            fill(t + h * stage_time(evaluation), at, inputs)
+            fill(t, at, inputs)
         powers[1] = add_point_loads(tables, flexible, inputs, work, modal)
         dissipated, motors = add_joint_forces(tables, drives, inputs, q, u, applied)
         powers[0] = dissipated
@@ -173,24 +197,26 @@ def march(
             taken, given = add_interactions(between, tables.rows, flexible, inputs, work, modal)
             powers[0] += taken
             powers[1] += given
-        is_regular = sweep_inward(tables, flexible, applied, work, modal, border)
-        sweep_accelerations(tables, flexible, applied, work, modal, border, du)
+        if is_implicit:
+            pushes = vectors[PUSH_DAMPING, n : n + m], vectors[PUSH_STIFFNESS, n : n + m]
+            stiffen_joints(tables, share_damping, share_stiffness, pushes[0], pushes[1], q, u, applied, added)
+            if flexible is not None:
+                stiffen_modes(flexible, share_damping, share_stiffness, pushes[0], pushes[1], modal)
+        is_regular = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added)
+        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
         if len(driving) > 0:
             put_driving_forces(tables, applied, work, driving)
         if loops is not None:
             pivot = hold(
-                loops, tables, flexible, drives, applied, work, modal, border, du, driving, multipliers, closing
-            )
+                loops, tables, flexible, drives, applied, work, modal, border, du, driving, multipliers, closing,
+                is_implicit,
+            )  # fmt: skip
             weakest = min(weakest, pivot)
+            if run is not None:
+                run.reals[WEAKEST] = pivot
         for i in range(len(driving)):
             powers[1] += driving[i] * drives[i, 1]
         if not is_regular:
-            return NO_INERTIA if evaluation == 0 else evaluation // 4, weakest
-        if steps > 0:
-            finish_stage(evaluation % 4, h, y, slope, at, sums)
-            taken = (evaluation + 1) // 4
-            if evaluation % 4 == 3 and taken % every == 0 and taken // every <= len(states):
-                states[taken // every - 1] = y
-    if steps == 0 and not is_finite(slope):
-        return NOT_FINITE, weakest
-    return steps, weakest
+            return NO_INERTIA, weakest
+        if run is None:
+            return RATES if is_finite(slope) else NOT_FINITE, weakest

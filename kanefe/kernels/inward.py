@@ -66,6 +66,8 @@ def sweep_inward(
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
+    is_implicit: bool,
+    added: np.ndarray,
 ) -> bool:
     """Eliminate all rows, children before parents; tell whether every joint has inertia along it.
 
@@ -73,6 +75,10 @@ def sweep_inward(
     ----------
     applied : ndarray, shape (free + driven,)
         Generalised forces at the joints.
+    is_implicit : bool
+        Whether the modes are scaled and `added` counts, see `kanefe.kernels.implicit`.
+    added : ndarray, shape (free + driven,)
+        Inertia added along the joints.
     """
     rows, geometry = tables.rows, tables.geometry
     is_regular = True
@@ -81,7 +87,7 @@ def sweep_inward(
         if kind == INTERFACE:  # its body takes what it carries
             continue
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
-            eliminate_modes(rows, flexible, rows[i, FLEXIBLE], work, modal, border)
+            eliminate_modes(rows, flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
         if kind == FREE:
             put_symmetric(work, i, U, symmetric_inverse(symmetric(work, i, M)))
             is_regular = is_regular and work[i, U].real > 0.0
@@ -109,6 +115,8 @@ def sweep_inward(
                 angular = plus(times(along, rotated_back(h, axis)), times(about, symmetric_times(j, axis)))
                 inertia = along * dot(axis, linear) + about * dot(axis, angular)
                 rest = applied[speed] - along * dot(axis, force) - about * dot(axis, moment)
+            if is_implicit:
+                inertia += added[speed]
             is_regular = is_regular and inertia.real > 0.0
             pivot = 1.0 / inertia
             rest = rest * pivot
@@ -158,6 +166,7 @@ def sweep_forces_inward(
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
+    is_implicit: bool,
 ) -> None:
     """Hand other forces inward over the inertias that `sweep_inward` has left: what follows are their accelerations."""
     rows, geometry = tables.rows, tables.geometry
@@ -166,7 +175,7 @@ def sweep_forces_inward(
         if kind == INTERFACE:
             continue
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
-            eliminate_modal_forces(flexible, rows[i, FLEXIBLE], work, modal, border)
+            eliminate_modal_forces(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
         if kind == FREE:
             continue
         force, moment = vector(work, i, FORCE), vector(work, i, MOMENT)

@@ -60,15 +60,14 @@ DETA = 2  # first speed
 ROW = 3  # its link
 POOL = 4  # its constants in `FlexibleTables.pool`
 MODAL = 5  # its place in the modal work array
-TRANSFORM = 6  # modes of unit mass from the user's coordinates, in the pool; -1: they are the same
-STIFFNESS = 7  # full matrix in the pool; -1: a diagonal, among the constants
-DAMPING = 8  # full matrix in the pool; -1: none
-CARRIED = 9  # first of its interfaces that carry something, in `FlexibleTables.carrying`
-CARRIED_COUNT = 10
-BORDER = 11  # its place in the border work array
-QUADRATIC = 12  # moments of the second-order displacement, (k, 6 k) in the pool; -1: none
-QUADRATIC_WORK = 13  # room for 9 k numbers in the modal work
-BODY_INTEGERS = 14
+TRANSFORM = 6  # modes of unit mass and diagonal K from the user's coordinates, in the pool; -1: they are the same
+DAMPING = 7  # full matrix in the pool; -1: none
+CARRIED = 8  # first of its interfaces that carry something, in `FlexibleTables.carrying`
+CARRIED_COUNT = 9
+BORDER = 10  # its place in the border work array
+QUADRATIC = 11  # moments of the second-order displacement, (k, 6 k) in the pool; -1: none
+QUADRATIC_WORK = 12  # room for 9 k numbers in the modal work
+BODY_INTEGERS = 13
 
 # Constants of a flexible body, from POOL on
 POOL_MASS = 0
@@ -85,7 +84,8 @@ WORK_RATES = 11  # 3 antisymmetric products with deta
 WORK_COUPLING = 14  # 6 x k: inertia between the motion of G and the modes, in G
 WORK_FORCE = 20
 WORK_DDETA = 21
-MODAL_WORK = 22
+WORK_SCALE = 22  # of a linearly implicit sweep: what the modes are scaled by
+MODAL_WORK = 23
 
 
 class Tables(NamedTuple):

@@ -71,8 +71,18 @@ def float_freely(tables: PlanarTables, applied: np.ndarray, work: np.ndarray, i:
 
 
 @inlined
-def sweep_inward(tables: PlanarTables, drives: np.ndarray, applied: np.ndarray, work: np.ndarray) -> bool:
-    """Eliminate all joints, children before parents; tell whether each of them has inertia along it."""
+def sweep_inward(
+    tables: PlanarTables,
+    drives: np.ndarray,
+    applied: np.ndarray,
+    work: np.ndarray,
+    is_implicit: bool,
+    added: np.ndarray,
+) -> bool:
+    """Eliminate all joints, children before parents; tell whether each of them has inertia along it.
+
+    `added` is inertia along the joints, which counts in an implicit sweep.
+    """
     rows, geometry = tables.rows, tables.geometry
     is_regular = True
     for i in range(len(rows) - 1, 0, -1):
@@ -88,6 +98,10 @@ def sweep_inward(tables: PlanarTables, drives: np.ndarray, applied: np.ndarray, 
             torque = geometry[i, SIGN] * applied[speed]
             m_r_x, m_r_y = m_xy * r_x - m_xx * r_y, m_yy * r_x - m_xy * r_y  # M times the normal cross r
             h_r = h_y * r_x - h_x * r_y
+            if is_implicit:  # it resists the turn against the parent, not that against N
+                j += added[speed]
+                h_r -= added[speed]
+                work[parent, J] += added[speed]
             pivot = 1.0 / j
             is_regular = is_regular and j.real > 0.0
             e_x, e_y, e_r = pivot * h_x, pivot * h_y, pivot * h_r
@@ -115,6 +129,8 @@ def sweep_inward(tables: PlanarTables, drives: np.ndarray, applied: np.ndarray, 
                 u_x, u_y = m_xx * axis_x + m_xy * axis_y, m_xy * axis_x + m_yy * axis_y
                 u_j = h_x * axis_x + h_y * axis_y
                 inertia = axis_x * u_x + axis_y * u_y
+                if is_implicit:
+                    inertia += added[speed]
                 is_regular = is_regular and inertia.real > 0.0
                 pivot = 1.0 / inertia
                 rest = pivot * (applied[speed] - axis_x * force_x - axis_y * force_y)

@@ -298,3 +298,10 @@ def put_euler_rates(rates: np.ndarray, at: int, q: np.ndarray, w: Numbers) -> No
     rates[at + 1] = 0.5 * (e0 * w[0] + e2 * w[2] - e3 * w[1])
     rates[at + 2] = 0.5 * (e0 * w[1] + e3 * w[0] - e1 * w[2])
     rates[at + 3] = 0.5 * (e0 * w[2] + e1 * w[1] - e2 * w[0])
+
+
+@inlined
+def copy(source: np.ndarray, target: np.ndarray) -> None:
+    """Copy numbers one by one: arrays cannot be assigned to slices where no memory is to be had."""
+    for i in range(len(source)):
+        target[i] = source[i]

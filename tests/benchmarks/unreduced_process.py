@@ -38,12 +38,11 @@ def _scene(body: Any) -> Any:
 
 
 def _stepper(body: Any, span: float) -> Any:
-    import numpy as np
-
     from kanefe.integrate.dynamics import Dynamics
     from kanefe.integrate.generalised_alpha_unreduced import UnreducedStepper
+    from kanefe.integrate.methods import StepControl
 
-    return UnreducedStepper(Dynamics(_scene(body).freeze()), 0.0, span, RTOL, 0.0, np.zeros(0))
+    return UnreducedStepper(Dynamics(_scene(body).freeze()), 0.0, span, StepControl(RTOL, 0.0, None))
 
 
 def matrices(mesh: str, file: str) -> dict[str, Any]:
@@ -70,15 +69,13 @@ def swing(mesh: str, span: str, rounds: str) -> dict[str, Any]:
     corner = int(np.argmax(body.nodes @ (1.0, 0.1, 0.01)))
     times = []
     for _ in range(int(rounds) + 1):
-        stepper, steps = _stepper(body, SWING), 0
+        stepper = _stepper(body, SWING)
+        states = np.empty((1, len(stepper.state())))
         start = time.process_time()
-        while stepper.t < SWING:
-            stepper.step()
-            steps += 1
-        times.append((time.process_time() - start) / steps)
+        stepper.march(np.array([SWING]), states, 1_000_000)
+        times.append((time.process_time() - start) / stepper.statistics["steps"])
     return {
         "seconds": times[1:],
-        "steps": steps,
         **stepper.statistics,
         "end": end.nodal_positions("bar", frames=-1, nodes=[corner])[0].tolist(),
     }
@@ -92,7 +89,7 @@ def iterate(mesh: str, count: str) -> dict[str, Any]:
     start = time.process_time()
     stepper = _stepper(body, 0.02)
     first = time.process_time() - start
-    h, du = 0.02 / 512, stepper.initial_accelerations()
+    h, du = 0.02 / 512, stepper.accelerations(np.zeros(1))[0]
     start = time.process_time()
     done = stepper.iterate(h, du)  # factors S
     factoring = time.process_time() - start

@@ -1,0 +1,108 @@
+"""The methods that are kernels (see `kanefe.kernels.stepping`): their functions, memory and coefficients, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+
+from kanefe.frames import Matrix
+from kanefe.kernels import extrapolation, stepping
+from kanefe.kernels._numba import pointer
+from kanefe.kernels.explicit_steps import (
+    DENSE,
+    ESTIMATES,
+    EXTRA,
+    FIRST_RATE,
+    ORDER,
+    STAGES,
+    advance_explicitly,
+    interpolate_explicitly,
+)
+
+COLUMNS_OF_FIXED_STEPS = 6
+"""Columns of an extrapolation with fixed steps: order 6."""
+
+
+@dataclass(frozen=True, eq=False)
+class KernelMethod:
+    """A method.
+
+    Attributes
+    ----------
+    name : str
+    advance, interpolate : function
+        Kernels.
+    rows, reals : int
+        Rows of vectors and reals that it takes.
+    integers : dict of int to int
+        Its own integers at the start.
+    table : ndarray
+        Its coefficients.
+    is_implicit : bool
+        Whether it wants linearly implicit evaluations.
+    """
+
+    name: str
+    advance: Callable[..., Any]
+    interpolate: Callable[..., Any]
+    rows: int
+    reals: int
+    integers: dict[int, int]
+    table: Matrix
+    is_implicit: bool
+
+    @cached_property
+    def pointers(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
+        """The two functions as pointers of one type for all methods."""
+        return _pointer(self.advance), _pointer(self.interpolate)
+
+
+@cache
+def _pointer(function: Callable[..., Any]) -> Callable[..., Any]:
+    return pointer(function)
+
+
+@cache
+def kernel_method(name: str) -> KernelMethod:
+    """Return a method by its name."""
+    if name == "extrapolation":
+        return KernelMethod(
+            name,
+            extrapolation.advance_extrapolating,
+            extrapolation.interpolate_extrapolating,
+            extrapolation.rows_needed(),
+            extrapolation.reals_needed(),
+            {},
+            np.zeros((1, 1)),
+            is_implicit=True,
+        )
+    from kanefe.integrate import tableaus
+
+    makers = {
+        "rk4": tableaus.classical,
+        "dopri5": tableaus.dormand_prince_5,
+        "dop853": tableaus.dormand_prince_8,
+    }
+    tableau = makers[name]()
+    integers = {
+        STAGES: tableau.stages,
+        EXTRA: tableau.extra,
+        ESTIMATES: tableau.estimates,
+        DENSE: tableau.dense,
+        ORDER: tableau.order,
+    }
+    rows = FIRST_RATE + tableau.stages + 1 + tableau.extra
+    return KernelMethod(
+        name,
+        advance_explicitly,
+        interpolate_explicitly,
+        rows,
+        stepping.REALS_OF_METHOD,
+        integers,
+        tableau.table,
+        is_implicit=False,
+    )

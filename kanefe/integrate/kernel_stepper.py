@@ -1,0 +1,255 @@
+"""A run by one of the kernel methods: in compiled code where the scene has no Python functions, else from Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.equations_of_motion import WORKS
+from kanefe.frames import Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.generalised_alpha import displacement_scales
+from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
+from kanefe.integrate.stepper import StepFailure
+from kanefe.joints import Free, Spherical
+from kanefe.kernels import extrapolation
+from kanefe.kernels.stepping import (
+    AT,
+    COMMAND,
+    COORDINATES,
+    EVALUATIONS,
+    FAILED,
+    FILTER,
+    HAS_LOOPS,
+    IMPLICIT,
+    IS_FIXED,
+    LARGEST,
+    MAP,
+    MAP_SIZE,
+    NEXT_OUTPUT,
+    NEXT_STEP,
+    PROJECT,
+    PUSH_STIFFNESS,
+    RATES,
+    REJECTED,
+    RELATIVE,
+    SCALE,
+    SHARE_DAMPING,
+    SHARE_STIFFNESS,
+    SLOPE,
+    SMALLEST,
+    SPEEDS,
+    STAGE,
+    START,
+    STATE,
+    STEPS,
+    STOP,
+    STORED,
+    STRAIGHT,
+    TIME,
+    TIME_AT,
+    TIME_OLD,
+    TURNING,
+    WANTS_DENSE,
+    WORST,
+    Run,
+    interpolated,
+    next_command,
+)
+from kanefe.model import Model
+
+if TYPE_CHECKING:
+    from kanefe.integrate.methods import StepControl
+
+SMALLEST_STEP = 1e-12
+"""Share of the span below which a step means that the run cannot go on."""
+
+LEAST_STEPS = 100
+"""Steps of a run at least, where loads or drives are functions."""
+
+
+class KernelStepper:
+    """A method in the middle of a run: see `Stepper`. Its `states` are to be had after a call for one step.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    start, stop : float
+        s.
+    control : StepControl
+        rtol, relative to each component of the state; atol, in units of `state_scales`; or a fixed step.
+    method : KernelMethod
+    """
+
+    def __init__(
+        self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, method: KernelMethod
+    ) -> None:
+        self.name = method.name
+        self._dynamics, self._method = dynamics, method
+        model = dynamics.model
+        n, m = model.coordinate_count, model.free_count
+        moves = coordinate_moves(model)
+        self._integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
+        self._reals = np.zeros(method.reals)
+        self._vectors = np.zeros((method.rows, n + m + WORKS))
+        integers, reals = self._integers, self._reals
+        integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
+        integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
+        integers[HAS_LOOPS] = bool(model.constraints)
+        for place, value in method.integers.items():
+            integers[place] = value
+        reals[TIME] = reals[TIME_OLD] = start
+        reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * (stop - start)
+        # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
+        reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
+        reals[RELATIVE] = max(control.rtol, 3e-14)
+        if control.step is not None:
+            integers[IS_FIXED], reals[NEXT_STEP], reals[LARGEST] = 1, control.step, math.inf
+            if method.is_implicit:
+                integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS
+        self._vectors[STATE] = dynamics.initial_state(start)
+        scales, frequencies = state_scales(model)
+        self._vectors[SCALE] = max(control.atol, 1e-300) * scales
+        self._vectors[FILTER] = frequencies**2
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        return float(self._reals[TIME])
+
+    @property
+    def t_old(self) -> float:
+        """Start of the last step in s."""
+        return float(self._reals[TIME_OLD])
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Steps, rejected steps and evaluations."""
+        integers = self._integers
+        return {
+            "steps": int(integers[STEPS]),
+            "rejected": int(integers[REJECTED]),
+            "evaluations": int(integers[EVALUATIONS]),
+        }
+
+    def state(self) -> Vector:
+        """Return the state at t."""
+        return self._vectors[STATE].copy()
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state)."""
+        found = np.empty((len(times), self._vectors.shape[1]))
+        if self.t_old == self.t:
+            found[:] = self._vectors[STATE]
+            return found
+        for t, row in zip(times, found, strict=True):
+            if self._integers[STAGE] and t < self.t:
+                interpolated(
+                    self._method.pointers[1], self._integers, self._reals, self._vectors, self._method.table, t, row
+                )
+                row[:] = self._dynamics.projected(float(t), row)
+            else:
+                row[:] = self._vectors[STATE]
+        return found
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state, with a tenth of the step where it is not fixed."""
+        integers, reals = self._integers, self._reals
+        self._vectors[STATE] = y
+        reals[TIME] = reals[TIME_OLD] = t
+        integers[COMMAND], integers[STAGE] = START, 0
+        if not integers[IS_FIXED]:
+            reals[NEXT_STEP] *= 0.1
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return copies of the memory of the method."""
+        return {"integers": self._integers.copy(), "reals": self._reals.copy(), "vectors": self._vectors.copy()}
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        for name, array in (("integers", self._integers), ("reals", self._reals), ("vectors", self._vectors)):
+            array[:] = snapshot[name]
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        integers, reals, vectors = self._integers, self._reals, self._vectors
+        integers[STORED], integers[WANTS_DENSE] = 0, most_steps == 1
+        reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf
+        most = int(integers[STEPS]) + min(most_steps, 2**40)
+        run = Run(*self._method.pointers, integers, reals, self._method.table, times, states, most)
+        dynamics = self._dynamics
+        is_compiled = dynamics.is_autonomous
+        before = int(integers[EVALUATIONS])
+        while True:
+            if is_compiled:
+                command = dynamics.go_on(run, vectors, self._method.is_implicit)
+            else:
+                command = next_command(run, vectors)
+            if command == RATES:
+                vectors[SLOPE] = dynamics.rate(float(reals[TIME_AT]), vectors[AT])
+            elif command == IMPLICIT:
+                shares = float(reals[SHARE_DAMPING]), float(reals[SHARE_STIFFNESS])
+                dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: PUSH_STIFFNESS + 1], *shares)
+            elif command == PROJECT:
+                vectors[STATE] = dynamics.projected(self.t, vectors[STATE])
+            elif command == FAILED:
+                raise self._failure()
+            else:
+                break
+        if is_compiled:
+            dynamics.evaluations += int(integers[EVALUATIONS]) - before
+        stored = int(integers[STORED])
+        for i in range(stored if dynamics.model.constraints else 0):
+            states[i] = dynamics.projected(float(times[i]), states[i])
+        return stored
+
+    def _failure(self) -> StepFailure:
+        return StepFailure(
+            f"{self.name} found no step of {self._reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
+            "check loads for jumps or growth without bound there, or loosen rtol",
+            int(self._integers[WORST]),
+        )
+
+
+def coordinate_moves(model: Model) -> list[tuple[int, int, int]]:
+    """Return how coordinates move with the speeds: kind, coordinate and speed, see `kanefe.kernels.stepping`."""
+    moves = []
+    for body in model.bodies:
+        at, speeds = body.free_coordinates()
+        straight = len(at)
+        if isinstance(body.joint, (Free, Spherical)):
+            straight = len(at) - 4
+        moves += [(STRAIGHT, int(q), int(u)) for q, u in zip(at[:straight], speeds[:straight], strict=False)]
+        if straight < len(at):
+            moves.append((TURNING, int(at[straight]), int(speeds[straight])))
+        if body.flexible:
+            first, speed = body.flexible.eta.start, body.flexible.speeds.start
+            moves += [(STRAIGHT, first + i, speed + i) for i in range(body.flexible.body.free_count)]
+    return moves
+
+
+def state_scales(model: Model) -> tuple[Vector, Vector]:
+    """Return what counts as a large value of each component of (q, u, works), and its frequency in rad/s; 0: none.
+
+    Large are a radian, the size of the scene in m and what moves a body by its size in modal units; and these a second.
+    A modal speed counts in the amplitude that it causes: against a large displacement times the frequency of its mode.
+    """
+    n, m = model.coordinate_count, model.free_count
+    displacements = displacement_scales(model)
+    modal = np.zeros(m)
+    for body in model.bodies:
+        if body.flexible:
+            k = body.flexible.body.free_count
+            stiffness = np.diag(body.flexible.body.stiffness)[:k]
+            mass = np.diag(body.flexible.body.moments.elastic_mass)[:k]
+            modal[body.flexible.speeds] = np.sqrt(np.maximum(stiffness, 0.0) / mass)
+    scales, frequencies = np.ones(n + m + WORKS), np.zeros(n + m + WORKS)
+    for kind, at, speed in coordinate_moves(model):
+        if kind == STRAIGHT:
+            scales[at], frequencies[at] = displacements[speed], modal[speed]
+    scales[n : n + m] = displacements * np.maximum(1.0, modal)
+    frequencies[n : n + m] = modal
+    return scales, frequencies

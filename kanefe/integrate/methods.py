@@ -1,0 +1,212 @@
+"""The table of methods, and the choice of one for a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from kanefe.errors import ModelError
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.explicit import ExplicitStepper
+from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper, stiffest_rate
+from kanefe.integrate.generalised_alpha_unreduced import UnreducedStepper
+from kanefe.integrate.stepper import Stepper
+from kanefe.model import Model
+
+LARGEST_EXPLICIT_STEPS = 2000.0
+"""Steps that the explicit method would need for the elastic modes, above which "auto" takes the implicit one."""
+
+DEFAULT_RTOL = 1e-6
+
+ATOL_SHARE = 1e-3
+"""Of rtol: the absolute tolerance where none is given."""
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """How a stepper chooses its steps.
+
+    Attributes
+    ----------
+    rtol, atol : float
+        Error allowed for a step; without meaning where the step is fixed.
+    step : float or None
+        Fixed step, s.
+    """
+
+    rtol: float
+    atol: float
+    step: float | None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A row of the table.
+
+    Attributes
+    ----------
+    name : str
+    make : callable
+        (dynamics, start, stop, control) -> stepper.
+    has_error_control, has_fixed_steps : bool
+        Whether it can choose its steps, and whether it can take given ones.
+    takes_atol : bool
+        Whether errors are measured component by component; else by the size of the bodies.
+    least_rtol : float
+        Below which round-off is all that it controls.
+    """
+
+    name: str
+    make: Callable[[Dynamics, float, float, StepControl], Stepper]
+    has_error_control: bool = True
+    has_fixed_steps: bool = False
+    takes_atol: bool = False
+    least_rtol: float = 0.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The method of a run.
+
+    Attributes
+    ----------
+    name, reason : str
+    make : callable
+        (dynamics) -> stepper at the start of the run.
+    control : dict of str to float
+        The options that it follows, with their defaults.
+    """
+
+    name: str
+    reason: str
+    make: Callable[[Dynamics], Stepper]
+    control: dict[str, float]
+
+
+def _kernel(name: str) -> Callable[[Dynamics, float, float, StepControl], Stepper]:
+    def make(dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
+        # these import numba, which takes a quarter of a second
+        from kanefe.integrate.kernel_methods import kernel_method
+        from kanefe.integrate.kernel_stepper import KernelStepper
+
+        return KernelStepper(dynamics, start, stop, control, method=kernel_method(name))
+
+    return make
+
+
+def _order_8(dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
+    # closed loops need more care than a step: see the singular positions of `ExplicitStepper`
+    if dynamics.model.constraints and control.step is None:
+        return ExplicitStepper(dynamics, start, stop, control)
+    return _kernel("dop853")(dynamics, start, stop, control)
+
+
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (
+        Method("dopri5", _kernel("dopri5"), has_fixed_steps=True, takes_atol=True),
+        Method("dop853", _order_8, has_fixed_steps=True, takes_atol=True),
+        Method("rk4", _kernel("rk4"), has_error_control=False, has_fixed_steps=True),
+        Method("extrapolation", _kernel("extrapolation"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-9),
+        Method(GeneralisedAlphaStepper.name, GeneralisedAlphaStepper),
+    )
+}
+
+
+def choose(
+    model: Model,
+    method: str,
+    start: float,
+    stop: float,
+    rtol: float | None = None,
+    step: float | None = None,
+    atol: float | None = None,
+) -> Choice:
+    """Return the method of a run with its options.
+
+    Parameters
+    ----------
+    model : Model
+    method : str
+        One of `METHODS`, or "auto".
+    start, stop : float
+        s.
+    rtol, atol, step : float, optional
+        As the user gave them.
+
+    Raises
+    ------
+    ModelError
+        If there is no such method, it does not suit the scene, or an option makes no sense for it.
+    """
+    if method != "auto" and method not in METHODS:
+        raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(sorted(METHODS))}")
+    for name, value, top in (("rtol", rtol, 1.0), ("atol", atol, math.inf)):
+        if value is not None and not (math.isfinite(value) and 0 < value < top):
+            bounds = "lie between 0 and 1" if name == "rtol" else "be above zero"
+            raise ModelError(f"{name} must {bounds}, not {value!r}")
+    if step is not None and not (math.isfinite(step) and 0 < step <= stop - start):
+        raise ModelError(f"step must be above zero s and within the span, not {step!r}")
+    name, reason = _chosen(model, method, start, stop)
+    _check_options(METHODS[name], rtol, atol, step)
+    rtol = DEFAULT_RTOL if rtol is None else rtol
+    control = StepControl(rtol, ATOL_SHARE * rtol if atol is None else atol, step)
+    make = UnreducedStepper if model.has_unreduced else METHODS[name].make
+    followed = {"rtol": rtol} if step is None else {"step": step}
+    return Choice(name, reason, partial(_made, make, start, stop, control), followed)
+
+
+def _made(
+    make: Callable[[Dynamics, float, float, StepControl], Stepper],
+    start: float,
+    stop: float,
+    control: StepControl,
+    dynamics: Dynamics,
+) -> Stepper:
+    return make(dynamics, start, stop, control)
+
+
+def _chosen(model: Model, method: str, start: float, stop: float) -> tuple[str, str]:
+    if method != "auto":
+        if model.has_unreduced and method != UnreducedStepper.name:
+            raise ModelError(
+                f"method {method!r} would need a step for the highest mode of the mesh: an unreduced body is run by "
+                "'generalised-alpha'. Remedy: that method, or reduction=CraigBampton(modes=20)"
+            )
+        if method == "extrapolation" and model.order_n is None:
+            raise ModelError(
+                "method 'extrapolation' needs the order-n route, which bodies in the nodal form (matrices of nodes "
+                "that rotate) do not have. Remedy: method='generalised-alpha'"
+            )
+        return method, "asked for"
+    if model.has_unreduced:
+        return UnreducedStepper.name, "the highest modes of an unreduced body are stiff"
+    rate = stiffest_rate(model, start)
+    # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2
+    if (stop - start) * rate / 2.0 > LARGEST_EXPLICIT_STEPS:
+        reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
+        if model.order_n is not None and not (model.constraints or model.has_interactions):
+            return "extrapolation", reason
+        return GeneralisedAlphaStepper.name, reason
+    return ExplicitStepper.name, "no stiff elastic modes"
+
+
+def _check_options(method: Method, rtol: float | None, atol: float | None, step: float | None) -> None:
+    if rtol is not None and rtol < method.least_rtol:
+        raise ModelError(
+            f"rtol={rtol:g} is below the round-off of {method.name}. Remedy: {method.least_rtol:g} or more, or 'dop853'"
+        )
+    if step is None and not method.has_error_control:
+        raise ModelError(f"{method.name} needs a step in s")
+    if step is not None and not method.has_fixed_steps:
+        raise ModelError(f"step has no meaning for {method.name}, which chooses its own")
+    if step is not None and rtol is not None:
+        raise ModelError(f"rtol has no meaning for {method.name}, whose steps are fixed. Remedy: leave it out")
+    if atol is not None and (step is not None or not method.takes_atol):
+        raise ModelError(
+            f"atol has no meaning for {method.name}, which "
+            f"{'has no error control' if step is not None else 'scales errors by the size of the bodies'}. "
+            "Remedy: leave it out"
+        )

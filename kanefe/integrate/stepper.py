@@ -1,0 +1,110 @@
+"""What a method of time integration is to the run loop: a stepper, and its failure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from kanefe.errors import SimulationError
+from kanefe.frames import Vector
+
+
+class StepFailure(SimulationError):
+    """A stepper cannot go on from the time it has reached; the run loop makes a status of it.
+
+    Parameters
+    ----------
+    reason : str
+        What fails, without the time.
+    remedy : str
+        What to try.
+    component : int, optional
+        Index into y of what is worst; the run loop names it.
+    """
+
+    def __init__(self, reason: str, remedy: str, component: int | None = None) -> None:
+        super().__init__(f"{reason}. Remedy: {remedy}")
+        self.reason, self.remedy, self.component = reason, remedy, component
+
+
+class Stepper(Protocol):
+    """A method in the middle of a run, with state ``y = (q, u, dissipated energy, work)``.
+
+    What it computes does not depend on how a run is cut into calls of `march`.
+
+    Attributes
+    ----------
+    name : str
+        Of the method.
+    """
+
+    name: str
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        ...
+
+    @property
+    def t_old(self) -> float:
+        """Start of the last step in s; `t` before the first one and after a restart."""
+        ...
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """What was done so far: "steps", "rejected", "evaluations"; "factorisations", "jacobians" where there are."""
+        ...
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all `times` are passed, or `most_steps` steps are accepted.
+
+        Parameters
+        ----------
+        times : ndarray, shape (T,)
+            Ascending, all after `t`, s.
+        states : ndarray, shape (T, state)
+            Its first rows are filled with the states at the times passed.
+        most_steps : int
+
+        Returns
+        -------
+        int
+            How many times were passed.
+
+        Raises
+        ------
+        StepFailure
+            If there is no next step; the stepper then stands where the last accepted one ended.
+        """
+        ...
+
+    def state(self) -> Vector:
+        """Return y at t."""
+        ...
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times from t_old to t, shape (T, state)."""
+        ...
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state, also an earlier one, as after an event."""
+        ...
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return copies of all that is needed to go on to the bit, but for `states` of the last step."""
+        ...
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from what another stepper of the same run gave as its `snapshot`."""
+        ...
+
+
+@runtime_checkable
+class TellsAccelerations(Protocol):
+    """A stepper of a scene whose accelerations are kept, because they cost more than they take room."""
+
+    def accelerations(self, times: np.ndarray) -> np.ndarray:
+        """Return du at times from t_old to t, shape (T, free)."""
+        ...

@@ -1,0 +1,200 @@
+"""Explicit Runge-Kutta methods with dense output: one function for all, a table of coefficients for each.
+
+Rows of the table: ``c_i, a_i0, a_i1, ...`` for the stages, the row after the last of which is the step itself, with its
+own rate (first same as last); further stages of the dense output; then the weights of the error estimates and of the
+dense output, again from the second column on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.stepping import (
+    ACCEPTED,
+    AT,
+    COORDINATES,
+    DONE,
+    ERROR,
+    FAILED,
+    HAS_LOOPS,
+    IS_FIXED,
+    LAST_STEP,
+    NEXT_OUTPUT,
+    NEXT_STEP,
+    OF_METHOD,
+    PROJECT,
+    RATES,
+    REASON,
+    REJECTED,
+    RELATIVE,
+    ROWS_OF_METHOD,
+    SCALE,
+    SLOPE,
+    SMALLEST,
+    SPEEDS,
+    STAGE,
+    STATE,
+    STATE_OLD,
+    STEP,
+    STOP,
+    TIME,
+    TIME_AT,
+    TIME_OLD,
+    TOO_SMALL,
+    WANTS_DENSE,
+    WORST,
+    accept,
+    ask,
+    clip,
+    scaled_size,
+)
+from kanefe.kernels.vectors import copy
+
+# Integers of the method
+STAGES, EXTRA, ESTIMATES, DENSE, ORDER = range(OF_METHOD, OF_METHOD + 5)
+
+# Rows of the method: the new state, the error, and the rates
+NEW, DIFFERENCE, FIRST_RATE = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 3)
+
+# Where to go on, besides the number of a stage
+BEGIN, FIRST, GUESS, AFTER, PROJECTED, NEXT = 0, -1, -2, -3, -4, -5
+
+
+@inlined
+def weigh(vectors: np.ndarray, weights: np.ndarray, count: int, h: float, out: np.ndarray) -> None:
+    """Add h times a weighted sum of rates to `out`."""
+    for j in range(count):
+        weight = h * weights[1 + j]
+        if weight != 0.0:
+            rate = vectors[FIRST_RATE + j]
+            for i in range(len(out)):
+                out[i] += weight * rate[i]
+
+
+@kernel
+def _stage(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, stage: int) -> int:
+    """Ask for the rates of a stage."""
+    at = vectors[AT]
+    copy(vectors[STATE], at)
+    weigh(vectors, table[stage], stage, reals[STEP], at)
+    reals[TIME_AT] = reals[TIME] + table[stage, 0] * reals[STEP]
+    return ask(integers, RATES, stage)
+
+
+@kernel
+def _size(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> float:
+    """Return the size of the error of a step; of the method of order 8, of its estimates of order 5 and 3."""
+    stages, h = integers[STAGES], reals[STEP]
+    first = stages + 1 + integers[EXTRA]
+    error = vectors[DIFFERENCE]
+    error[:] = 0.0
+    weigh(vectors, table[first], stages + 1, h, error)
+    size = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW])
+    if integers[ESTIMATES] < 2 or size == 0.0 or not size < np.inf:
+        return size
+    worst = integers[WORST]  # the component that counts is that of the first estimate
+    error[:] = 0.0
+    weigh(vectors, table[first + 1], stages + 1, h, error)
+    low = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW])
+    integers[WORST] = worst
+    return size * size / np.sqrt(size * size + 0.01 * low * low)
+
+
+@kernel
+def _guess(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
+    """Return the size of the rates in the allowed errors of the state."""
+    largest = 0.0
+    for i in range(integers[COORDINATES] + integers[SPEEDS]):
+        allowed = vectors[SCALE, i] + reals[RELATIVE] * abs(vectors[STATE, i])
+        largest = max(largest, abs(vectors[FIRST_RATE, i]) / allowed)
+    return largest
+
+
+def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
+    """Go on with an explicit method: see `kanefe.kernels.stepping`."""
+    stage, stages = integers[STAGE], integers[STAGES]
+    if stage == BEGIN:
+        copy(vectors[STATE], vectors[AT])
+        reals[TIME_AT] = reals[TIME]
+        return ask(integers, RATES, FIRST)
+    if stage == FIRST:
+        copy(vectors[SLOPE], vectors[FIRST_RATE])
+        if reals[NEXT_STEP] <= 0.0:  # a step that moves by a hundredth of what such rates do in one unit of error
+            size = _guess(integers, reals, vectors)
+            span = reals[STOP] - reals[TIME]
+            reals[NEXT_STEP] = min(1e-3 * span, 0.01 / (reals[RELATIVE] * size) if size > 0.0 else span)
+        stage = NEXT
+    elif stage == PROJECTED:
+        copy(vectors[STATE], vectors[AT])
+        reals[TIME_AT] = reals[TIME]
+        return ask(integers, RATES, FIRST)
+    elif stage == AFTER:
+        if integers[HAS_LOOPS]:
+            if reals[TIME] >= reals[STOP]:
+                return ask(integers, DONE, AFTER)
+            return ask(integers, PROJECT, PROJECTED)
+        copy(vectors[FIRST_RATE + stages], vectors[FIRST_RATE])
+        stage = NEXT
+    if stage == NEXT:
+        if reals[TIME] >= reals[STOP]:
+            return ask(integers, DONE, NEXT)
+        clip(integers, reals, reals[NEXT_STEP])
+        return _stage(integers, reals, vectors, table, 1)
+    copy(vectors[SLOPE], vectors[FIRST_RATE + stage])
+    if stage == stages:  # the step is complete
+        copy(vectors[AT], vectors[NEW])
+        if not integers[IS_FIXED]:
+            error = _size(integers, reals, vectors, table)
+            reals[ERROR] = error
+            if not error <= 1.0:
+                integers[REJECTED] += 1
+                factor = max(0.2, 0.9 * error ** (-1.0 / integers[ORDER])) if error < np.inf else 0.1
+                reals[NEXT_STEP] = reals[STEP] * factor
+                if reals[NEXT_STEP] < reals[SMALLEST]:
+                    integers[REASON] = TOO_SMALL
+                    return ask(integers, FAILED, NEXT)
+                clip(integers, reals, reals[NEXT_STEP])
+                return _stage(integers, reals, vectors, table, 1)
+            grown = reals[STEP] * min(5.0, 0.9 * max(error, 1e-10) ** (-1.0 / integers[ORDER]))
+            # a step cut short says little about the next one
+            reals[NEXT_STEP] = max(grown, reals[NEXT_STEP]) if reals[STEP] < reals[NEXT_STEP] else grown
+        ends = reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
+        if integers[EXTRA] == 0 or not (integers[WANTS_DENSE] or reals[NEXT_OUTPUT] < ends):
+            ask(integers, ACCEPTED, AFTER)
+            return accept(integers, reals, vectors, vectors[NEW])
+        return _stage(integers, reals, vectors, table, stages + 1)
+    if stage == stages + integers[EXTRA]:
+        ask(integers, ACCEPTED, AFTER)
+        return accept(integers, reals, vectors, vectors[NEW])
+    return _stage(integers, reals, vectors, table, stage + 1)
+
+
+def interpolate_explicitly(
+    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
+) -> None:
+    """Write the state at a time of the last step.
+
+    A polynomial that meets state and rate at both ends, and further rows of the table (Hairer, Norsett & Wanner,
+    Solving Ordinary Differential Equations I, 1993, II.6).
+    """
+    new = vectors[NEW]
+    if t >= reals[TIME]:
+        copy(vectors[STATE], out)
+        return
+    h = reals[STEP]
+    x = (t - reals[TIME_OLD]) / h
+    stages, extra, rows = integers[STAGES], integers[EXTRA], integers[DENSE]
+    first = stages + 1 + extra + integers[ESTIMATES]
+    old, start, end = vectors[STATE_OLD], vectors[FIRST_RATE], vectors[FIRST_RATE + stages]
+    out[:] = 0.0
+    # ((... d2) x + d1) (1 - x) + ..., x and 1 - x in turn
+    for row in range(rows - 1, -1, -1):
+        weigh(vectors, table[first + row], stages + 1 + extra, h, out)
+        factor = 1.0 - x if row % 2 == 0 else x
+        for i in range(len(out)):
+            out[i] *= factor
+    for i in range(len(out)):
+        step = new[i] - old[i]
+        cubic = (2.0 * step - h * (end[i] + start[i]) + out[i]) * x
+        out[i] = old[i] + x * (step + (1.0 - x) * (h * start[i] - step + cubic))

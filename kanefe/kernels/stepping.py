@@ -1,0 +1,240 @@
+"""How a method of integration and the equations talk: by commands, and through arrays with named places.
+
+A method is a function ``advance(integers, reals, vectors, table)`` that returns what it wants done next: an evaluation,
+a projection onto the loops, or that a step is accepted. It knows nothing of the scene, and the scene nothing of it, so
+that one implementation serves scenes of every kind, in compiled code as well as where Python functions are called, and
+a run can be left and taken up again at any command, from a file too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels._numba import entry, inlined, kernel
+from kanefe.kernels.vectors import copy
+
+# Commands
+START = 0
+RATES = 1  # write dy/dt of the state AT at the time TIME_AT to SLOPE
+IMPLICIT = 2  # the same with (M + s C + r K) in place of M, see `Reals`, and forces C, K times the pushes
+ACCEPTED = 3  # a step has been taken: TIME and STATE are further
+PROJECT = 4  # put STATE onto the loops
+JACOBIAN = 5  # write d(dy/dt)/dy of STATE at TIME, see the method
+FAILED = 6  # no step is small enough, or a solution could not be found
+DONE = 7  # TIME is STOP
+NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint, or the rates are no numbers
+
+# Places in `integers`
+(
+    COMMAND,
+    STAGE,
+    STEPS,
+    REJECTED,
+    EVALUATIONS,
+    FACTORISATIONS,
+    JACOBIANS,
+    COORDINATES,
+    SPEEDS,
+    IS_FIXED,
+    HAS_LOOPS,
+    WANTS_DENSE,
+    WORST,
+    REASON,
+    STORED,
+    LAST_STEP,
+    MAP_SIZE,
+) = range(17)
+OF_METHOD = 20  # from here on a method has its own
+MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
+
+# Why a method failed
+TOO_SMALL, NO_CONVERGENCE = 1, 2
+
+# How coordinates move
+STRAIGHT, TURNING = 0, 1
+
+# Places in `reals`
+(
+    TIME,
+    TIME_OLD,
+    TIME_AT,
+    STEP,
+    NEXT_STEP,
+    STOP,
+    SMALLEST,
+    RELATIVE,
+    NEXT_OUTPUT,
+    SHARE_DAMPING,
+    SHARE_STIFFNESS,
+    ERROR,
+    WEAKEST,
+    LARGEST,
+    FILTER_STEP,
+) = range(15)
+REALS_OF_METHOD = 16
+
+# Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
+AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE, FILTER = range(8)
+ROWS_OF_METHOD = 8
+
+Advance = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], int]
+Interpolate = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray], None]
+
+
+class Run(NamedTuple):
+    """A method in the middle of a run.
+
+    Attributes
+    ----------
+    advance, interpolate : functions
+        Of the method; compiled: pointers of one type for all.
+    integers, reals, table : ndarray
+        Its memory, beside the vectors, and its coefficients.
+    times : ndarray
+        Output times, ascending.
+    states : ndarray, shape (times, state)
+    most_steps : int
+        Count of accepted steps, from the start of the run, at which to return.
+    """
+
+    advance: Advance
+    interpolate: Interpolate
+    integers: np.ndarray
+    reals: np.ndarray
+    table: np.ndarray
+    times: np.ndarray
+    states: np.ndarray
+    most_steps: int
+
+
+@inlined
+def ask(integers: np.ndarray, command: int, stage: int) -> int:
+    """Remember where to go on, and return the command."""
+    integers[COMMAND] = command
+    integers[STAGE] = stage
+    if command in (RATES, IMPLICIT):
+        integers[EVALUATIONS] += 1
+    return command
+
+
+@kernel
+def scaled_size(
+    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, error: np.ndarray, a: np.ndarray, b: np.ndarray
+) -> float:
+    """Return the largest component of an error, of what is allowed there; infinite if it is not finite.
+
+    Allowed is the absolute tolerance and the relative one of the larger of two states.
+    Of a mode of frequency w it is more by ``1 + (h w)^2`` with the filter step h, so that vibrations which an implicit
+    method damps away, since its step does not resolve them, do not hold it down.
+    """
+    largest, square = 0.0, reals[FILTER_STEP] * reals[FILTER_STEP]
+    for i in range(len(error)):
+        allowed = vectors[SCALE, i] + reals[RELATIVE] * max(abs(a[i]), abs(b[i]))
+        allowed *= 1.0 + square * vectors[FILTER, i]
+        size = abs(error[i]) / allowed
+        if not size <= largest:
+            largest = size
+            integers[WORST] = i
+            if not size < np.inf:
+                return np.inf
+    return largest
+
+
+@kernel
+def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np.ndarray) -> int:
+    """Make `new` the state at the end of the step, and say so."""
+    copy(vectors[STATE], vectors[STATE_OLD])
+    copy(new, vectors[STATE])
+    reals[TIME_OLD] = reals[TIME]
+    reals[TIME] = reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
+    integers[STEPS] += 1
+    return ACCEPTED
+
+
+@kernel
+def go_on(run: Run, vectors: np.ndarray) -> int:
+    """Return the next command of a method that is not an accepted step with more to come; write the outputs passed."""
+    integers, reals = run.integers, run.reals
+    while True:
+        command = run.advance(integers, reals, vectors, run.table)
+        if command != ACCEPTED:
+            return command
+        stored = integers[STORED]
+        while stored < len(run.times) and run.times[stored] <= reals[TIME]:
+            run.interpolate(integers, reals, vectors, run.table, run.times[stored], run.states[stored])
+            stored += 1
+        integers[STORED] = stored
+        reals[NEXT_OUTPUT] = run.times[stored] if stored < len(run.times) else np.inf
+        if stored == len(run.times) or integers[STEPS] >= run.most_steps:
+            return command
+
+
+@inlined
+def is_finite(x: np.ndarray) -> bool:
+    """Tell whether no number of x is infinite or not a number."""
+    total = 0.0
+    for i in range(len(x)):
+        total += abs(x[i])
+    return total < np.inf
+
+
+@inlined
+def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
+    """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
+    rest = reals[STOP] - reals[TIME]
+    wanted = min(wanted, reals[LARGEST])
+    integers[LAST_STEP] = 1 if wanted >= rest * (1.0 - 1e-9) else 0
+    if integers[LAST_STEP]:
+        reals[STEP] = rest
+    elif integers[IS_FIXED] or wanted <= 0.5 * rest:
+        reals[STEP] = wanted
+    else:
+        reals[STEP] = 0.5 * rest
+
+
+@kernel
+def move(integers: np.ndarray, q: np.ndarray, step: np.ndarray, first: int, moved: np.ndarray) -> None:
+    """Write coordinates moved along the speeds by ``step[first:]``; rotations by the exponential map."""
+    for row in range(integers[MAP_SIZE]):
+        kind, at, speed = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], first + integers[MAP + 3 * row + 2]
+        if kind == STRAIGHT:
+            moved[at] = q[at] + step[speed]
+            continue
+        x, y, z = 0.5 * step[speed], 0.5 * step[speed + 1], 0.5 * step[speed + 2]
+        square = x * x + y * y + z * z
+        if square < 1e-8:  # of the series the next terms are below round-off
+            c, s = 1.0 - square * (0.5 - square / 24.0), 1.0 - square * (1.0 / 6.0 - square / 120.0)
+        else:
+            angle = np.sqrt(square)
+            c, s = np.cos(angle), np.sin(angle) / angle
+        x, y, z = s * x, s * y, s * z
+        e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
+        length = 1.0 / np.sqrt(e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3)
+        c, x, y, z = c * length, x * length, y * length, z * length
+        moved[at] = e0 * c - e1 * x - e2 * y - e3 * z
+        moved[at + 1] = e0 * x + e1 * c + e2 * z - e3 * y
+        moved[at + 2] = e0 * y - e1 * z + e2 * c + e3 * x
+        moved[at + 3] = e0 * z + e1 * y - e2 * x + e3 * c
+
+
+@entry
+def next_command(run: Run, vectors: np.ndarray) -> int:
+    """Return the next command of a method, for a loop in Python: see `go_on`."""
+    return go_on(run, vectors)
+
+
+@entry
+def interpolated(
+    interpolate: Interpolate,
+    integers: np.ndarray,
+    reals: np.ndarray,
+    vectors: np.ndarray,
+    table: np.ndarray,
+    t: float,
+    out: np.ndarray,
+) -> None:
+    """Write the state at a time of the last step, for a call from Python."""
+    interpolate(integers, reals, vectors, table, t, out)
