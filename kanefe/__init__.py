@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from kanefe.errors import MissingDependency as MissingDependency
     from kanefe.errors import ModelError as ModelError
     from kanefe.errors import SimulationError as SimulationError
+    from kanefe.errors import SimulationWarning as SimulationWarning
     from kanefe.finite_element_model import FiniteElementModel as FiniteElementModel
     from kanefe.flexible import FlexibleBody as FlexibleBody
     from kanefe.given_matrices import model_from_matrices as model_from_matrices
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from kanefe.imports import read_sid as read_sid
     from kanefe.imports import write_matrices as write_matrices
     from kanefe.imports import write_sid as write_sid
+    from kanefe.integrate.events import Event as Event
+    from kanefe.integrate.status import RunStatus as RunStatus
     from kanefe.interface import Interface as Interface
     from kanefe.joints import CoordinateForce as CoordinateForce
     from kanefe.joints import Cylindrical as Cylindrical
@@ -39,6 +42,14 @@ if TYPE_CHECKING:
     from kanefe.joints import Spherical as Spherical
     from kanefe.joints import Translation as Translation
     from kanefe.joints import Universal as Universal
+    from kanefe.linear import Campbell as Campbell
+    from kanefe.linear import Equilibrium as Equilibrium
+    from kanefe.linear import FrequencyResponse as FrequencyResponse
+    from kanefe.linear import Linearisation as Linearisation
+    from kanefe.linear import Modes as Modes
+    from kanefe.linear import campbell as campbell
+    from kanefe.linear import equilibrium as equilibrium
+    from kanefe.linear import linearise as linearise
     from kanefe.load_pattern import NodalPattern as NodalPattern
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched
@@ -53,24 +64,30 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Campbell": "linear",
     "CoordinateForce": "joints",
     "CraigBampton": "reduction",
     "Cylindrical": "joints",
     "Enriched": "reduction",
+    "Event": "integrate.events",
+    "Equilibrium": "linear",
     "FileError": "errors",
     "FiniteElementModel": "finite_element_model",
     "Fixed": "joints",
     "FlexibleBody": "flexible",
     "Free": "joints",
     "FreeInterface": "reduction",
+    "FrequencyResponse": "linear",
     "Interface": "interface",
     "KanefeError": "errors",
     "Krylov": "reduction",
+    "Linearisation": "linear",
     "LoadCase": "reduction",
     "MeshError": "errors",
     "MissingDependency": "errors",
     "ModalDamping": "damping",
     "ModelError": "errors",
+    "Modes": "linear",
     "Motion": "joints",
     "NodalPattern": "load_pattern",
     "Planar": "joints",
@@ -79,12 +96,17 @@ _HOMES = {
     "Result": "results",
     "Revolute": "joints",
     "Screw": "joints",
+    "RunStatus": "integrate.status",
     "SimulationError": "errors",
+    "SimulationWarning": "errors",
     "Spherical": "joints",
     "System": "system",
     "Translation": "joints",
     "Universal": "joints",
+    "campbell": "linear",
+    "equilibrium": "linear",
     "flexible_body": "reduction",
+    "linearise": "linear",
     "load_result": "results",
     "model_from_matrices": "given_matrices",
     "read_abaqus": "imports",

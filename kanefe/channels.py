@@ -16,7 +16,8 @@ from kanefe.elasticity import Elasticity
 from kanefe.finite_element_model import COMPONENTS, Cells
 from kanefe.flexible import FlexibleBody, InterfaceFrame
 from kanefe.frames import euler_parameters_from_matrix
-from kanefe.integrate.run import Trajectory
+from kanefe.integrate.status import RunStatus
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kane.balance import carried_wrench, joint_reactions, loop_forces
 from kanefe.kane.coupling import recovered_forces
@@ -129,6 +130,8 @@ class Channels(Protocol):
 
     times: np.ndarray
     statistics: dict[str, Any]
+    status: RunStatus
+    events: Mapping[str, np.ndarray]
     bodies: tuple[BodyShape, ...]
     loops: tuple[str, ...]
     has_forces: bool
@@ -199,6 +202,8 @@ class RunChannels:
         self.trajectory = trajectory
         self.times = trajectory.times
         self.statistics = trajectory.statistics
+        self.status = trajectory.status or RunStatus("finished", float(trajectory.times[-1]))
+        self.events = trajectory.events
         self.bodies = tuple(body_shape(model, body) for body in model.bodies) if bodies is None else bodies
         self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
         self.has_forces = True

@@ -20,11 +20,30 @@ def verify(
     json: Annotated[
         str | None, typer.Option(help="Write the results to this file as JSON; '-' for standard output.")
     ] = None,
+    tol: Annotated[
+        float,
+        typer.Option(help="Factor on the relative tolerance of every run that a case makes; the checks stay."),
+    ] = 1.0,
 ) -> None:
     """Run the verification cases that ship with the package; exit 1 if one misses its tolerance."""
     from kanefe.verify.runner import verify as run
 
-    raise typer.Exit(run(cases or [], json))
+    raise typer.Exit(run(cases or [], json, tol))
+
+
+def stress(
+    cases: Annotated[list[str] | None, typer.Argument(help="Cases to run, such as drift slopes; default: all.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="The short form: less of everything, some 40 s.")] = False,
+    method: Annotated[str | None, typer.Option(help="Method of the runs over a million steps.")] = None,
+    json: Annotated[
+        str | None, typer.Option(help="Write the findings to this file as JSON; '-' for standard output.")
+    ] = None,
+    html: Annotated[str | None, typer.Option(help="Write the table to this file as a page of HTML.")] = None,
+) -> None:
+    """Try what breaks multibody programs, and print the worst figure of each against its limit; exit 1 if one fails."""
+    from kanefe.stress.runner import stress as run
+
+    raise typer.Exit(run(cases or [], quick=quick, method=method, json_path=json, html_path=html))
 
 
 def version() -> None:
@@ -72,6 +91,7 @@ def main() -> None:
         pretty_exceptions_enable=False,
     )
     app.command()(verify)
+    app.command()(stress)
     app.command()(version)
     of_cache = typer.Typer(name="cache", help="The cache of flexible bodies and their models.", no_args_is_help=True)
     of_cache.command("list")(list_cache)

@@ -48,6 +48,21 @@ def digest(**parts: Any) -> str:
     return hasher.hexdigest()
 
 
+def digest_of_scene(**parts: Any) -> str:
+    """Return the same, where objects of any class count by their class and attributes, and compiled functions by code.
+
+    That is as good as their attributes: what such an object keeps elsewhere, as in a file, does not count.
+
+    Raises
+    ------
+    Unhashable
+        If an object has no attributes to look at.
+    """
+    hasher = _Hasher(takes_objects=True)
+    hasher.feed(parts, "")
+    return hasher.hexdigest()
+
+
 def code_stamp(*folders: Path) -> str:
     """Return the digest of all Python files in some folders: of the version of the code, released or not."""
     stamp = hashlib.sha256()
@@ -69,9 +84,11 @@ def installed_versions(*names: str) -> dict[str, str]:
 
 
 class _Hasher:
-    def __init__(self) -> None:
+    def __init__(self, takes_objects: bool = False) -> None:
         self._hash = hashlib.sha256()
         self._functions: list[FunctionType] = []
+        self._takes_objects = takes_objects
+        self._objects: list[Any] = []
 
     def hexdigest(self) -> str:
         return self._hash.hexdigest()[:32]
@@ -143,6 +160,10 @@ class _Hasher:
             self.feed((value.__func__, value.__self__), where)
         elif isinstance(value, FunctionType):
             self._function(value, where)
+        elif self._takes_objects and isinstance(getattr(value, "py_func", None), FunctionType):
+            self._function(value.py_func, where)
+        elif self._takes_objects and (attributes := _attributes(value)) is not None:
+            self._object(value, attributes, where)
         else:
             raise Unhashable(f"{where} is an object of {_name(type(value))}, whose content cannot be told")
 
@@ -162,6 +183,13 @@ class _Hasher:
                 self.feed(name, where)
                 self.feed(function.__globals__[name], f"{where}: {name}")
 
+    def _object(self, value: Any, attributes: dict[str, Any], where: str) -> None:
+        known = next((i for i, other in enumerate(self._objects) if other is value), None)
+        self._text(f"object {_name(type(value))}" if known is None else f"object {known} again")
+        if known is None:
+            self._objects.append(value)
+            self.feed(attributes, where)
+
     def _code(self, code: CodeType, where: str) -> None:
         self._text(f"code {code.co_name}")
         self.feed(code.co_code, where)
@@ -180,6 +208,18 @@ def _global_names(code: CodeType) -> set[str]:
         if isinstance(constant, CodeType):
             names |= _global_names(constant)
     return names
+
+
+def _attributes(value: Any) -> dict[str, Any] | None:
+    """Return the attributes of an object; None if it keeps its content elsewhere."""
+    slots = [name for kind in type(value).__mro__ for name in _listed(getattr(kind, "__slots__", ()))]
+    found = {name: getattr(value, name) for name in slots if name[:2] != "__" and hasattr(value, name)}
+    found |= getattr(value, "__dict__", {})
+    return found or ({} if type(value).__module__ != "builtins" and hasattr(value, "__dict__") else None)
+
+
+def _listed(slots: Any) -> tuple[str, ...]:
+    return (slots,) if isinstance(slots, str) else tuple(slots)
 
 
 def _name(thing: Any) -> str:

@@ -27,6 +27,10 @@ class SimulationError(KanefeError, RuntimeError):
     """A run that could not be finished; the message says when, why and what to try."""
 
 
+class SimulationWarning(UserWarning):
+    """A run that failed on its way: its result is there up to the time that the message says."""
+
+
 class UnitWarning(UserWarning):
     """A size, mass, material or frequency so odd that the units are probably not SI."""
 

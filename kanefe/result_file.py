@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from kanefe.elasticity import Elasticity
 from kanefe.errors import FileError, ModelError
 from kanefe.finite_element_model import Cells
 from kanefe.hdf5 import decode, encode
+from kanefe.integrate.status import RunStatus
 from kanefe.quantities import DRIVES, ENERGIES, FORCES, INTERFACES, JOINTS, LOOPS, MODES, MOMENTA, MOTIONS
 from kanefe.whole_file import ready_path, write_whole
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from kanefe.results import Result
 
 FORMAT = "kanefe result"
-VERSION = 2
+VERSION = 3
 
 LARGEST_BASIS = 2**29
 """Bytes of the dense basis of an unreduced body above which its result is not written."""
@@ -48,6 +49,8 @@ def save_result(result: Result, path: str | Path, *, forces: bool = True) -> Non
         "version": VERSION,
         "units": "SI: m, kg, s, N, rad; each dataset names its own",
         "statistics": dict(result.statistics),
+        "status": asdict(result.status),
+        "events": {name: times.tolist() for name, times in result.events.items()},
         "bodies": [_described(shape) for shape in shapes],
         "loops": list(result.loops),
     }
@@ -105,6 +108,10 @@ class FileChannels:
         self.path = path
         self.times = arrays["times"]
         self.statistics: dict[str, Any] = json.loads(header["statistics"])
+        self.status = RunStatus(**json.loads(header["status"]))
+        self.events: Mapping[str, np.ndarray] = {
+            name: np.array(times) for name, times in json.loads(header["events"]).items()
+        }
         self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
         self.loops = tuple(json.loads(header["loops"]))
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)

@@ -12,7 +12,8 @@ from kanefe.channels import BodyShape, Channels, RunChannels, run_channels
 from kanefe.chosen import Frames, frame_index, node_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
-from kanefe.integrate.run import Trajectory
+from kanefe.integrate.status import RunStatus
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.model import Model
 from kanefe.quantities import (
     DRIVES,
@@ -82,6 +83,29 @@ class Result:
     def statistics(self) -> dict[str, Any]:
         """Method, steps, evaluations and seconds of the run."""
         return self._channels.statistics
+
+    @property
+    def status(self) -> RunStatus:
+        """How the run ended: finished, stopped by an event or a limit, or failed, and then what to try."""
+        return self._channels.status
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """Times at which each event happened, by name, s; see `kanefe.Event`."""
+        return dict(self._channels.events)
+
+    def raise_for_status(self) -> None:
+        """Raise a SimulationError that says what happened if the run failed on its way.
+
+        Raises
+        ------
+        SimulationError
+
+        Examples
+        --------
+        ``result = scene.simulate((0.0, 5.0)); result.raise_for_status()``
+        """
+        self.status.raise_if_failed()
 
     @property
     def has_forces(self) -> bool:

@@ -64,8 +64,15 @@ def _exponential_coefficients(angle: float) -> tuple[float, ...]:
     x = angle
     if x < 1.0:
         return tuple(_horner(coefficients, x * x) for coefficients in _SERIES)
-    s, c = math.sin(x), math.cos(x)
-    return (1 - c) / x**2, (x - s) / x**3, (x * s - 2 * (1 - c)) / x**4, (x * (1 - c) - 3 * (x - s)) / x**5
+    if not math.isfinite(x):  # as an integrator may try: it takes a smaller step then
+        return (math.nan,) * 4
+    s, c, square = math.sin(x), math.cos(x), x * x  # a power would be an OverflowError
+    return (
+        (1 - c) / square,
+        (x - s) / (x * square),
+        (x * s - 2 * (1 - c)) / (square * square),
+        (x * (1 - c) - 3 * (x - s)) / (x * square * square),
+    )
 
 
 def _horner(coefficients: tuple[float, ...], x: float) -> float:

@@ -289,7 +289,8 @@ class System(LoadMethods, FieldLoadMethods, ConstraintMethods):
 
     def simulate(self, t_span: tuple[float, float], **options: Any) -> Result:
         """Run the scene and return a `Result`; the options are those of `kanefe.integrate.run.integrate`."""
-        from kanefe.integrate.run import checked_span, integrate
+        from kanefe.integrate.outputs import checked_span
+        from kanefe.integrate.run import integrate
         from kanefe.results import Result
 
         model = self.freeze(checked_span(t_span)[0])

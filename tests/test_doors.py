@@ -30,6 +30,7 @@ DOORS = {
     "numba": {"kanefe/kernels/_numba.py"},
     "pyyeti": {"kanefe/imports/_pyyeti.py"},
     "mapdl_archive": {"kanefe/imports/_mapdl.py"},
+    "control": {"kanefe/linear/_control.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])
 

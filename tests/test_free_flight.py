@@ -11,7 +11,8 @@ import pytest
 
 import kanefe as kf
 from bent_bodies import bent
-from kanefe.integrate.run import Trajectory, integrate
+from kanefe.integrate.run import integrate
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
 from kanefe.model import Model
 from kanefe.scene import RigidBody

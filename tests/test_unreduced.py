@@ -15,7 +15,7 @@ from kanefe.errors import FileError, ModelError, SimulationError
 from kanefe.factorise import splu_factorise
 from kanefe.finite_element_model import FiniteElementModel
 from kanefe.integrate.generalised_alpha import iteration_matrices
-from kanefe.integrate.run import Trajectory
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
 from kanefe.model import Model
 from kanefe.reduction import flexible_body

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import DOP853, DenseOutput
 
+from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.stepper import StepFailure
@@ -23,6 +24,12 @@ SMALLEST_CREEP = 1e-5
 
 SMALLEST_STEP = 1e-12
 """Of the span: a smaller step is none."""
+
+BESIDE = 1e-6
+"""Of the span: how near the place at which the equations had no answer a run that ends is ended by that."""
+
+SHORTER = 0.1
+"""Share of a step that is tried after one in which the equations have no answer."""
 
 LARGEST_RTOL = 1e-6
 """To which the tolerance may grow there: the error of one step."""
@@ -43,10 +50,11 @@ class ExplicitStepper:
     name = "dop853"
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
-        self._dynamics, self._stop = dynamics, stop
+        self._dynamics, self._start, self._stop = dynamics, start, stop
         self._tolerances, self._looser = (max(control.rtol, 3e-14), control.atol), 1.0
         self._smallest = SMALLEST_STEP * (stop - start)
         self._usual_step, self._usual_weakest = 0.0, 0.0
+        self._no_answer: tuple[float, KanefeError] | None = None
         self._steps = self._rejected = 0
         self.restart(start, dynamics.initial_state(start))
 
@@ -113,12 +121,24 @@ class ExplicitStepper:
         """Take one accepted step."""
         solver = self._solver
         before, t = solver.nfev, solver.t
-        solver.step()
+        while True:
+            try:
+                solver.step()
+                break
+            except KanefeError as error:  # a stage too far ahead: up to where the equations hold there are smaller ones
+                self._no_answer = t, error
+                self._rejected += 1
+                before = solver.nfev
+                if solver.h_abs < self._smallest:
+                    raise
+                solver.h_abs *= SHORTER
         # a try costs as many evaluations as the method has stages; scipy does not count the failed ones itself
         self._rejected += (solver.nfev - before) // solver.n_stages - 1
         is_too_small = solver.t - t < self._smallest and solver.t < self._stop
         if solver.status == "failed" or is_too_small:
             self._refuse_dead_centre(0.0)
+            if self._no_answer is not None and solver.t - self._no_answer[0] < BESIDE * (self._stop - self._start):
+                raise self._no_answer[1]
             raise StepFailure(
                 f"the explicit method found no step of {self._smallest:.1g} s or more",
                 "check loads for jumps or growth without bound there, loosen rtol, or use method='generalised-alpha'",

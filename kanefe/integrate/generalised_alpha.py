@@ -16,8 +16,10 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.equations_of_motion import WORKS
+from kanefe.errors import KanefeError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.explicit import BESIDE
 from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, no_step
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
@@ -58,9 +60,9 @@ class GeneralisedAlphaStepper:
         self._dynamics, self._model = dynamics, dynamics.model
         self._scales = control.rtol * displacement_scales(self._model)
         self._stiffness, self._damping = iteration_matrices(self._model)
-        self._stop = stop
         self._h = 1e-4 * (stop - start)
-        self._smallest = 1e-12 * (stop - start)
+        self._span, self._smallest = stop - start, 1e-12 * (stop - start)
+        self._no_answer: tuple[float, KanefeError] | None = None
         self._steps = self._rejected = self._factorisations = 0
         self._worst: int | None = None
         self.restart(start, dynamics.initial_state(start))
@@ -141,12 +143,18 @@ class GeneralisedAlphaStepper:
             rest = target - self.t
             # two even steps to the target are better than one full and one sliver
             h = rest if self._h >= rest * (1 - 1e-9) else min(self._h, 0.5 * rest) if self._h > 0.5 * rest else self._h
-            trial = self._try(h)
+            trial = None
+            try:
+                trial = self._try(h)
+            except KanefeError as error:  # too far ahead: up to where the equations hold, there are smaller steps
+                self._kept, self._no_answer = None, (self.t, error)
             if trial is not None and trial[0] <= 1.0:
                 break
             self._rejected += 1
             self._h = 0.25 * h if trial is None else h * max(0.2, 0.9 * trial[0] ** (-1 / 3))
             if self._h < self._smallest:
+                if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
+                    raise self._no_answer[1]
                 raise no_step(trial is not None, "loosen rtol, or use method='dop853'", self._worst)
         error, q, u, du, a = trial
         self._before, self.t_old = self._state, self.t

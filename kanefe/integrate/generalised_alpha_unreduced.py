@@ -16,6 +16,7 @@ import numpy as np
 
 from kanefe.assembly import consistent_start
 from kanefe.equations_of_motion import WORKS
+from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS
@@ -202,7 +203,11 @@ class UnreducedStepper:
             if self.t + h > self._stop + 1e-9 * h:  # only after a restart: what is left has sizes of its own
                 self._span_the_rest()
                 continue
-            end = self._try(h)
+            end, no_answer = None, None
+            try:
+                end = self._try(h)
+            except KanefeError as error:  # too far ahead: up to where the equations hold, there are smaller steps
+                no_answer = error
             if end is not None and end.error <= 1.0:
                 more = _doublings(end.error)
                 if self._is_first and more > 1:  # all sizes can begin at the start: no need to grow one by one
@@ -214,6 +219,8 @@ class UnreducedStepper:
             less = 2 if end is None else max(1, math.ceil(math.log2(1.1 * end.error) / 3))
             self._halvings += min(less, 4)
             if self._halvings > MOST_HALVINGS:
+                if no_answer is not None:
+                    raise no_answer
                 raise no_step(end is not None, "or loosen rtol", self._worst)
         self._is_first = False
         self._accept(h, end)

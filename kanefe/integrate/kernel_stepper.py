@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.equations_of_motion import WORKS
+from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.explicit import BESIDE
 from kanefe.integrate.generalised_alpha import displacement_scales
 from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
 from kanefe.integrate.stepper import StepFailure
@@ -110,6 +112,7 @@ class KernelStepper:
             integers[IS_FIXED], reals[NEXT_STEP], reals[LARGEST] = 1, control.step, math.inf
             if method.is_implicit:
                 integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS
+        self._no_answer: tuple[float, KanefeError] | None = None
         self._vectors[STATE] = dynamics.initial_state(start)
         scales, frequencies = state_scales(model)
         self._vectors[SCALE] = max(control.atol, 1e-300) * scales
@@ -184,16 +187,13 @@ class KernelStepper:
         is_compiled = dynamics.is_autonomous
         before = int(integers[EVALUATIONS])
         while True:
-            if is_compiled:
-                command = dynamics.go_on(run, vectors, self._method.is_implicit)
-            else:
-                command = next_command(run, vectors)
-            if command == RATES:
-                vectors[SLOPE] = dynamics.rate(float(reals[TIME_AT]), vectors[AT])
-            elif command == IMPLICIT:
-                shares = float(reals[SHARE_DAMPING]), float(reals[SHARE_STIFFNESS])
-                dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: PUSH_STIFFNESS + 1], *shares)
-            elif command == PROJECT:
+            try:
+                with np.errstate(over="ignore", invalid="ignore"):  # of states too far ahead, which are not kept
+                    command = self._command(run, is_compiled)
+            except KanefeError as error:
+                self._answer_nothing(error)
+                continue
+            if command == PROJECT:
                 vectors[STATE] = dynamics.projected(self.t, vectors[STATE])
             elif command == FAILED:
                 raise self._failure()
@@ -206,7 +206,33 @@ class KernelStepper:
             states[i] = dynamics.projected(float(times[i]), states[i])
         return stored
 
-    def _failure(self) -> StepFailure:
+    def _command(self, run: Run, is_compiled: bool) -> int:
+        """Return what the method wants that is no evaluation: evaluations are done here."""
+        dynamics, reals, vectors = self._dynamics, self._reals, self._vectors
+        while True:
+            if is_compiled:
+                return dynamics.go_on(run, vectors, self._method.is_implicit)
+            command = next_command(run, vectors)
+            if command == RATES:
+                vectors[SLOPE] = dynamics.rate(float(reals[TIME_AT]), vectors[AT])
+            elif command == IMPLICIT:
+                shares = float(reals[SHARE_DAMPING]), float(reals[SHARE_STIFFNESS])
+                dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: PUSH_STIFFNESS + 1], *shares)
+            else:
+                return command
+
+    def _answer_nothing(self, error: KanefeError) -> None:
+        """Have the step tried again with a smaller one: up to where the equations hold there are such."""
+        if self._integers[IS_FIXED]:
+            raise error
+        if self._no_answer is None or self._no_answer[0] != self.t:
+            self._no_answer = self.t, error
+        self._vectors[SLOPE] = np.nan
+
+    def _failure(self) -> KanefeError:
+        span = self._reals[SMALLEST] / SMALLEST_STEP
+        if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * span:
+            return self._no_answer[1]
         return StepFailure(
             f"{self.name} found no step of {self._reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
             "check loads for jumps or growth without bound there, or loosen rtol",

@@ -1,88 +1,88 @@
-"""The one loop that runs a model in time with any method."""
+"""A run of a model in time: options in, trajectory out."""
 
 from __future__ import annotations
 
-import math
 import sys
-import time
-from dataclasses import dataclass
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kanefe.equations_of_motion import WORKS
-from kanefe.errors import ModelError, SimulationError
+from kanefe.errors import ModelError, SimulationWarning
+from kanefe.integrate.checkpoint import CheckpointFile, identity, read_checkpoint
+from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.event_watch import EventWatch
+from kanefe.integrate.events import Event, checked_events
+from kanefe.integrate.loop import Limits, RunLoop
 from kanefe.integrate.methods import choose
-from kanefe.integrate.stepper import StepFailure, TellsAccelerations
+from kanefe.integrate.outputs import checked_span, wanted_times
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.model import Model
-
-OUTPUTS = 500
-
-CHUNK = 2000
-"""Steps taken in one go."""
 
 LARGEST_STORE = 2**32
 """Bytes of states and accelerations of unreduced bodies above which a run asks for fewer outputs."""
 
-
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """States of a run at its output times.
-
-    Attributes
-    ----------
-    times : ndarray, shape (T,)
-        s.
-    coordinates : ndarray, shape (T, coordinates)
-    speeds : ndarray, shape (T, free)
-    dissipated, work : ndarray, shape (T,)
-        Energy taken by damping and given by loads and drives since the start, J.
-    statistics : dict
-        Method, why it was chosen, steps, rejected steps, evaluations, seconds; with unreduced bodies also how often
-        their matrices were factored and how many iterations there were.
-    accelerations : ndarray, shape (T, free), or None
-        du, kept of scenes with unreduced bodies, where it costs more than it takes room.
-    """
-
-    times: np.ndarray
-    coordinates: np.ndarray
-    speeds: np.ndarray
-    dissipated: np.ndarray
-    work: np.ndarray
-    statistics: dict[str, Any]
-    accelerations: np.ndarray | None = None
+CHECKPOINT_SECONDS = 30.0
 
 
 def integrate(
     model: Model,
     t_span: tuple[float, float],
     *,
+    method: str = "auto",
     rtol: float | None = None,
     atol: float | None = None,
-    method: str = "auto",
     step: float | None = None,
     output_step: float | None = None,
+    output_times: Sequence[float] | np.ndarray | None = None,
+    events: Sequence[Event] | Event = (),
+    checkpoint: str | Path | None = None,
+    checkpoint_seconds: float = CHECKPOINT_SECONDS,
+    resume: str | Path | None = None,
+    most_steps: int | None = None,
+    most_seconds: float | None = None,
     progress: bool | None = None,
 ) -> Trajectory:
     """Run a model in time.
+
+    A run that cannot be finished returns what it has, with a `RunStatus` that says what failed, when, and what to try,
+    and warns with a `SimulationWarning`.
 
     Parameters
     ----------
     model : Model
     t_span : (float, float)
         Start and end in s.
+    method : str
+        One of `kanefe.integrate.methods.METHODS`; "auto" chooses from the scene, and the statistics say why.
     rtol : float, optional
         Relative error of a step; default 1e-6.
     atol : float, optional
-        Absolute error of a step, for "dop853" only; default 1e-3 rtol.
-    method : "auto", "dop853", "generalised-alpha" or "rk4"
-        "auto" takes the explicit method unless elastic modes would hold it to more than 2000 steps. "rk4" is the
-        classical Runge-Kutta method of order 4 with fixed steps and without error control.
+        Absolute error of a step, of methods that measure errors component by component; default 1e-3 rtol.
     step : float, optional
-        Of "rk4", s.
+        Fixed step, s.
     output_step : float, optional
-        Time between stored states in s; default a 500th of the span, or for "rk4" the nearest number of whole steps.
+        Time between stored states in s; default a 500th of the span, or with a fixed step the nearest number of whole
+        steps.
+    output_times : array_like, optional
+        The times of the stored states themselves, ascending, s.
+    events : sequence of Event
+        Moments to be found: see `Event`.
+    checkpoint : path, optional
+        File from which the run can go on, written at the start, every so many seconds, and at the end, whatever ends
+        it.
+    checkpoint_seconds : float
+        Of the wall clock, between writings.
+    resume : path, optional
+        Checkpoint of the same scene and options to go on from. It may be the same file as `checkpoint`.
+    most_steps : int, optional
+        Accepted steps of this call after which the run stops.
+    most_seconds : float, optional
+        Of the wall clock, after which it stops.
     progress : bool, optional
         Show a progress bar with the time left; default: only on a terminal.
 
@@ -95,51 +95,73 @@ def integrate(
     ModelError
         If an option makes no sense.
     SimulationError
-        If the run cannot be finished; the message says when and what to try.
+        If the run cannot begin.
+    FileError
+        If the checkpoint cannot be written at the start, or the one to go on from cannot be read or is of another run.
     """
     start, stop = checked_span(t_span)
     choice = choose(model, method, start, stop, rtol, step, atol)
-    if step is not None and output_step is None:
-        output_step = step * max(1, round((stop - start) / step / OUTPUTS))
-    times = _output_times(start, stop, output_step)
-    _check_room(model, times)
-    began = time.perf_counter()
-    stepper = choice.make(Dynamics(model))
-    states = np.empty((len(times), model.coordinate_count + model.free_count + WORKS))
-    states[0] = stepper.state()
-    rates: np.ndarray | None = None
-    if isinstance(stepper, TellsAccelerations):
-        rates = np.empty((len(times), model.free_count))
-        rates[0] = stepper.accelerations(times[:1])[0]
-    stored = 1
+    wanted = wanted_times(start, stop, output_step, output_times, step)
+    watched = checked_events(events)
+    limits = _checked_limits(most_steps, most_seconds)
+    _check_room(model, wanted)
+    file, saved = None, None
+    if checkpoint is not None or resume is not None:
+        of = identity(model, choice, (start, stop), wanted, watched)
+        saved = read_checkpoint(resume, of) if resume is not None else None
+        file = CheckpointFile(checkpoint, of, _seconds(checkpoint_seconds)) if checkpoint is not None else None
+    times = wanted if wanted[-1] == stop else np.append(wanted, stop)
+    clock = Clock()
     with _progress_bar(progress, stop - start) as bar:
-        while stored < len(times):
-            before = stepper.t
-            try:
-                passed = stepper.march(times[stored:], states[stored:], CHUNK if rates is None else 1)
-            except StepFailure as failure:
-                message = f"at t = {stepper.t:.6g} s {failure.reason}. Remedy: {failure.remedy}"
-                raise SimulationError(message) from failure
-            if rates is not None and isinstance(stepper, TellsAccelerations):
-                rates[stored : stored + passed] = stepper.accelerations(times[stored : stored + passed])
-            stored += passed
-            bar.update(stepper.t - before)
+        dynamics = Dynamics(model)
+        with clock.part("set-up"):
+            stepper = choice.make(dynamics)
+            watch = EventWatch(model, watched, stop - start) if watched else None
+            loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar)
+            if saved is not None:
+                loop.resume(saved)
+        status = loop.go(file)
+    if status.kind == "failed":
+        warnings.warn(str(status), SimulationWarning, stacklevel=3)
+    stored, states, rates = min(loop.stored, len(wanted)), loop.states, loop.accelerations
+    times, states = times[:stored], states[:stored]
+    if rates is not None:
+        rates = rates[:stored]
+    if loop.last is not None and (not stored or loop.last[0] > times[-1]):
+        times, states = np.append(times, loop.last[0]), np.vstack((states, loop.last[1]))
+        if rates is not None and loop.last_accelerations is not None:
+            rates = np.vstack((rates, loop.last_accelerations))
     n, m = model.coordinate_count, model.free_count
     return Trajectory(
         times=times,
         coordinates=states[:, :n],
         speeds=states[:, n : n + m],
         dissipated=states[:, n + m],
-        work=states[:, n + m + 1],
+        work=states[:, n + m + WORKS - 1],
         statistics={
             "method": choice.name,
             "reason": choice.reason,
             **choice.control,
-            **stepper.statistics,
-            "seconds": time.perf_counter() - began,
+            **loop.statistics,
+            "seconds": sum(clock.seconds.values()),
+            "seconds_by_part": dict(clock.seconds),
         },
         accelerations=rates,
+        status=status,
+        events={name: np.array(found) for name, found in watch.times.items()} if watch else {},
     )
+
+
+def _checked_limits(steps: int | None, seconds: float | None) -> Limits:
+    if steps is not None and not (isinstance(steps, (int, np.integer)) and steps > 0):
+        raise ModelError(f"most_steps must be a whole number above zero, not {steps!r}")
+    return Limits(None if steps is None else int(steps), None if seconds is None else _seconds(seconds))
+
+
+def _seconds(value: float) -> float:
+    if not (isinstance(value, (int, float, np.number)) and np.isfinite(value) and value >= 0):
+        raise ModelError(f"checkpoint_seconds and most_seconds must be zero s or more, not {value!r}")
+    return float(value)
 
 
 def _check_room(model: Model, times: np.ndarray) -> None:
@@ -149,28 +171,6 @@ def _check_room(model: Model, times: np.ndarray) -> None:
             f"{len(times)} states of {model.free_count} speeds take {size / 2**30:.1f} GiB. Remedy: a larger "
             f"output_step, which leaves at most {LARGEST_STORE // (24 * model.free_count)} of them"
         )
-
-
-def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
-    """Return start and end in s; a ModelError says what is wrong with them."""
-    try:
-        start, stop = (float(t) for t in t_span)
-    except (TypeError, ValueError) as error:
-        raise ModelError(f"t_span must be two times in s, such as (0.0, 5.0), not {t_span!r}") from error
-    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
-        raise ModelError(f"t_span {t_span!r} must run forward: two finite times, the end after the start")
-    return start, stop
-
-
-def _output_times(start: float, stop: float, step: float | None) -> np.ndarray:
-    if step is None:
-        return np.linspace(start, stop, OUTPUTS + 1)
-    if not (math.isfinite(step) and 0 < step):
-        raise ModelError(f"output_step must be above zero s, not {step!r}")
-    count = max(1, round((stop - start) / step))
-    if abs(count * step - (stop - start)) <= 1e-9 * (stop - start):
-        return np.linspace(start, stop, count + 1)
-    return np.append(np.arange(start, stop, step), stop)
 
 
 def _progress_bar(wanted: bool | None, span: float) -> Any:

@@ -20,6 +20,9 @@ from kanefe.kane.kinematics import FrameMotion, inertial_frame, interface_motion
 from kanefe.marker import Marker
 from kanefe.model import Model
 
+PIVOT_TOLERANCE = 1e-13
+"""Share of the entry of M that it comes from, up to which a pivot is round-off and not inertia."""
+
 RANK_TOLERANCE = 1e-10
 """Smallest eigenvalue of ``J M^-1 J^T``, its rows scaled by their reach and relative to the largest, that counts.
 
@@ -274,8 +277,7 @@ def _cholesky(M: Matrix) -> Matrix | None:
     if not len(M):
         return np.zeros((0, 0))
     factor, failed_at = scipy.linalg.lapack.dpotrf(M, lower=1)
-    # a pivot that is the round-off of the entry it comes from is no pivot
-    if failed_at or np.any(np.diag(factor) ** 2 <= 1e-13 * np.diag(M)):
+    if failed_at or np.any(np.diag(factor) ** 2 <= PIVOT_TOLERANCE * np.diag(M)):
         return None
     return np.asarray(np.tril(factor))
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.channels import Key, RunChannels, body_shape
 from kanefe.frames import Vector
-from kanefe.integrate.run import Trajectory
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.balance import loop_forces
 from kanefe.model import Model
 from kanefe.unreduced.scene import UnreducedScene

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.integrate.run import integrate
 from kanefe.joints import Prismatic, Revolute, Spherical
 from kanefe.kane.assemble import constrained_accelerations
 from kanefe.kane.balance import loop_forces
@@ -15,7 +14,7 @@ from kanefe.model import Model
 from kanefe.scene import Frame
 from kanefe.system import System
 from kanefe.verify.case import Case, Check, Reference
-from kanefe.verify.scenes import frame_at, states_at
+from kanefe.verify.scenes import frame_at, states_at, whole_run
 
 GRAVITY = (0.0, -9.81, 0.0)
 ROD = 1.0 / 12.0
@@ -43,7 +42,7 @@ def n_four_bar(reference: Reference) -> Iterator[Check]:
     for count, rtol in ((2, 1e-9), (40, 1e-8)):
         model = parallelograms(count)
         expected = reference.values[str(count)]["B0"]
-        run = integrate(model, (0.0, 10.0), rtol=rtol, method="dop853", output_step=1.0, progress=False)
+        run = whole_run(model, (0.0, 10.0), rtol, method="dop853", output_step=1.0)
         angle = run.coordinates[1:, 0]
         tops = np.column_stack((-np.sin(angle), np.cos(angle)))
         yield Check.absolute(f"B0 at t = 1 ... 10 s, N = {count} [m]", tops, list(expected.values()), 1e-5)

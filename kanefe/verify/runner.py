@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, groupby
 from typing import TextIO
 
 from numpy.linalg import LinAlgError
@@ -15,6 +16,7 @@ from kanefe.verify.case import Case, Check, Reference
 from kanefe.verify.references import load_references
 from kanefe.verify.registry import select_cases
 from kanefe.verify.report import Row, Table, check_json_path, write_json
+from kanefe.verify.tolerance import tolerances_times
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class NotRun:
     reason: str
 
 
-def verify(case_ids: Sequence[str] = (), json_path: str | None = None) -> int:
+def verify(case_ids: Sequence[str] = (), json_path: str | None = None, factor: float = 1.0) -> int:
     """Run verification cases and print a line for each quantity as it is computed.
 
     A case that needs a package which is not installed is not run. That is a failure only if the case was asked for by
@@ -39,6 +41,9 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None) -> int:
     json_path : str, optional
         Also write the results as JSON: a list of objects with the keys case, quantity, value, reference, error,
         tolerance, seconds and passed. "-" writes to the standard output, and the table to the standard error.
+    factor : float
+        On the relative tolerance of every run that a case makes: how errors follow it. The tolerances of the checks
+        stay.
 
     Returns
     -------
@@ -48,7 +53,7 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None) -> int:
     Raises
     ------
     ModelError
-        If there is no such case; the message lists those there are.
+        If there is no such case; the message lists those there are. If the factor makes no sense.
     FileError
         If the JSON file cannot be written; looked at before anything runs.
 
@@ -63,14 +68,17 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None) -> int:
     rows: list[Row] = []
     skipped: list[NotRun] = []
     started = time.perf_counter()
-    for case in cases:
-        for outcome in run_case(case):
-            if isinstance(outcome, Row):
-                table.add(outcome)
-                rows.append(outcome)
-            else:
-                table.note(outcome.case, f"not run: needs {outcome.dependency}")
-                skipped.append(outcome)
+    with tolerances_times(factor):
+        for name, parts in groupby(cases, key=lambda case: case.id):
+            began = time.perf_counter()
+            for outcome in chain.from_iterable(map(run_case, parts)):
+                if isinstance(outcome, Row):
+                    table.add(outcome)
+                    rows.append(outcome)
+                else:
+                    table.note(outcome.case, f"not run: needs {outcome.dependency}")
+                    skipped.append(outcome)
+            table.note(name, f"took {time.perf_counter() - began:.2f} s")
     was_asked = bool(case_ids)
     _summarise(table.stream, rows, skipped, was_asked, time.perf_counter() - started)
     if json_path is not None:

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.linalg
-from scipy.optimize import brentq
 
-from kanefe.errors import SimulationError
+from kanefe.errors import SimulationError, SimulationWarning
 from kanefe.flexible import FlexibleBody
+from kanefe.integrate.events import Event
 from kanefe.integrate.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import all_speeds, assemble
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.loads.state import SceneState
 from kanefe.model import Model
 from kanefe.system import System
+from kanefe.verify.tolerance import scaled
 
 State = tuple[float, np.ndarray, np.ndarray]
 """Time in s, coordinates q and free speeds u."""
@@ -25,11 +30,28 @@ State = tuple[float, np.ndarray, np.ndarray]
 def states_at(
     model: Model, times: Sequence[float], rtol: float, atol: float | None = None, method: str = "dop853"
 ) -> list[State]:
-    """Run a model once from t = 0 and return its states at these times (s), multiples of a common step."""
+    """Run a model once from t = 0 and return its states at these times (s), multiples of a common step.
+
+    Raises
+    ------
+    SimulationError
+        If the run fails on its way.
+    """
     step = _common_step(times)
-    run = integrate(model, (0.0, max(times)), rtol=rtol, atol=atol, method=method, output_step=step, progress=False)
+    run = whole_run(model, (0.0, max(times)), rtol, atol=atol, method=method, output_step=step)
     rows = [round(t / step) for t in times]
     return [(float(run.times[i]), run.coordinates[i], run.speeds[i]) for i in rows]
+
+
+def whole_run(
+    model: Model, t_span: tuple[float, float], rtol: float, atol: float | None = None, **options: Any
+) -> Trajectory:
+    """Return a run with the tolerances of the case, as ``kanefe verify --tol`` scales them; a failure is an error."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SimulationWarning)  # the error says it
+        run = integrate(model, t_span, rtol=scaled(rtol), atol=atol and scaled(atol), progress=False, **options)
+    run.raise_for_status()
+    return run
 
 
 def state_after(model: Model, t: float, rtol: float) -> State:
@@ -38,26 +60,26 @@ def state_after(model: Model, t: float, rtol: float) -> State:
 
 
 def zero_crossings(
-    model: Model, quantity: Callable[[State], float], count: int, stop: float, rtol: float, samples: int = 200
+    model: Model, quantity: Callable[[State], float], count: int, stop: float, rtol: float
 ) -> list[float]:
-    """Return the first times in (0, stop) at which a quantity changes sign, refined by runs that end there.
+    """Return the first times in (0, stop) at which a quantity changes sign.
 
     Raises
     ------
     SimulationError
         If it changes sign less often.
     """
-    times = np.linspace(0.0, stop, samples + 1)[1:]
-    states = states_at(model, times.tolist(), rtol)
-    values = [quantity(state) for state in states]
-    changes = [i for i in range(samples - 1) if values[i] * values[i + 1] < 0][:count]
-    if len(changes) < count:
-        raise SimulationError(f"the motion turns {len(changes)} times in {stop:g} s where {count} are expected")
+    n = model.coordinate_count
 
-    def value(t: float) -> float:
-        return quantity(state_after(model, t, rtol))
+    def value(t: float, state: SceneState) -> float:
+        y = state.vector
+        return quantity((t, y[:n], y[n:]))
 
-    return [float(brentq(value, times[i], times[i + 1], xtol=1e-12)) for i in changes]
+    run = whole_run(model, (0.0, stop), rtol, method="dop853", output_step=stop, events=Event("turn", value))
+    found: list[float] = run.events["turn"].tolist()
+    if len(found) < count:
+        raise SimulationError(f"the motion turns {len(found)} times in {stop:g} s where {count} are expected")
+    return found[:count]
 
 
 def frame_at(model: Model, name: str, state: State) -> FrameMotion:

@@ -1,0 +1,200 @@
+"""Files from which a run goes on: everything as it was, and what the run was of."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kanefe import __version__
+from kanefe.array_file import open_arrays, write_arrays
+from kanefe.body_file import DAMAGE
+from kanefe.content_hash import Unhashable, digest_of_scene
+from kanefe.errors import FileError, ModelError
+from kanefe.integrate.events import Event
+from kanefe.integrate.methods import Choice
+from kanefe.model import Model
+
+FORMAT = "kanefe checkpoint"
+VERSION = 1
+
+LEAST_SHARE = 20.0
+"""Times what a file took to write that pass before the next one: writing takes a twentieth of a run at most."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What a run is of: only the same may go on from its checkpoint.
+
+    Attributes
+    ----------
+    scene : str
+        Digest of the frozen model.
+    options : dict
+        Those of the call that the results depend on, in numbers and texts.
+    """
+
+    scene: str
+    options: dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """How far a run has come.
+
+    Attributes
+    ----------
+    states : ndarray, shape (stored, state)
+    accelerations : ndarray, shape (stored, free), or None
+    stepper, watch : mapping of str to ndarray
+        Snapshots.
+    statistics : dict
+    seconds : dict of str to float
+        By part.
+    """
+
+    states: np.ndarray
+    accelerations: np.ndarray | None
+    stepper: Mapping[str, np.ndarray]
+    watch: Mapping[str, np.ndarray]
+    statistics: dict[str, int | float]
+    seconds: dict[str, float]
+
+
+def identity(
+    model: Model, choice: Choice, span: tuple[float, float], outputs: np.ndarray, events: Sequence[Event]
+) -> Identity:
+    """Return what a run is of.
+
+    Raises
+    ------
+    ModelError
+        If a function in the scene holds something whose content cannot be told.
+    """
+    try:
+        scene = digest_of_scene(model=model)
+        options = {
+            "method": choice.name,
+            **choice.control,
+            "t_span": list(span),
+            "output times": digest_of_scene(times=outputs),
+            "events": {event.name: digest_of_scene(event=event) for event in events},
+        }
+    except Unhashable as problem:
+        raise ModelError(
+            f"a checkpoint of this scene could not be told from that of another one: {problem}. Remedy: functions of "
+            "plain values and arrays, or a run without checkpoint= and resume="
+        ) from problem
+    return Identity(scene, options)
+
+
+class CheckpointFile:
+    """A file that is written again and again, and always whole.
+
+    Parameters
+    ----------
+    path : path
+    of : Identity
+    every : float
+        Seconds between writings, at least.
+    """
+
+    def __init__(self, path: str | Path, of: Identity, every: float) -> None:
+        self.path, self._of, self._every = Path(path), of, every
+        self._next = 0.0
+
+    @property
+    def is_due(self) -> bool:
+        """Whether it is time to write."""
+        return time.monotonic() >= self._next
+
+    def write(self, progress: Progress) -> None:
+        """Write how far the run has come; the file then holds either this or what it held before.
+
+        Raises
+        ------
+        FileError
+            If it cannot be written.
+        """
+        began = time.monotonic()
+        header = {
+            "format": FORMAT,
+            "version": VERSION,
+            "kanefe": __version__,
+            **asdict(self._of),
+            "statistics": progress.statistics,
+            "seconds": progress.seconds,
+        }
+        arrays = {"states": progress.states}
+        if progress.accelerations is not None:
+            arrays["accelerations"] = progress.accelerations
+        arrays |= {f"stepper/{name}": array for name, array in progress.stepper.items()}
+        arrays |= {f"watch/{name}": array for name, array in progress.watch.items()}
+        write_arrays(self.path, json.dumps(header), arrays)
+        now = time.monotonic()
+        self._next = now + max(self._every, LEAST_SHARE * (now - began))
+
+
+def read_checkpoint(path: str | Path, of: Identity) -> Progress:
+    """Read a checkpoint of the same run.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, damaged, or of another scene, other options or another version; the message says
+        which options.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileError(f"there is no checkpoint {path}. Remedy: check the path, or leave resume= out to begin anew")
+    try:
+        text, arrays = open_arrays(path)
+        header = json.loads(text)
+        if header["format"] != FORMAT:
+            raise ValueError(f"its format is {header['format']!r}")
+        _check_same(path, header, of)
+        return Progress(
+            states=arrays["states"],
+            accelerations=arrays.get("accelerations"),
+            stepper=_folder(arrays, "stepper/"),
+            watch=_folder(arrays, "watch/"),
+            statistics=header["statistics"],
+            seconds=header["seconds"],
+        )
+    except DAMAGE as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(f"{path} is damaged or is no checkpoint ({error}). Remedy: begin the run anew") from error
+
+
+def _check_same(path: Path, header: dict[str, Any], of: Identity) -> None:
+    versions = (header["version"], header["kanefe"])
+    if versions != (VERSION, __version__):
+        raise FileError(
+            f"the checkpoint {path} was written by kanefe {versions[1]} (format {versions[0]}), this is {__version__} "
+            f"(format {VERSION}). Remedy: go on with that version, or begin the run anew"
+        )
+    if header["scene"] != of.scene:
+        raise FileError(
+            f"the checkpoint {path} is of another scene: bodies, joints, loads, functions or starts differ. "
+            "Remedy: the scene that it was written of, or begin the run anew"
+        )
+    there, here = header["options"], json.loads(json.dumps(of.options))
+    for name in dict.fromkeys((*there, *here)):
+        if there.get(name) == here.get(name):
+            continue
+        is_short = not isinstance(there.get(name), dict) and name != "output times"
+        detail = f": {there.get(name)!r} there, {here.get(name)!r} here" if is_short else ""
+        raise FileError(
+            f"the checkpoint {path} is of a run with another option, {name}{detail}. "
+            "Remedy: the options that it was written with, or begin the run anew"
+        )
+
+
+def _folder(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}

@@ -1,0 +1,214 @@
+"""Finding events in a run: sign changes between samples of the dense output, then roots by bracketing."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from kanefe.integrate.events import Event
+from kanefe.integrate.state_views import scene_state
+from kanefe.integrate.stepper import StepFailure, Stepper
+from kanefe.model import Model
+
+INTERIOR = np.arange(1, 5) / 4.0
+"""Places in a step at which functions are looked at, its end the last one."""
+
+FIRST_PLACES = 10.0 ** np.arange(-9, -1)
+"""The same after an event, whose function begins at zero: its sign shows however short the way to the next zero is."""
+
+ROOT_TOLERANCE = 1e-13
+"""Of the span: to which a moment is found. That of the states, and so of the moment itself, is the run's."""
+
+NOISE = 10.0
+"""Times the value at the root that was found: what is not larger has no sign."""
+
+ROUND_OFF = 1e-15
+"""Of the largest value of the function in the step: the same, where the value at the root is zero by chance."""
+
+LEAST_DIP = 0.3
+"""Of the largest of three samples: how near zero their parabola must come for a pair of roots to be looked for."""
+
+STORM, STORM_SHARE = 32, 1e-6
+"""So many actions within this share of the span are a storm, which has no end."""
+
+EPSILON = float(np.finfo(float).eps)
+
+Bracket = tuple[float, float]
+
+
+class EventWatch:
+    """What is known of all events at the last place looked at.
+
+    Parameters
+    ----------
+    model : Model
+    events : sequence of Event
+    span : float
+        s.
+
+    Attributes
+    ----------
+    times : dict of str to list of float
+        Of what happened so far.
+    """
+
+    def __init__(self, model: Model, events: Sequence[Event], span: float) -> None:
+        self._model, self.events = model, tuple(events)
+        self._span = span
+        self._values = np.zeros(len(self.events))
+        self._noise = np.zeros(len(self.events))
+        self._ways = np.zeros(len(self.events))
+        self._actions: deque[float] = deque(maxlen=STORM)
+        self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
+
+    def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
+        """Take in a state from which the run goes on, after what has just happened there."""
+        self._values = self._values_at(t, y)
+        for i, event in enumerate(self.events):
+            if event not in happened or abs(self._values[i]) > self._noise[i]:
+                self._noise[i] = 0.0
+
+    def scan(self, stepper: Stepper) -> list[tuple[float, Event]]:
+        """Return what happened in the last step, in order of time, up to and with the first that acts.
+
+        Events that act at the same moment are all returned.
+        """
+        t0, h = stepper.t_old, stepper.t - stepper.t_old
+        places = INTERIOR if not self._noise.any() and self._values.all() else np.append(FIRST_PLACES, INTERIOR)
+        times = t0 + h * places
+        times = np.append(times[(times > t0) & (times < stepper.t)], stepper.t)
+        rows = [self._values_at(t, y) for t, y in zip(times, stepper.states(times), strict=True)]
+        table = np.vstack((self._values, rows))
+        times = np.append(t0, times)
+        self._check_short_ways(table)
+        found: list[tuple[float, Event]] = []
+        for i, event in enumerate(self.events):
+            function = self._along(stepper, event)
+            for bracket in _brackets(times, table[:, i], event.direction, self._noise[i], function):
+                found.append((self._root(function, *bracket), event))
+        found.sort(key=lambda entry: entry[0])
+        acting = next((t for t, event in found if event.acts), None)
+        if acting is not None:
+            found = [entry for entry in found if entry[0] <= acting + 2 * self._tolerance(acting)]
+        for i, event in enumerate(self.events):
+            roots = [t for t, other in found if other is event]
+            self.times[event.name] += roots
+            if acting is not None and roots:
+                at_root = abs(self._along(stepper, event)(roots[-1]))
+                self._noise[i] = max(NOISE * at_root, ROUND_OFF * float(np.abs(table[:, i]).max()))
+                before = table[np.searchsorted(times, roots[-1]) - 1, i]
+                self._ways[i] = -np.sign(before)
+            elif abs(table[-1, i]) > self._noise[i]:
+                self._noise[i] = 0.0
+        self._values = table[-1]
+        return found
+
+    def check_storm(self, t: float, happened: Sequence[Event]) -> None:
+        """Take in the time of an action; raise a StepFailure if they follow each other without end."""
+        self._actions.append(t)
+        width = t - self._actions[0]
+        if len(self._actions) == STORM and width <= STORM_SHARE * self._span:
+            raise _storm(happened[0], f"acted {STORM} times within {width:.2g} s")
+
+    def _check_short_ways(self, table: np.ndarray) -> None:
+        """Raise a StepFailure if a function, sent back again and again, is past zero before it could be looked at."""
+        for i, event in enumerate(self.events):
+            times = self.times[event.name]
+            if event.action is None or not self._noise[i] or len(times) < 2:
+                continue
+            seen = table[1:, i][np.abs(table[1:, i]) > self._noise[i]]
+            if len(seen) and seen[0] * self._ways[i] > 0.0 and times[-1] - times[-2] <= STORM_SHARE * self._span:
+                raise _storm(event, f"acted again after {times[-1] - times[-2]:.2g} s, and again after less")
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what is needed to go on."""
+        arrays = {f"times {i}": np.array(self.times[event.name]) for i, event in enumerate(self.events)}
+        kept = {"values": self._values, "noise": self._noise, "ways": self._ways}
+        return {"acted": np.array(self._actions), **{name: array.copy() for name, array in kept.items()}, **arrays}
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        self._values, self._noise, self._ways = (np.array(snapshot[name]) for name in ("values", "noise", "ways"))
+        self._actions.extend(snapshot["acted"].tolist())
+        for i, event in enumerate(self.events):
+            self.times[event.name] = snapshot[f"times {i}"].tolist()
+
+    def _values_at(self, t: float, y: np.ndarray) -> np.ndarray:
+        state = scene_state(self._model, t, y)
+        return np.array([event.value(t, state) for event in self.events])
+
+    def _along(self, stepper: Stepper, event: Event) -> Callable[[float], float]:
+        def function(t: float) -> float:
+            return event.value(t, scene_state(self._model, t, stepper.states(np.array([t]))[0]))
+
+        return function
+
+    def _tolerance(self, t: float) -> float:
+        return max(ROOT_TOLERANCE * self._span, 4 * EPSILON * abs(t))
+
+    def _root(self, function: Callable[[float], float], a: float, b: float) -> float:
+        ends = function(a), function(b)
+        if ends[0] * ends[1] > 0.0:  # at one of the ends, but for round-off
+            return a if abs(ends[0]) < abs(ends[1]) else b
+        return float(brentq(function, a, b, xtol=self._tolerance(b), rtol=4 * EPSILON))
+
+
+def _storm(event: Event, what: str) -> StepFailure:
+    return StepFailure(
+        f"event {event.name!r} {what}: a storm without end",
+        "let its action bring the scene to rest once it is slow, make the event terminal, or give the contact a "
+        "stiffness (kf.CoordinateForce with limits, a spring)",
+    )
+
+
+def _brackets(
+    times: np.ndarray, values: np.ndarray, direction: int, noise: float, function: Callable[[float], float]
+) -> list[Bracket]:
+    """Return the intervals at whose ends the function has different signs, of those that pass zero as wanted.
+
+    A value of zero ends an interval. The first value has no sign if it is not larger than `noise`.
+    """
+    found: list[tuple[Bracket, float]] = []
+    last: tuple[float, float] | None = None
+    for k, (t, value) in enumerate(zip(times.tolist(), values.tolist(), strict=True)):
+        if k == 0 and abs(value) <= noise:
+            continue
+        if last is not None and np.sign(value) != np.sign(last[1]):
+            found.append(((last[0], t), -last[1]))
+        last = (t, value) if value != 0.0 else None
+    for (a, lowest, b), sign in _dips(times, values, noise, function):
+        found += [((a, lowest), -sign), ((lowest, b), sign)]
+    return sorted(bracket for bracket, way in found if way * direction >= 0.0)
+
+
+def _dips(
+    times: np.ndarray, values: np.ndarray, noise: float, function: Callable[[float], float]
+) -> list[tuple[tuple[float, float, float], float]]:
+    """Return where the function goes through zero and back between samples of one sign, and that sign.
+
+    Three samples after each other whose parabola comes near zero between them are looked at closely.
+    """
+    found = []
+    first = 1 if abs(values[0]) <= noise else 0
+    after = times[0]
+    for k in range(first, len(times) - 2):
+        t, v = times[k : k + 3], values[k : k + 3]
+        sign = np.sign(v[0])
+        if t[0] < after or not sign or np.any(np.sign(v) != sign):
+            continue
+        curve = np.polynomial.Polynomial.fit(t, sign * v, 2, domain=[t[0], t[2]])
+        c = curve.coef
+        if c[2] <= 0.0 or abs(c[1]) >= 2.0 * c[2] or c[0] - c[1] ** 2 / (4.0 * c[2]) > LEAST_DIP * np.abs(v).max():
+            continue
+        width = float(t[2] - t[0])
+        low = minimize_scalar(
+            lambda x, sign=sign: sign * function(float(x)), bounds=(t[0], t[2]), method="bounded",
+            options={"xatol": 1e-5 * width},
+        )  # fmt: skip
+        if low.fun < 0.0:
+            found.append(((float(t[0]), float(low.x), float(t[2])), float(sign)))
+            after = t[2]
+    return found

@@ -1,0 +1,126 @@
+"""Events: moments at which a function of the state passes zero, and what is done there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.loads.state import SceneState
+
+DIRECTIONS = (-1, 0, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """A moment at which a function of the state passes zero.
+
+    Parameters
+    ----------
+    name : str
+        Unique in a run.
+    function : callable
+        ``f(t, state)`` -> number, with t in s and the `state` that functions of loads are given.
+    direction : -1, 0 or 1
+        Only where the function falls, wherever it passes zero, or only where it rises.
+    terminal : bool
+        Whether the run ends there.
+    action : callable, optional
+        ``f(t, state)`` -> the state ``(q, u)`` to go on with, shape (coordinates + free speeds,), such as a changed
+        copy of ``state.vector``; or None to go on with the same, after a load that looks at a switch was switched. The
+        speeds of loops are then made consistent. Energy that the change gives counts as work, energy that it takes as
+        dissipated. An action stops a body, but does not hold it: that takes a force.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong.
+
+    Examples
+    --------
+    A ball that bounces, losing a fifth of its speed:
+
+    >>> import kanefe as kf
+    >>> def height(t, state):
+    ...     return state.position("ball")[2]
+    >>> def bounce(t, state):
+    ...     y = state.vector
+    ...     y[1] *= -0.8
+    ...     return y
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> ball = scene.add_point("ball", 0.1, joint=kf.Prismatic("z", position=1.0))
+    >>> result = scene.simulate((0.0, 1.0), events=[kf.Event("floor", height, direction=-1, action=bounce)])
+    >>> result.events["floor"].round(6)
+    array([0.451524])
+    """
+
+    name: str
+    function: Callable[[float, SceneState], float]
+    direction: int = 0
+    terminal: bool = False
+    action: Callable[[float, SceneState], Any] | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise ModelError(f"the name of an event must be a text, not {self.name!r}")
+        if not callable(self.function):
+            raise ModelError(f"event {self.name!r} needs a function f(t, state) -> number, not {self.function!r}")
+        if self.direction not in DIRECTIONS:
+            raise ModelError(f"direction of event {self.name!r} must be -1, 0 or 1, not {self.direction!r}")
+        if self.action is not None and not callable(self.action):
+            raise ModelError(f"action of event {self.name!r} must be a function f(t, state), not {self.action!r}")
+        if self.terminal and self.action is not None:
+            raise ModelError(
+                f"event {self.name!r} ends the run, so its action has nothing to act on. Remedy: one of the two"
+            )
+
+    @property
+    def acts(self) -> bool:
+        """Whether the run does not simply go on."""
+        return self.terminal or self.action is not None
+
+    def value(self, t: float, state: SceneState) -> float:
+        """Return the value of the function; a ModelError names the event if it is not one finite number."""
+        value = self.function(t, state)
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = math.nan
+        if not math.isfinite(number):
+            raise ModelError(
+                f"the function of event {self.name!r} must give one finite number; at t = {t:.6g} s it gave {value!r}"
+            )
+        return number
+
+    def changed(self, t: float, state: SceneState, size: int) -> Vector | None:
+        """Return the state after the action, shape (size,), None if it leaves it; a ModelError names what is wrong."""
+        if self.action is None:
+            return None
+        given = self.action(t, state)
+        if given is None:
+            return None
+        y = np.asarray(given, dtype=float)
+        if y.shape != (size,) or not np.all(np.isfinite(y)):
+            raise ModelError(
+                f"the action of event {self.name!r} must return {size} finite numbers, the coordinates and the free "
+                f"speeds, or None; at t = {t:.6g} s it gave shape {y.shape}. Remedy: a changed copy of state.vector"
+            )
+        return y
+
+
+def checked_events(events: Sequence[Event] | Event) -> tuple[Event, ...]:
+    """Return the events of a call; a ModelError says what is wrong with them."""
+    found = (events,) if isinstance(events, Event) else tuple(events)
+    for event in found:
+        if not isinstance(event, Event):
+            raise ModelError(f"events must be a list of kanefe.Event, not of {type(event).__name__}")
+    names = [event.name for event in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise ModelError(f"two events are called {name!r}. Remedy: another name for one of them")
+    return found

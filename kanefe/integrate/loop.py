@@ -1,0 +1,317 @@
+"""The one loop that drives all methods: chunks of steps, events, limits, checkpoints, and how it ends."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import FileError, KanefeError, SimulationWarning
+from kanefe.frames import Vector
+from kanefe.integrate.checkpoint import CheckpointFile, Progress
+from kanefe.integrate.clock import Clock
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.event_watch import EventWatch
+from kanefe.integrate.events import Event
+from kanefe.integrate.state_views import scene_state
+from kanefe.integrate.status import RunStatus
+from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations
+
+CHUNK = 2000
+"""Most steps taken in one go."""
+
+CHUNK_SECONDS = 0.1
+"""How long a go should take: limits, the progress bar, Ctrl-C and checkpoints wait for its end."""
+
+SMALLEST_STEP = 1e-12
+"""Of the span: a run whose steps are smaller on average over a go, or over some steps, does not move."""
+
+SOME_STEPS = 20
+
+WORKS_NAMES = ("dissipated energy", "work of the loads")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What ends a run early.
+
+    Attributes
+    ----------
+    steps : int or None
+    seconds : float or None
+        Of the wall clock.
+    """
+
+    steps: int | None = None
+    seconds: float | None = None
+
+
+class RunLoop:
+    """A run on its way.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    stepper : Stepper
+        At the start.
+    times : ndarray, shape (T,)
+        Times wanted; the last one is the end of the run.
+    watch : EventWatch or None
+    limits : Limits
+    clock : Clock
+    bar : progress bar
+        In seconds of the run.
+
+    Attributes
+    ----------
+    states : ndarray, shape (T, state)
+    accelerations : ndarray, shape (T, free), or None
+    stored : int
+        Rows filled so far.
+    last : (float, ndarray) or None
+        Time and state where the run ended, if it did before its end.
+    last_accelerations : ndarray, shape (1, free), or None
+    """
+
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        stepper: Stepper,
+        times: np.ndarray,
+        watch: EventWatch | None,
+        limits: Limits,
+        clock: Clock,
+        bar: Any,
+    ) -> None:
+        self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
+        self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
+        self._start, self._span = stepper.t, float(times[-1]) - stepper.t
+        self._began = time.monotonic()
+        self._chunk = 1 if watch or isinstance(stepper, TellsAccelerations) else 16
+        self._file: CheckpointFile | None = None
+        self._kept: tuple[float, Progress] | None = None
+        self._mark = (0, stepper.t)
+        self._before: dict[str, int | float] = {}
+        self.states = np.empty((len(times), len(stepper.state())))
+        self.accelerations: np.ndarray | None = None
+        if isinstance(stepper, TellsAccelerations):
+            self.accelerations = np.empty((len(times), self._model.free_count))
+        self.stored = 0
+        self._first = stepper.t, stepper.state()
+        self.last: tuple[float, Vector] | None = None
+        self.last_accelerations: np.ndarray | None = None
+        if times[0] == stepper.t:
+            self.states[0] = stepper.state()
+            self._store_accelerations(0, 1)
+            self.stored = 1
+        if watch:
+            watch.begin(stepper.t, stepper.state())
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """What the method has counted, with what was counted before the run was resumed."""
+        now = self._stepper.statistics
+        return {name: value + self._before.get(name, 0) for name, value in now.items()}
+
+    def resume(self, progress: Progress) -> None:
+        """Go on from a checkpoint."""
+        self._stepper.resume(progress.stepper)
+        if self._watch:
+            self._watch.resume(progress.watch)
+        self.stored = len(progress.states)
+        self.states[: self.stored] = progress.states
+        if self.accelerations is not None and progress.accelerations is not None:
+            self.accelerations[: self.stored] = progress.accelerations
+        now = self._stepper.statistics
+        self._before = {name: value - now.get(name, 0) for name, value in progress.statistics.items()}
+        self._clock.seconds = dict(progress.seconds)
+        self._mark = (int(now["steps"]), self._stepper.t)
+        self._bar.update(self._stepper.t - self._start)
+
+    def go(self, file: CheckpointFile | None = None) -> RunStatus:
+        """Run to the end, and return how it ended.
+
+        Whatever ends it, a checkpoint is written before: of the end, or where something went wrong or a terminal event
+        ended it, of a moment before. A KeyboardInterrupt and the errors of users' functions come through.
+        """
+        self._file = file
+        if file is not None:
+            self._keep()
+            self._write(is_first=True)
+        try:
+            status = self._run()
+        except BaseException:
+            self._write()
+            raise
+        is_at_end = status.kind != "failed" and (self.last is None or self.last[0] == self._stepper.t)
+        if file is not None and is_at_end:
+            self._kept = (0.0, self._progress())
+        self._write()
+        return status
+
+    def _run(self) -> RunStatus:
+        first, stepper = int(self._stepper.statistics["steps"]), self._stepper
+        while self.stored < len(self._times):
+            steps = int(stepper.statistics["steps"]) - first
+            if (limit := self._limit(steps)) is not None:
+                return self._ended(limit)
+            most = self._chunk if self._limits.steps is None else min(self._chunk, self._limits.steps - steps)
+            try:
+                with self._clock.part("steps"):
+                    self._march(most)
+                self._check_progress()
+                if self._watch and (stopped := self._events(self._watch)) is not None:
+                    return stopped
+            except StepFailure as failure:
+                return self._ended(self._failed(failure))
+            except (KanefeError, np.linalg.LinAlgError) as error:
+                if int(stepper.statistics["steps"]) == 0:
+                    raise  # a scene that cannot start is refused, not run in part
+                return self._ended(RunStatus.of_error(stepper.t, error))
+            self._keep()
+        return RunStatus("finished", stepper.t)
+
+    def _march(self, most: int) -> None:
+        stepper, begun = self._stepper, time.perf_counter()
+        first = self.stored
+        try:
+            passed = stepper.march(self._times[first:], self.states[first:], most)
+            self.stored += passed
+        except (KanefeError, np.linalg.LinAlgError):
+            # what was passed before the failure is stored all the same
+            self.stored = max(first, int(np.searchsorted(self._times, stepper.t, side="right")))
+            raise
+        finally:
+            self._bar.update(stepper.t - self._start - self._bar.n)
+        self._store_accelerations(first, self.stored)
+        if self._chunk > 1:
+            wanted = most * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
+            self._chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self._chunk)))
+
+    def _store_accelerations(self, first: int, last: int) -> None:
+        if self.accelerations is not None and isinstance(self._stepper, TellsAccelerations):
+            self.accelerations[first:last] = self._stepper.accelerations(self._times[first:last])
+
+    def _check_progress(self) -> None:
+        """Raise a StepFailure if the state is not finite or time stands still."""
+        state = self._stepper.state()
+        if not np.all(np.isfinite(state)):
+            rows = np.isfinite(self.states[: self.stored]).all(axis=1)
+            self.stored = int(np.argmin(rows)) if not rows.all() else self.stored
+            worst = int(np.argmin(np.isfinite(state)))
+            raise StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
+        steps, t = int(self._stepper.statistics["steps"]), self._stepper.t
+        if steps - self._mark[0] >= SOME_STEPS:
+            if t - self._mark[1] < SMALLEST_STEP * self._span * (steps - self._mark[0]) and t < self._times[-1]:
+                raise StepFailure(
+                    f"its steps have become smaller than {SMALLEST_STEP:g} of the span",
+                    "check loads for jumps or growth without bound there, or loosen rtol",
+                )
+            self._mark = steps, t
+
+    def _events(self, watch: EventWatch) -> RunStatus | None:
+        """Look for events in the last step, and do what they ask for; return a status if one ends the run."""
+        with self._clock.part("events"):
+            try:
+                found = watch.scan(self._stepper)
+            except StepFailure as storm:  # the step went past the last event: it does not count
+                t = self._stepper.t_old
+                self.stored = int(np.searchsorted(self._times, t, side="right"))
+                self._stand_at(t, self._stepper.states(np.array([t]))[0])
+                return RunStatus("failed", t, storm.reason, storm.remedy)
+            acting = next((t for t, event in found if event.acts), None)
+            if acting is None:
+                return None
+            at_once = [event for t, event in found if t >= acting]
+            happened = [event for event in watch.events if event in at_once]  # in the order given
+            y = self._stepper.states(np.array([acting]))[0]
+            self.stored = int(np.searchsorted(self._times, acting, side="right"))
+            terminal = next((event for event in happened if event.terminal), None)
+            if terminal is not None:
+                self._stand_at(acting, y)
+                return RunStatus("stopped", acting, f"by the event {terminal.name!r}")
+            for event in happened:
+                y = self._acted(event, acting, y)
+            self._stepper.restart(acting, y)
+            watch.begin(acting, y, happened)
+            self._mark = int(self._stepper.statistics["steps"]), acting
+            watch.check_storm(acting, [event for event in happened if event.acts])
+        return None
+
+    def _acted(self, event: Event, t: float, y: Vector) -> Vector:
+        """Return the state after an action, its loops closed, and the energy of the change taken into account."""
+        size = self._model.coordinate_count + self._model.free_count
+        changed = event.changed(t, scene_state(self._model, t, y), size)
+        if changed is None:
+            return y
+        after = np.concatenate((changed, y[size:]))
+        if not self._model.has_unreduced:
+            after = self._dynamics.projected(t, after).copy()
+        gained = self._model.energy(t, after[:size]).total - self._model.energy(t, y[:size]).total
+        after[size if gained < 0.0 else size + 1] += abs(gained)
+        return after
+
+    def _limit(self, steps: int) -> RunStatus | None:
+        limits, t = self._limits, self._stepper.t
+        remedy = "a larger limit, or go on from a checkpoint with resume="
+        if limits.steps is not None and steps >= limits.steps:
+            return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", remedy)
+        if limits.seconds is not None and time.monotonic() - self._began >= limits.seconds:
+            return RunStatus("stopped", t, f"by the limit of {limits.seconds:g} seconds", remedy)
+        return None
+
+    def _failed(self, failure: StepFailure) -> RunStatus:
+        named = f"; the worst is {self._name(failure.component)}" if failure.component is not None else ""
+        return RunStatus("failed", self._stepper.t, f"{failure.reason}{named}", failure.remedy)
+
+    def _name(self, component: int) -> str:
+        names = (*self._model.state_names, *WORKS_NAMES)
+        return f"'{names[component]}'"
+
+    def _ended(self, status: RunStatus) -> RunStatus:
+        """Keep the state at which the run ended, where it is one."""
+        state = self._stepper.state()
+        if np.all(np.isfinite(state)):
+            self._stand_at(self._stepper.t, state)
+        elif not self.stored:
+            self.last = self._first
+        return status
+
+    def _stand_at(self, t: float, y: Vector) -> None:
+        self.last = t, y
+        if isinstance(self._stepper, TellsAccelerations):
+            self.last_accelerations = self._stepper.accelerations(np.array([t]))
+
+    def _progress(self) -> Progress:
+        return Progress(
+            states=self.states[: self.stored],
+            accelerations=None if self.accelerations is None else self.accelerations[: self.stored],
+            stepper=self._stepper.snapshot(),
+            watch=self._watch.snapshot() if self._watch else {},
+            statistics=self.statistics,
+            seconds=dict(self._clock.seconds),
+        )
+
+    def _keep(self) -> None:
+        """Keep how far the run has come from time to time: an error in the middle of a step must not reach the file."""
+        if self._file is None:
+            return
+        now = time.monotonic()
+        if self._kept is None or now - self._kept[0] >= CHUNK_SECONDS:
+            self._kept = now, self._progress()
+            if self._file.is_due:
+                self._write()
+
+    def _write(self, is_first: bool = False) -> None:
+        if self._file is None or self._kept is None:
+            return
+        with self._clock.part("checkpoints"):
+            try:
+                self._file.write(self._kept[1])
+            except FileError as error:
+                if is_first:
+                    raise
+                warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=4)

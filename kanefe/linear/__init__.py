@@ -1,0 +1,10 @@
+"""Linear analysis: equilibrium, linearisation about a state, modes, Campbell diagram, frequency response."""
+
+from kanefe.linear.campbell_diagram import Campbell as Campbell
+from kanefe.linear.campbell_diagram import campbell as campbell
+from kanefe.linear.equilibria import Equilibrium as Equilibrium
+from kanefe.linear.equilibria import equilibrium as equilibrium
+from kanefe.linear.frequency_response import FrequencyResponse as FrequencyResponse
+from kanefe.linear.linearisation import Linearisation as Linearisation
+from kanefe.linear.linearisation import linearise as linearise
+from kanefe.linear.modes import Modes as Modes

@@ -1,0 +1,82 @@
+"""Frequency response of a linearised scene: what its outputs do when an input oscillates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+from kanefe.linear.linearisation import Linearisation
+
+if TYPE_CHECKING:
+    from kanefe.views.plots import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Complex amplitudes ``H(f) = C (2 pi i f - A)^-1 B + D`` of the outputs for inputs of unit amplitude.
+
+    Attributes
+    ----------
+    frequencies : ndarray, shape (F,)
+        Hz.
+    response : ndarray of complex, shape (F, outputs, inputs)
+        Unit of the output per unit of the input.
+    output_names, input_names : tuple of str
+    """
+
+    frequencies: np.ndarray
+    response: np.ndarray
+    output_names: tuple[str, ...]
+    input_names: tuple[str, ...]
+
+    @property
+    def magnitude(self) -> np.ndarray:
+        """Amplitudes, shape (F, outputs, inputs)."""
+        return np.asarray(np.abs(self.response))
+
+    @property
+    def phase(self) -> np.ndarray:
+        """Phases in rad, without jumps over the frequencies, shape (F, outputs, inputs)."""
+        return np.asarray(np.unwrap(np.angle(self.response), axis=0))
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Draw magnitudes and phases over the frequency, and write the picture to `path` if given.
+
+        Raises
+        ------
+        ModelError, MissingDependency
+            If the kind of file is unknown, or matplotlib is not installed.
+        """
+        from kanefe.views.linear import frequency_response_picture
+
+        return frequency_response_picture(self, path)
+
+
+def frequency_response(linearisation: Linearisation, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
+    """Return the frequency response of a linearised scene: see `Linearisation.frequency_response`."""
+    at = np.atleast_1d(numbers(frequencies))
+    if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(at < 0.0):
+        raise ModelError(f"frequencies must be finite and not negative, in Hz, not {frequencies!r}")
+    A, B, C, D = linearisation.A, linearisation.B, linearisation.C, linearisation.D
+    for what, count in (("inputs", B.shape[1]), ("outputs", len(C))):
+        if not count:
+            raise ModelError(
+                f"the linearisation has no {what}, and so no frequency response. Remedy: linearise(..., "
+                f"{what}=[{'force body x' if what == 'inputs' else 'position body x'!r}])"
+            )
+    response = np.empty((len(at), len(C), B.shape[1]), dtype=complex)
+    for i, f in enumerate(at):
+        try:
+            response[i] = C @ np.linalg.solve(2j * np.pi * f * np.eye(len(A)) - A, B) + D
+        except np.linalg.LinAlgError:
+            raise ModelError(
+                f"the response at {f:.6g} Hz is infinite: an undamped or rigid motion has that frequency. Remedy: "
+                "leave it out, or damp the scene"
+            ) from None
+    return FrequencyResponse(at, response, linearisation.output_names, linearisation.input_names)

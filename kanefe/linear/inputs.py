@@ -1,0 +1,138 @@
+"""Inputs of a linearised scene: forces, torques, motors, loads of the scene, gravity, and driven motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.kane.assemble import all_speeds, assemble
+from kanefe.kane.kinematics import sweep_outward
+from kanefe.linear.drives import Drive
+from kanefe.linear.forces import carrier, frame_of, scene_load_columns, scene_loads
+from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
+from kanefe.loads import FieldLoad, JointLoad
+from kanefe.model import Model
+
+KINDS = {"force": "N", "torque": "N m", "motor": "", "drive": "", "gravity": "m/s2", "load": ""}
+
+
+@dataclass(frozen=True, eq=False)
+class Input:
+    """One input: a generalised force (free,) per unit, or a drive whose acceleration it is.
+
+    Attributes
+    ----------
+    name, unit : str
+    force : ndarray, shape (free,), or None
+    drive : Drive or None
+    """
+
+    name: str
+    unit: str
+    force: Vector | None
+    drive: Drive | None = None
+
+    @property
+    def label(self) -> str:
+        """Name with the unit in brackets."""
+        return f"{self.name} [{self.unit}]"
+
+
+def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None) -> list[Input]:
+    """Return the inputs that are asked for; None: all loads of the scene.
+
+    Raises
+    ------
+    ModelError
+        Naming what there is not, and listing what there is.
+    """
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full)
+
+    def of_load(load: object, name: str) -> list[Input]:
+        columns = scene_load_columns(model, load, motions, q, full)  # type: ignore[arg-type]
+        units = _load_unit(model, load)
+        names = [name] if columns.shape[1] == 1 else [f"{name} {axis}" for axis in AXES]
+        return [Input(label, units, column) for label, column in zip(names, columns.T, strict=True)]
+
+    labels = _unique([load.label for load in scene_loads(model)])
+    loads = dict(zip(labels, scene_loads(model), strict=True))
+    if named is None:
+        return [found for label, load in loads.items() for found in of_load(load, label)]
+
+    def point(target: Target) -> list[Input]:
+        frame = frame_of(model, model.bodies[target.body], target.interface, motions[target.body], q, full)
+        axes = frame.A_NF if target.interface is None else frame.A_NF @ target.interface.axes
+        wide = frame.V if target.what == "force" else frame.W
+        n = model.free_count
+        return [
+            Input(name, KINDS[target.what], ((frame.A_NF.T @ direction) @ wide)[:n])
+            for name, direction in axis_vector(target, axes, "input")
+        ]
+
+    def motor(target: Target) -> list[Input]:
+        body = model.bodies[target.body]
+        return [
+            Input(name, "N m" if "rad" in of else "N", np.eye(model.free_count)[body.speeds[i]])
+            for name, i, of in joint_entry(model, target, "input")
+        ]
+
+    def drive(target: Target) -> list[Input]:
+        return [
+            Input(name, "rad/s2" if "rad" in of else "m/s2", None, Drive(target.body, i))
+            for name, i, of in joint_entry(model, target, "input", driven=True)
+        ]
+
+    makers: dict[str, Callable[[Target], list[Input]]] = {
+        "force": point, "torque": point, "motor": motor, "drive": drive,
+    }  # fmt: skip
+    found: list[Input] = []
+    for name, text in asked_for(named):
+        what, _, rest = text.strip().partition(" ") if isinstance(text, str) else ("", "", "")
+        if what == "gravity":
+            found += _gravity(model, t, q, u, name or text, rest.strip())
+        elif what == "load":
+            if rest not in loads:
+                raise ModelError(f"input {text!r}: the scene has no such load. It has: {', '.join(loads) or 'none'}")
+            found += of_load(loads[rest], name or rest)
+        else:
+            target = target_of(model, name, text, KINDS, "input")
+            found += makers[target.what](target)
+    return found
+
+
+def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str) -> list[Input]:
+    """Return uniform gravity along axes of N: what a ground that accelerates the other way is felt as."""
+    if axis not in ("", *AXES):
+        raise ModelError(f"input {name!r}: {axis!r} is no axis. Remedy: gravity x, gravity y or gravity z")
+    n = model.free_count
+    _, still = assemble(replace(model, gravity=np.zeros(3)), t, q, u)
+    found = []
+    for letter, i in AXES.items():
+        if axis in ("", letter):
+            _, pulled = assemble(replace(model, gravity=np.eye(3)[i].copy()), t, q, u)
+            found.append(Input(name if axis else f"{name} {letter}", KINDS["gravity"], (pulled - still)[:n]))
+    return found
+
+
+def _load_unit(model: Model, load: object) -> str:
+    if isinstance(load, JointLoad):
+        number, _ = carrier(model, load)
+        return "N m" if "rad" in model.bodies[number].joint.coordinate_names[load.coordinate] else "N"
+    if isinstance(load, FieldLoad):
+        return "Pa or N/m"
+    return "N m" if getattr(load, "is_torque", False) else "N"
+
+
+def _unique(labels: list[str]) -> list[str]:
+    """Return the labels, numbered from the second one where one occurs again."""
+    seen: dict[str, int] = {}
+    found = []
+    for label in labels:
+        seen[label] = seen.get(label, 0) + 1
+        found.append(label if seen[label] == 1 else f"{label} #{seen[label]}")
+    return found

@@ -1,0 +1,315 @@
+"""Linearisation of a scene about a state: mass, damping, gyroscopic and stiffness matrices, and A, B, C, D."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import speed_names
+from kanefe.linear.forces import answers
+from kanefe.linear.inputs import Input, inputs_of
+from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
+from kanefe.linear.small_motions import Directions, SmallMotions
+from kanefe.linear.state import model_of, state_of
+from kanefe.linear.tangents import tangent_names
+from kanefe.linear.targets import Named
+from kanefe.model import Model
+
+if TYPE_CHECKING:
+    from kanefe.linear.frequency_response import FrequencyResponse
+    from kanefe.linear.modes import Modes
+    from kanefe.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Small motions x of a scene about a state, ``dx/dt = A x + B w``, ``y = C x + D w``; made by `linearise`.
+
+    x are independent tangent coordinates p (displacements, angles, modal coordinates, rotation vectors in the moving
+    frame) and then independent speeds r. Without rolling the same is said by
+
+        M d2p/dt2 + (damping + gyroscopic) dp/dt + stiffness p = B_2 w
+
+    About a state that moves both are frozen: exact for its rate of change, and constant where the motion is steady in
+    these coordinates. A wheel that rolls, or a rotor in a frame that does not spin, is steady where a revolute joint
+    carries the spin; in the tangents of a free joint, which spin with it, gravity would turn.
+
+    Attributes
+    ----------
+    model : Model
+    time : float
+        s.
+    state : ndarray
+        y = (q, u) of the model.
+    A : ndarray, shape (x, x)
+    B : ndarray, shape (x, inputs)
+    C : ndarray, shape (outputs, x)
+    D : ndarray, shape (outputs, inputs)
+    state_names, input_names, output_names : tuple of str
+        With units in brackets.
+    output_values : ndarray
+        The outputs in the state itself.
+    small : SmallMotions
+        How x moves the tree.
+    """
+
+    model: Model
+    time: float
+    state: Vector
+    A: Matrix
+    B: Matrix
+    C: Matrix
+    D: Matrix
+    state_names: tuple[str, ...]
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    output_values: Vector
+    small: SmallMotions
+
+    @property
+    def position_count(self) -> int:
+        """Number of tangent coordinates p; the rest of x are speeds."""
+        return self.small.positions.N.shape[1]
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether derivatives of the scene's own forces are exact to round-off, and not differences."""
+        return self.small.derivatives.is_exact
+
+    @cached_property
+    def _second_order(self) -> tuple[Matrix, Matrix, Matrix]:
+        """Return M, the factor of the rates, and that of the coordinates: see `kanefe.linear.small_motions`."""
+        small = self.small
+        if not small.is_holonomic:
+            raise ModelError(
+                "a scene that rolls has more coordinates than speeds and no mass, damping and stiffness matrices of "
+                "its coordinates alone. Remedy: A, or modes()"
+            )
+        n, N = self.position_count, small.positions.N
+        M = N.T @ small.mass() @ N
+        a11, a21, a22 = self.A[:n, :n], self.A[n:, :n], self.A[n:, n:]
+        return M, -M @ (a11 + a22), -M @ (a21 - a22 @ a11 + self._turning_rate())
+
+    def _turning_rate(self) -> Matrix:
+        """Return the rate of change of A's upper left block along the motion."""
+        from kanefe.linear.tangents import turning
+
+        small = self.small
+        if not small.is_moving:
+            return np.zeros((self.position_count, self.position_count))
+        lead, N = small.positions.leading, small.positions.N
+        G_rate = np.zeros_like(small.G)
+        G_rate[: len(small.du), : len(small.du)] = turning(self.model, small.du)
+        # J dN/dt = -dJ/dt N, and what follows changes by B less what G turns: dJ/dt = D - J G
+        N_rate = small.along_positions.du + small.G @ N
+        N_rate = N_rate - N @ N_rate[lead]
+        return np.asarray((G_rate @ N + small.G @ N_rate)[lead])
+
+    @property
+    def mass(self) -> Matrix:
+        """M over the independent coordinates, symmetric."""
+        return self._second_order[0]
+
+    @property
+    def damping(self) -> Matrix:
+        """Symmetric part of the factor of the rates."""
+        factor = self._second_order[1]
+        return np.asarray(0.5 * (factor + factor.T))
+
+    @property
+    def gyroscopic(self) -> Matrix:
+        """Skew part of the factor of the rates: Coriolis and gyroscopic terms."""
+        factor = self._second_order[1]
+        return np.asarray(0.5 * (factor - factor.T))
+
+    @property
+    def stiffness(self) -> Matrix:
+        """Factor of the coordinates: elastic, geometric, of gravity, centrifugal; symmetric if no force circulates."""
+        return self._second_order[2]
+
+    @property
+    def position_names(self) -> tuple[str, ...]:
+        """Names of the tangent coordinates p."""
+        return self.state_names[: self.position_count]
+
+    def modes(self) -> Modes:
+        """Return eigenvalues, frequencies, damping ratios and mode shapes of the whole scene.
+
+        Examples
+        --------
+        ``print(kf.linearise(scene).modes())``
+        """
+        from kanefe.linear.modes import modes_of
+
+        return modes_of(self)
+
+    def frequency_response(self, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
+        """Return the response of the outputs to inputs of unit amplitude.
+
+        Parameters
+        ----------
+        frequencies : array_like, shape (F,)
+            Hz, not negative.
+
+        Raises
+        ------
+        ModelError
+            If there are no inputs or outputs, or a frequency makes no sense.
+        """
+        from kanefe.linear.frequency_response import frequency_response
+
+        return frequency_response(self, frequencies)
+
+    def to_control(self) -> Any:
+        """Return a `control.StateSpace` with the names of states, inputs and outputs.
+
+        Raises
+        ------
+        MissingDependency
+            If python-control is not installed: ``pip install 'kanefe[control]'``.
+        """
+        from kanefe.linear._control import state_space
+
+        return state_space(self)
+
+    def moved(self, x: Sequence[float] | np.ndarray) -> Vector:
+        """Return the state y = (q, u) of the model beside the one of the analysis, to first order in x (states,)."""
+        small = _values(x, len(self.A), "x")
+        n, N = self.model.free_count, self.position_count
+        z = self.small.along_positions.z @ small[:N]
+        du = self.small.along_positions.du @ small[:N] + self.small.along_speeds.du @ small[N:]
+        q = self.model.advance(self.state[: self.model.coordinate_count], z[:n])
+        return np.concatenate((q, self.state[self.model.coordinate_count :] + du[:n]))
+
+
+def linearise(
+    scene: System | Model,
+    t: float = 0.0,
+    y: Sequence[float] | np.ndarray | None = None,
+    *,
+    inputs: Named | None = None,
+    outputs: Named | None = None,
+) -> Linearisation:
+    """Linearise a scene about a state.
+
+    Derivatives are exact to round-off (complex steps through the order-n equations), also of springs, stiffening,
+    loops and gyroscopic terms. Functions of the user that look at the state, such as controllers, are differentiated by
+    central differences of these functions alone.
+
+    Parameters
+    ----------
+    scene : System or Model
+    t : float
+        s.
+    y : array_like, shape (coordinates + free,), optional
+        State, named by `Model.state_names`; default: the start. For small motions about rest use `equilibrium`.
+    inputs : str, sequence or mapping of str, optional
+        ``"force body x"``, ``"torque body/interface z'"``, ``"motor body"``, ``"gravity z"``, ``"load <label>"``, or
+        ``"drive body"``, the acceleration of a driven coordinate, whose position and rate are then states too. ``x`` is
+        along N, ``x'`` along the frame's own axes in this state; without an axis all three. A mapping gives names.
+        Default: all loads of the scene.
+    outputs : str, sequence or mapping of str, optional
+        ``"position body/interface x"``, also rotation (a vector), velocity, angular_velocity, acceleration,
+        angular_acceleration; ``"deflection body/interface y"`` in the mesh frame; joint_coordinates, joint_speeds,
+        modal_coordinates, modal_speeds. Default: free joint coordinates and speeds.
+
+    Raises
+    ------
+    ModelError
+        If a name is unknown, the state is not consistent, the loops are singular, or bodies are unreduced.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> rod = scene.add_rigid_body("rod", 1.0, 1 / 12, com=(0, 0, -0.5), joint=kf.Revolute("y"))
+    >>> small = kf.linearise(scene, inputs="motor rod", outputs="position rod x")
+    >>> small.state_names
+    ('rod: angle [rad]', 'rod: rate [rad/s]')
+    >>> round(float(small.modes().frequencies[0]), 4)
+    0.6105
+    """
+    model = model_of(scene, "linearise", t)
+    time, q, u = state_of(model, t, y, "linearise")
+    given = inputs_of(model, time, q, u, inputs)
+    drives = tuple(dict.fromkeys(item.drive for item in given if item.drive is not None))
+    small = SmallMotions(model, time, q, u, drives)
+    measured = outputs_of(small, outputs)
+    return _linearisation(small, given, measured)
+
+
+def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:
+    model = small.model
+    P, R = small.along_positions, small.along_speeds
+    lead_p, lead_r = small.positions.leading, small.speeds.leading
+    A = np.block(
+        [
+            [(small.G @ P.z + P.du)[lead_p], R.du[lead_p]],
+            [P.ddu[lead_r], R.ddu[lead_r]],
+        ]
+    )
+    driven = _input_directions(small, inputs)
+    B = np.vstack((np.zeros((len(lead_p), len(inputs))), driven.ddu[lead_r]))
+    C = np.hstack((output_rows(small, outputs, P), output_rows(small, outputs, R)))
+    D = output_rows(small, outputs, driven)
+    if not small.is_moving:
+        C, D = _without_noise(C), _without_noise(D)
+    names_z = (*tangent_names(model), *(_drive_name(model, drive, 0) for drive in small.drives))
+    names_u = (*speed_names(model), *(_drive_name(model, drive, 1) for drive in small.drives))
+    return Linearisation(
+        model=model,
+        time=small.t,
+        state=np.concatenate((small.q, small.u)),
+        A=A,
+        B=B,
+        C=C,
+        D=D,
+        state_names=(*(names_z[i] for i in lead_p), *(names_u[i] for i in lead_r)),
+        input_names=tuple(item.label for item in inputs),
+        output_names=tuple(item.label for item in outputs),
+        output_values=output_values(small, outputs),
+        small=small,
+    )
+
+
+def _input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions:
+    """Return the accelerations that unit inputs bring, drives included."""
+    n, count = small.model.free_count, len(inputs)
+    none = np.zeros((small.size, count))
+    wanted = np.zeros((small.size, count))
+    for i, item in enumerate(inputs):
+        if item.force is not None:
+            wanted[:n, i] = answers(small.model, small.t, small.q, small.u, item.force[:, None])[:, 0]
+        elif item.drive is not None:
+            wanted[n + small.drives.index(item.drive), i] = 1.0
+    of_drives = [i for i, item in enumerate(inputs) if item.drive is not None]
+    if of_drives:
+        wanted[:, of_drives] = small.accelerations(none[:, of_drives], none[:, of_drives], wanted[:, of_drives])
+    return Directions(none, none.copy(), wanted)
+
+
+def _without_noise(rows: Matrix) -> Matrix:
+    """Return rows of differences with entries of round-off as zeros: at rest most of them are."""
+    size = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
+    return np.where(np.abs(rows) < 1e-11 * size, 0.0, rows)
+
+
+def _drive_name(model: Model, drive: Any, rate: int) -> str:
+    body = model.bodies[drive.body]
+    name = (body.joint.speed_names if rate else body.joint.coordinate_names)[drive.coordinate]
+    return f"{body.name}: driven {name}"
+
+
+def _values(x: object, count: int, what: str) -> Vector:
+    from kanefe.frames import numbers
+
+    array = numbers(x)
+    if array.shape != (count,) or not np.all(np.isfinite(array)):
+        raise ModelError(f"{what} must be {count} finite numbers, shape {array.shape} was given")
+    return array.astype(float)

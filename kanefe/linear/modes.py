@@ -1,0 +1,251 @@
+"""Eigenmodes of a linearised scene: frequencies, damping ratios, shapes by body, and who takes part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import all_speeds
+from kanefe.kane.inertia import flexible_inertia, rigid_inertia
+from kanefe.kane.kinematics import FrameMotion, elastic_state, sweep_outward
+from kanefe.linear.forces import frame_of
+from kanefe.linear.linearisation import Linearisation
+
+RIGID = 1e-7
+"""Eigenvalue, of the largest, that counts as zero: one that is double is known to the root of round-off only."""
+
+SYMMETRIC = 1e-10
+"""Asymmetry of the stiffness and size of the factor of the rates, of their largest entries, that count as none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes ``x = Re(v exp(lambda t))`` of a linearised scene, lowest frequency first; ``print`` shows a table.
+
+    One of each pair of conjugate eigenvalues is listed, that with a positive imaginary part; real eigenvalues each by
+    themselves; of a motion that nothing resists, one.
+
+    Attributes
+    ----------
+    linearisation : Linearisation
+    eigenvalues : ndarray of complex, shape (modes,)
+        1/s.
+    vectors : ndarray of complex, shape (states, modes)
+        Of the states of the linearisation, without driven coordinates; of unit kinetic energy measure z^H M z.
+    is_rigid : ndarray of bool, shape (modes,)
+        Whether nothing resists.
+    """
+
+    linearisation: Linearisation
+    eigenvalues: np.ndarray
+    vectors: np.ndarray
+    is_rigid: np.ndarray
+
+    @property
+    def frequencies(self) -> Vector:
+        """Frequencies at which the modes oscillate, |Im lambda| / 2 pi, Hz."""
+        return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
+
+    @property
+    def natural_frequencies(self) -> Vector:
+        """``|lambda| / 2 pi``, Hz: the frequencies without damping, where damping is proportional."""
+        return np.asarray(np.abs(self.eigenvalues) / (2.0 * np.pi))
+
+    @property
+    def damping_ratios(self) -> Vector:
+        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: the mode grows. Zero of rigid motions."""
+        size = np.abs(self.eigenvalues)
+        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=~self.is_rigid))
+
+    @property
+    def grows(self) -> np.ndarray:
+        """Whether each mode grows with time."""
+        noise = 1e-9 * np.abs(self.eigenvalues).max(initial=0.0)
+        return np.asarray(~self.is_rigid & (self.eigenvalues.real > noise))
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether no mode grows; rigid motions count as neither."""
+        return not bool(self.grows.any())
+
+    @cached_property
+    def tangents(self) -> np.ndarray:
+        """Shapes as tangents of the tree (free, modes), complex: what `Model.advance` takes."""
+        small = self.linearisation.small
+        p = len(small.positions.leading) - len(small.drives)
+        n = self.linearisation.model.free_count
+        return np.asarray(small.along_positions.z[:n, :p] @ self.vectors[:p])
+
+    @cached_property
+    def participation(self) -> dict[str, Vector]:
+        """Share of each body in the kinetic energy of each mode, by name, each (modes,)."""
+        masses = body_masses(self.linearisation)
+        z = self.tangents
+        parts = {name: np.einsum("ik,ij,jk->k", z.conj(), M, z).real for name, M in masses.items()}
+        total = sum(parts.values())
+        return {name: part / np.where(total > 0.0, total, 1.0) for name, part in parts.items()}
+
+    def shape(self, body: str, interface: str = "") -> np.ndarray:
+        """Return how a frame moves in each mode: displacement (m) and rotation (rad) in N, complex (modes, 6).
+
+        Scaled as `vectors`; the phase is that of the motion.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body or interface.
+        """
+        frame = self._frame(body, interface)
+        n = self.linearisation.model.free_count
+        partial = np.vstack((frame.A_NF @ frame.V[:, :n], frame.A_NF @ frame.W[:, :n]))
+        return np.asarray((partial @ self.tangents).T)
+
+    def displacements(self, body: str, mode: int) -> np.ndarray:
+        """Return how the nodes of a flexible body move in a mode: along N, its rigid motion included, complex (n, 3).
+
+        Raises
+        ------
+        ModelError
+            If the body is rigid or unknown, or there is no such mode.
+        """
+        if not 0 <= mode < len(self.eigenvalues):
+            raise ModelError(f"there is no mode {mode}: there are 0 to {len(self.eigenvalues) - 1}")
+        model, state = self.linearisation.model, self.linearisation.state
+        terms = model.flexible_terms(body)
+        G, z = self._frame(body, ""), self.tangents[:, mode]
+        n, eta = model.free_count, state[terms.eta]
+        v, w = G.V[:, :n] @ z, G.W[:, :n] @ z
+        at = terms.body.nodes + terms.body.node_displacements(eta)
+        own = terms.body.node_displacements(z[terms.speeds].real) + 1j * terms.body.node_displacements(
+            z[terms.speeds].imag
+        )
+        return np.asarray((v + np.cross(w, at) + own) @ G.A_NF.T)
+
+    def _frame(self, body: str, interface: str) -> FrameMotion:
+        lin = self.linearisation
+        model, q, u = lin.model, lin.small.q, lin.small.u
+        full = all_speeds(model, lin.time, u)
+        number = model.index(body)
+        motion = sweep_outward(model, lin.time, q, full)[number]
+        at = model.flexible_terms(body).body.interface(interface) if interface else None
+        return frame_of(model, model.bodies[number], at, motion, q, full)
+
+    def describe(self, mode: int) -> str:
+        """Return who takes part in a mode: bodies by kinetic energy, the largest first."""
+        shares = sorted(((float(part[mode]), name) for name, part in self.participation.items()), reverse=True)
+        return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares[:3] if share >= 0.05)
+
+    def __str__(self) -> str:
+        lines = [f"{'mode':>4}  {'frequency [Hz]':>14}  {'damping [%]':>11}  moves (share of kinetic energy)"]
+        for i, value in enumerate(self.eigenvalues):
+            if self.is_rigid[i]:
+                kind = f"{'rigid':>14}  {'':>11}"
+            elif value.imag == 0.0:
+                word = "grows" if value.real > 0.0 else "decays"
+                kind = f"{word:>14}  {f'{value.real:.4g} 1/s':>11}"
+            else:
+                kind = f"{self.frequencies[i]:14.6g}  {100 * self.damping_ratios[i] + 0.0:11.4g}"
+            lines.append(f"{i:4d}  {kind}  {self.describe(i)}{'  (unstable)' if self.grows[i] else ''}")
+        return "\n".join(lines)
+
+
+def body_masses(linearisation: Linearisation) -> dict[str, Matrix]:
+    """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
+    model, t = linearisation.model, linearisation.time
+    q, n, none = linearisation.small.q, linearisation.model.free_count, np.zeros(3)
+    full = all_speeds(model, t, linearisation.small.u)
+    found = {}
+    for body, frame in zip(model.bodies, sweep_outward(model, t, q, full), strict=True):
+        if body.rigid is not None and body.rigid.mass > 0.0:
+            found[body.name] = rigid_inertia(body.rigid, frame, none)[0][:n, :n]
+        elif body.flexible is not None:
+            eta = elastic_state(body.flexible, q, full, False)
+            found[body.name] = flexible_inertia(body.flexible, frame, none, *eta)[0][:n, :n]
+    return found
+
+
+def modes_of(linearisation: Linearisation) -> Modes:
+    """Return the modes of a linearised scene, its driven coordinates held.
+
+    Where nothing damps or gyrates and the stiffness is symmetric, they come from the symmetric problem, which keeps
+    low frequencies beside high ones to more digits.
+    """
+    small, drives = linearisation.small, len(linearisation.small.drives)
+    p, r = len(small.positions.leading), len(small.speeds.leading)
+    kept = np.r_[: p - drives, p : p + r - drives]
+    A = linearisation.A[np.ix_(kept, kept)]
+    if small.is_holonomic:
+        held = slice(0, p - drives)
+        M, K = linearisation.mass[held, held], linearisation.stiffness[held, held]
+        factor = (linearisation.damping + linearisation.gyroscopic)[held, held]
+        scale = 1.0 / np.sqrt(np.diag(M))
+        K_1, C_1 = K * np.outer(scale, scale), factor * np.outer(scale, scale)
+        size = np.abs(K_1).max(initial=0.0)
+        if np.abs(K_1 - K_1.T).max(initial=0.0) <= SYMMETRIC * size and not np.any(
+            np.abs(C_1) > SYMMETRIC * np.sqrt(size)
+        ):
+            return _undamped(linearisation, M, 0.5 * (K + K.T), scale)
+    return _general(linearisation, A, p - drives)
+
+
+def _undamped(linearisation: Linearisation, M: Matrix, K: Matrix, scale: Vector) -> Modes:
+    squares, z = scipy.linalg.eigh(K * np.outer(scale, scale), M * np.outer(scale, scale))
+    z = scale[:, None] * z
+    # a motion that is unstable at rest grows, and decays when time runs backwards: both are listed
+    is_rigid = np.abs(squares) <= RIGID**2 * np.abs(squares).max(initial=0.0)
+    values, vectors, rigid = [], [], []
+    a11 = linearisation.A[: len(M), : len(M)]
+    for square, shape, still in zip(squares, z.T, is_rigid, strict=True):
+        root = 0.0 if still else np.sqrt(complex(-square))
+        for value in (root, -root) if square < 0.0 and not still else (root,):
+            values.append(complex(value))
+            vectors.append(np.concatenate((shape, value * shape - a11 @ shape)))
+            rigid.append(still)
+    return _sorted(linearisation, np.array(values), np.array(vectors).T, np.array(rigid, dtype=bool))
+
+
+def _general(linearisation: Linearisation, A: Matrix, p: int) -> Modes:
+    # a diagonal scaling that makes rates and coordinates alike: frequencies of the entries by themselves
+    rates = np.sqrt(np.abs(np.diag(A[p:, :p]))) if len(A) == 2 * p else np.ones(p)
+    middle = float(np.median(rates[rates > 0.0])) if np.any(rates > 0.0) else 1.0
+    weights = np.concatenate((np.where(rates > 0.0, rates, middle), np.ones(len(A) - p)))
+    values, vectors = scipy.linalg.eig(weights[:, None] * A / weights[None, :])
+    vectors = vectors / weights[:, None]
+    largest = np.abs(values).max(initial=0.0)
+    is_rigid = np.abs(values) <= RIGID * largest
+    noise = 1e-12 * largest
+    is_real = np.abs(values.imag) <= noise
+    values = np.where(is_real, values.real, values)
+    kept = np.flatnonzero(~is_rigid & (is_real | (values.imag > 0.0)))
+    zeros = np.flatnonzero(is_rigid)
+    chosen = np.concatenate((_distinct(vectors[:p, zeros], zeros), kept)).astype(int)
+    found = np.where(is_rigid, 0.0, values)[chosen]
+    return _sorted(linearisation, found, vectors[:, chosen], is_rigid[chosen])
+
+
+def _distinct(shapes: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Return those numbers whose shapes do not depend on others: a motion that nothing resists counts twice as zero."""
+    if not len(numbers):
+        return numbers
+    size = np.linalg.norm(shapes, axis=0)
+    _, triangle, order = scipy.linalg.qr(shapes / np.where(size > 0.0, size, 1.0), mode="economic", pivoting=True)
+    pivots = np.abs(np.diag(triangle))
+    return np.asarray(numbers[order[: np.count_nonzero(pivots > 1e-4)]])
+
+
+def _sorted(linearisation: Linearisation, values: np.ndarray, vectors: np.ndarray, is_rigid: np.ndarray) -> Modes:
+    order = np.lexsort((-values.real, np.abs(values.imag), ~is_rigid))
+    values, vectors, is_rigid = values[order], vectors[:, order].astype(complex), is_rigid[order]
+    modes = Modes(linearisation, values, vectors, is_rigid)
+    z = modes.tangents
+    n = linearisation.model.free_count
+    M = linearisation.small.mass()[:n, :n]
+    sizes = np.sqrt(np.einsum("ik,ij,jk->k", z.conj(), M, z).real)
+    largest = z[np.abs(z).argmax(axis=0), np.arange(z.shape[1])] if z.size else np.ones(len(values))
+    turn = np.where(np.abs(largest) > 0.0, np.abs(largest) / np.where(largest == 0.0, 1.0, largest), 1.0)
+    return Modes(linearisation, values, vectors * (turn / np.where(sizes > 0.0, sizes, 1.0)), is_rigid)

@@ -1,0 +1,213 @@
+"""Outputs of a linearised scene: motions of frames, joint and modal coordinates, deflections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import all_speeds
+from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.linear.forces import frame_of
+from kanefe.linear.small_motions import Directions, Moved, SmallMotions
+from kanefe.linear.tangents import difference
+from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
+from kanefe.model import Model
+
+KINDS = {
+    "position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s",
+    "acceleration": "m/s2", "angular_acceleration": "rad/s2",
+    "joint_coordinates": "", "joint_speeds": "", "modal_coordinates": "", "modal_speeds": "", "deflection": "",
+}  # fmt: skip
+
+Measure = Callable[["Sweep"], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A state with the motions of its frames."""
+
+    state: Moved
+    t: float
+    full: Vector
+    rates: Vector
+    motions: list[FrameMotion]
+
+    def frame(self, target: Target) -> FrameMotion:
+        """Return the motion of the frame of a target."""
+        model = self.state.model
+        return frame_of(
+            model, model.bodies[target.body], target.interface, self.motions[target.body], self.state.q, self.full
+        )
+
+
+def swept(state: Moved, t: float) -> Sweep:
+    """Return a state with the motions of its frames."""
+    model = state.model
+    full = all_speeds(model, t, state.u)
+    rates = np.concatenate((state.du, model.driven_speeds(t)[1]))
+    return Sweep(state, t, full, rates, sweep_outward(model, t, state.q, full))
+
+
+@dataclass(frozen=True, eq=False)
+class Output:
+    """One output: its name, unit, and what measures it."""
+
+    name: str
+    unit: str
+    measure: Measure
+
+    @property
+    def label(self) -> str:
+        """Name with the unit in brackets."""
+        return f"{self.name} [{self.unit}]"
+
+
+def outputs_of(small: SmallMotions, named: Named | None) -> list[Output]:
+    """Return the outputs that are asked for; None: free coordinates and speeds of joints, and where what floats is.
+
+    Raises
+    ------
+    ModelError
+        Naming what there is not, and listing what there is.
+    """
+    model = small.model
+    found: list[Output] = []
+    if named is None:
+        named = [
+            f"{what} {body.name}"
+            for what in ("joint_coordinates", "joint_speeds")
+            for body in model.bodies
+            if any(motion is None for motion in body.joint.motions) and "e0" not in body.joint.coordinate_names
+        ]
+        named += [
+            f"{what} {body.name}"
+            for body in model.bodies
+            if "e0" in body.joint.coordinate_names
+            for what in ("position", "rotation")
+        ]
+    here = swept(Moved(model, small.q, small.u, small.du), small.t)
+    for name, text in asked_for(named):
+        target = target_of(model, name, text, KINDS, "output")
+        found += _outputs(model, here, target)
+    return found
+
+
+def _outputs(model: Model, here: Sweep, target: Target) -> list[Output]:
+    if target.what in ("joint_coordinates", "joint_speeds"):
+        return _joint_outputs(model, target)
+    if target.what in ("modal_coordinates", "modal_speeds"):
+        return _modal_outputs(model, target)
+    if target.what == "deflection":
+        return _deflections(model, target)
+    frame = here.frame(target)
+    A = frame.A_NF if target.interface is None else frame.A_NF @ target.interface.axes
+    return [
+        Output(name, KINDS[target.what], _measure_of(target, direction, frame.A_NF))
+        for name, direction in axis_vector(target, A, "output")
+    ]
+
+
+def _measure_of(target: Target, direction: Vector, A_0: Matrix) -> Measure:
+    """Return what measures a motion of a frame along a direction of N."""
+
+    def turn(sweep: Sweep) -> Vector:
+        R = sweep.frame(target).A_NF @ A_0.T
+        return 0.5 * np.array((R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]))
+
+    def acceleration(sweep: Sweep) -> Vector:
+        F = sweep.frame(target)
+        return F.A_NF @ (F.V @ sweep.rates + F.Z)
+
+    def angular_acceleration(sweep: Sweep) -> Vector:
+        F = sweep.frame(target)
+        return F.A_NF @ (F.W @ sweep.rates + F.Y)
+
+    vectors: dict[str, Callable[[Sweep], Vector]] = {
+        "position": lambda sweep: sweep.frame(target).p_NoFo_N,
+        "rotation": turn,
+        "velocity": lambda sweep: sweep.frame(target).A_NF @ sweep.frame(target).v,
+        "angular_velocity": lambda sweep: sweep.frame(target).A_NF @ sweep.frame(target).w,
+        "acceleration": acceleration,
+        "angular_acceleration": angular_acceleration,
+    }
+    vector = vectors[target.what]
+    return lambda sweep: float(direction @ vector(sweep))
+
+
+def _joint_outputs(model: Model, target: Target) -> list[Output]:
+    body = model.bodies[target.body]
+    found = []
+    for name, i, of in joint_entry(model, target, "output"):
+        unit = "rad" if "rad" in of else "m"
+        if target.what == "joint_coordinates":
+            at = int(body.coordinates[i])
+            found.append(Output(name, unit, lambda sweep, at=at: float(sweep.state.q[at])))  # type: ignore[misc]
+        else:
+            at = int(body.speeds[i])
+            found.append(Output(name, f"{unit}/s", lambda sweep, at=at: float(sweep.state.u[at])))  # type: ignore[misc]
+    return found
+
+
+def _modal_outputs(model: Model, target: Target) -> list[Output]:
+    terms = model.flexible_terms(model.bodies[target.body].name)
+    count = terms.body.free_count
+    numbers = [str(i) for i in range(count)]
+    if target.axis not in ("", *numbers):
+        raise ModelError(f"output {target.name!r}: the body has the modes 0 to {count - 1}, not {target.axis!r}")
+    found = []
+    for i in range(count):
+        if target.axis in ("", str(i)):
+            name = target.name if target.axis else f"{target.name} {i}"
+            if target.what == "modal_coordinates":
+                at = terms.eta.start + i
+                found.append(Output(name, "modal", lambda s, at=at: float(s.state.q[at])))  # type: ignore[misc]
+            else:
+                at = terms.speeds.start + i
+                found.append(Output(name, "modal/s", lambda s, at=at: float(s.state.u[at])))  # type: ignore[misc]
+    return found
+
+
+def _deflections(model: Model, target: Target) -> list[Output]:
+    """Return the displacement of an interface in G, along the axes of G."""
+    terms = model.flexible_terms(model.bodies[target.body].name)
+    frame = target.interface
+    if frame is None:
+        listed = ", ".join(f.name for f in terms.body.interfaces) or "none"
+        raise ModelError(f"output {target.name!r}: a deflection is that of an interface. There are: {listed}")
+    if target.axis not in ("", *AXES):
+        raise ModelError(f"output {target.name!r}: {target.axis!r} is no axis of the mesh frame. Remedy: x, y or z")
+    return [
+        Output(
+            target.name if target.axis else f"{target.name} {axis}",
+            "m",
+            lambda sweep, i=i: float(frame.moved(sweep.state.q[terms.eta])[0][i]),  # type: ignore[misc]
+        )
+        for axis, i in AXES.items()
+        if target.axis in ("", axis)
+    ]
+
+
+def output_rows(small: SmallMotions, outputs: Sequence[Output], along: Directions) -> Matrix:
+    """Return how the outputs change along directions, shape (outputs, directions)."""
+    rows = np.zeros((len(outputs), along.z.shape[1]))
+    if not outputs:
+        return rows
+    steps = small.steps(along)
+
+    def measured(h: float, column: int) -> Vector:
+        sweep = swept(small.moved(along, column, h), small.t)
+        return np.array([output.measure(sweep) for output in outputs])
+
+    for i in range(rows.shape[1]):
+        rows[:, i] = difference(lambda h, i=i: measured(h, i), steps[i])  # type: ignore[misc]
+    return rows
+
+
+def output_values(small: SmallMotions, outputs: Sequence[Output]) -> Vector:
+    """Return the outputs in the state itself."""
+    here = swept(Moved(small.model, small.q, small.u, small.du), small.t)
+    return np.array([output.measure(here) for output in outputs])

@@ -1,0 +1,199 @@
+"""Small motions of a scene about a state: the directions in which it can move, and how it accelerates along them.
+
+With loops the tangents z and speeds du of the tree are functions of independent ones, p and r:
+
+    z = N_h p,    du = N r + B p
+
+N_h spans what holonomic rows allow and N what all rows allow; rows that keep closed while the mechanism moves ask for
+B: their rates ``J du + D z = 0`` change with the position. For holonomic rows ``2 D = J G - J f_u``, which follows from
+the second derivative of the residual being symmetric. (Schiehlen & Eberhard, "Applied Dynamics", for the tree;
+Peterson, Gede & Hubbard, "Symbolic linearization of equations of motion of constrained multibody systems", Multibody
+Syst. Dyn. 33 (2015) 143-161, for rows that are not holonomic.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations, all_speeds, mass_matrix
+from kanefe.kane.constraints import Rates, constraint_rates, constraint_residuals
+from kanefe.kane.kinematics import sweep_outward
+from kanefe.linear.drives import Drive, Shift, shifted
+from kanefe.linear.independent import independent
+from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
+from kanefe.model import Model
+
+
+class Moved(NamedTuple):
+    """A state a little away from the one of the analysis: model (with its drives), q, u and du."""
+
+    model: Model
+    q: Vector
+    u: Vector
+    du: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Directions of small motions, one a column: of tangents, speeds and accelerations, free ones and then drives."""
+
+    z: Matrix
+    du: Matrix
+    ddu: Matrix
+
+
+class SmallMotions:
+    """Independent small motions about a state.
+
+    Parameters
+    ----------
+    model : Model
+    t : float
+        s.
+    q, u : ndarray
+        Coordinates and free speeds, consistent with the loops.
+    drives : sequence of Drive
+        Driven coordinates that vary too, after the free ones.
+
+    Attributes
+    ----------
+    positions, speeds : Independent
+        Of z and of du; without rolling they lead alike.
+    G : ndarray, shape (n, n)
+        n: free speeds and drives.
+    along_positions, along_speeds : Directions
+        Unit motions of p and of r, with the accelerations that go with them.
+    """
+
+    def __init__(self, model: Model, t: float, q: Vector, u: Vector, drives: Sequence[Drive] = ()) -> None:
+        self.model, self.t, self.q, self.u, self.drives = model, t, q, u, tuple(drives)
+        self.du = accelerations(model, t, q, u)
+        n = model.free_count
+        self.size = n + len(drives)
+        self.G = np.zeros((self.size, self.size))
+        self.G[:n, :n] = turning(model, u)
+        self.derivatives = Derivatives(model, t, q, u)
+        self._columns = np.concatenate(
+            (np.arange(n), [model.bodies[d.body].speeds[d.coordinate] for d in drives])
+        ).astype(int)
+        rates, is_holonomic = self._rows(q, u)
+        self.is_holonomic = bool(is_holonomic.all())
+        masses = np.diag(self.mass())
+        joints = np.zeros(self.size, dtype=bool)
+        for body in model.bodies:
+            joints[body.speeds[body.speeds < n]] = True
+        given = np.arange(self.size) >= n
+        holonomic = rates.over(slice(None), is_holonomic)
+        self.positions = independent(holonomic, masses, joints, given)
+        self.speeds = self.positions
+        if not self.is_holonomic:
+            self.speeds = independent(rates, masses, joints, given, self.positions.following)
+        self._check_singular(len(self.speeds.following))
+        self._move(rates)
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether anything has a speed, drives included."""
+        return bool(self.u.any()) or bool(self.model.driven_count and self.model.driven_speeds(self.t)[0].any())
+
+    def mass(self) -> Matrix:
+        """Return M_sys over free speeds and drives."""
+        full = all_speeds(self.model, self.t, self.u)
+        M = mass_matrix(self.model, sweep_outward(self.model, self.t, self.q, full), self.q, full)
+        return M[np.ix_(self._columns, self._columns)]
+
+    def moved(self, along: Directions, column: int, h: float) -> Moved:
+        """Return the state at h along a direction."""
+        n = self.model.free_count
+        z, du, ddu = along.z[:, column], along.du[:, column], along.ddu[:, column]
+        shifts = {drive: Shift(h * z[n + i], h * du[n + i], h * ddu[n + i]) for i, drive in enumerate(self.drives)}
+        model = shifted(self.model, self.t, shifts)
+        return Moved(model, self.model.advance(self.q, h * z[:n]), self.u + h * du[:n], self.du + h * ddu[:n])
+
+    def steps(self, along: Directions) -> Vector:
+        """Return how far differences may go along each direction."""
+        n = self.model.free_count
+        sizes = np.minimum(tangent_steps(self.model, along.z[:n]), tangent_steps(self.model, along.du[:n]))
+        return np.where(np.abs(along.z[n:]).max(axis=0, initial=0.0) > 0.0, np.minimum(sizes, 1e-3), sizes)
+
+    def _rows(self, q: Vector, u: Vector, model: Model | None = None) -> tuple[Rates, np.ndarray]:
+        """Return the rows of the constraints over free speeds and drives, and which are holonomic."""
+        model = self.model if model is None else model
+        full = all_speeds(model, self.t, u)
+        motions = sweep_outward(model, self.t, q, full)
+        rates = constraint_rates(model, motions, q, full)
+        is_holonomic = ~np.isnan(constraint_residuals(model, motions, self.t, q, full))
+        return rates.over(self._columns), is_holonomic
+
+    def _open_rates(self, state: Moved) -> Vector:
+        """Return J u of all speeds, those of all drives included, as it is at a state beside."""
+        full = all_speeds(state.model, self.t, self.u)
+        rates = constraint_rates(state.model, sweep_outward(state.model, self.t, state.q, full), state.q, full)
+        return np.asarray(rates.J @ full[: rates.J.shape[1]])
+
+    def accelerations(self, z: Matrix, du: Matrix, ddu: Matrix) -> Matrix:
+        """Return the accelerations along directions: exact for free speeds, by differences where drives move."""
+        n, count = self.model.free_count, z.shape[1]
+        found = np.zeros((self.size, count))
+        found[n:] = ddu[n:]
+        of_drives = (np.abs(z[n:]) + np.abs(du[n:]) + np.abs(ddu[n:])).sum(axis=0) > 0.0
+        free = np.flatnonzero(~of_drives)
+        found[:n, free] = self.derivatives.along(z[:n, free], du[:n, free])
+        along = Directions(z, du, ddu)
+        steps = self.steps(along)
+        for i in np.flatnonzero(of_drives):
+
+            def rate(h: float, column: int = int(i)) -> Vector:
+                state = self.moved(along, column, h)
+                return accelerations(state.model, self.t, state.q, state.u)
+
+            found[:n, i] = difference(rate, steps[i])
+        return found
+
+    def _move(self, rates: Rates) -> None:
+        """Find B, and the accelerations along p and r."""
+        N_h, N = self.positions.N, self.speeds.N
+        none = np.zeros_like(N)
+        along_r = Directions(none, N, self.accelerations(none, N, none))
+        B = np.zeros_like(N_h)
+        if self.model.constraints and self.is_moving:
+            if self.is_holonomic:
+                D = 0.5 * rates.J @ (self.G @ N_h - along_r.ddu)
+            else:
+                D = self._rates_by_differences(N_h)
+            B = self.speeds.followed(D)
+        none = np.zeros_like(N_h)
+        self.along_positions = Directions(N_h, B, self.accelerations(N_h, B, none))
+        self.along_speeds = along_r
+
+    def _rates_by_differences(self, N_h: Matrix) -> Matrix:
+        none = np.zeros_like(N_h)
+        along = Directions(N_h, none, none)
+        steps = self.steps(along)
+        columns = [
+            difference(lambda h, i=i: self._open_rates(self.moved(along, i, h)), steps[i])  # type: ignore[misc]
+            for i in range(N_h.shape[1])
+        ]
+        rows = len(self.model.constraints and self._rows(self.q, self.u)[1])
+        return np.column_stack([np.zeros((rows, 0)), *columns])
+
+    def _check_singular(self, rank: int) -> None:
+        """Raise a ModelError where the loops hold less than beside the state: there is no one way to go on."""
+        from kanefe.constraints.report import constraint_report
+
+        if not self.model.constraints:
+            return
+        here = replace(self.model, initial_coordinates=self.q.copy(), initial_speeds=self.u.copy())
+        report = constraint_report(here, self.t)
+        if report.is_singular:
+            raise ModelError(
+                f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} hold nothing there): "
+                "the mechanism can go on in more than one way, and small motions are not linear. Remedy: a state "
+                "beside this one"
+            )

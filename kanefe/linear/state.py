@@ -1,0 +1,93 @@
+"""What a linear analysis is of: a model and a state of it, checked at the door."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.assembly import LARGEST_OPENING
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+from kanefe.kane.assemble import all_speeds
+from kanefe.kane.constraints import constraint_rates, constraint_residuals
+from kanefe.kane.kinematics import sweep_outward
+from kanefe.model import Model
+from kanefe.system import System
+
+
+def model_of(scene: object, what: str, t: float = 0.0) -> Model:
+    """Return the model of a scene, or a model itself; a ModelError names the analysis that it is for.
+
+    Parameters
+    ----------
+    scene : System or Model
+    what : str
+        The analysis, for messages.
+    t : float
+        Time at which driven joints of a scene start, s.
+
+    Raises
+    ------
+    ModelError
+        If it is neither, if it has unreduced bodies, or if nothing in it can move.
+    """
+    model = scene.freeze(t) if isinstance(scene, System) else scene
+    if not isinstance(model, Model):
+        raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
+    if model.has_unreduced:
+        raise ModelError(
+            f"{what} of a scene with unreduced bodies is not offered: its matrices would be dense over "
+            f"{model.free_count} speeds. Remedy: reduction=CraigBampton(modes=20)"
+        )
+    if model.free_count == 0:
+        raise ModelError(f"{what}: nothing in the scene can move. Remedy: a joint that is free, or a flexible body")
+    return model
+
+
+def state_of(model: Model, t: object, y: object, what: str) -> tuple[float, Vector, Vector]:
+    """Return time, q and u of a state; rotations get unit Euler parameters.
+
+    Raises
+    ------
+    ModelError
+        If the time or the state is not finite, the state has another shape, or loops are open in it.
+    """
+    time = numbers(t)
+    if time.shape != () or not np.isfinite(time):
+        raise ModelError(f"t of {what} must be a finite time in s, not {t!r}")
+    state = model.initial_state if y is None else numbers(y).astype(float)
+    names = model.state_names
+    if state.shape != (len(names),):
+        raise ModelError(
+            f"the state of {what} has shape {state.shape}, and this model has {len(names)} entries: "
+            f"{', '.join(names[:4])}{' ...' if len(names) > 4 else ''}. Remedy: model.initial_state, or "
+            "the coordinates and speeds of a result"
+        )
+    if not np.all(np.isfinite(state)):
+        worst = int(np.flatnonzero(~np.isfinite(state))[0])
+        raise ModelError(f"the state of {what} is not finite: {names[worst]} is {state[worst]}")
+    q, u = state[: model.coordinate_count], state[model.coordinate_count :]
+    if not all(np.any(q[body.coordinates[-4:]]) for body in model.bodies if "e0" in body.joint.coordinate_names):
+        raise ModelError(f"the state of {what} has Euler parameters of no length. Remedy: (1, 0, 0, 0)")
+    q = model.advance(q, np.zeros(model.free_count))  # of unit length
+    _check_closed(model, float(time), q, u, what)
+    return float(time), q, u
+
+
+def _check_closed(model: Model, t: float, q: Vector, u: Vector, what: str) -> None:
+    if not model.constraints:
+        return
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full)
+    opened = np.nan_to_num(constraint_residuals(model, motions, t, q, full))
+    rates = constraint_rates(model, motions, q, full)
+    slipping = rates.J @ full[: rates.J.shape[1]]
+    sizes = np.abs(rates.J) @ np.abs(full[: rates.J.shape[1]])
+    labels = [f"{constraint.title} ({row.label})" for constraint in model.constraints for row in constraint.rows]
+    # the projection of a run leaves 1e-12, its dense output between steps up to the tolerance of the run
+    bad = (np.abs(opened) > 1e3 * LARGEST_OPENING) | (np.abs(slipping) > 1e-4 * np.maximum(sizes, 1e-3))
+    if bad.any():
+        worst = int(np.flatnonzero(bad)[0])
+        raise ModelError(
+            f"the state of {what} leaves {labels[worst]} open: by {opened[worst]:.3g} m or rad, at a rate of "
+            f"{slipping[worst]:.3g}. Remedy: model.initial_state, a state of a run, or kanefe.equilibrium"
+        )

@@ -1,0 +1,134 @@
+"""Small motions about a state: tangent coordinates of a tree, and the derivatives of its accelerations by them.
+
+A small motion is a vector z in the directions of the free speeds, ``q = advance(q0, z)``: displacements, angles, modal
+coordinates and, of rotations, the rotation vector in the moving frame. About a moving state
+
+    dz/dt = G z + du,        d(du/dt) = f_z z + f_u du
+
+where G is ``-w~`` for each rotation with its angular velocity w in the moving frame, and zero otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from kanefe.equations_of_motion import WORKS
+from kanefe.frames import Matrix, Vector, skew
+from kanefe.kane.assemble import speed_names
+from kanefe.linear.forces import answers, load_columns, load_values
+from kanefe.model import BodyTerms, Model
+from kanefe.scene_length import joint_scales, scene_length
+
+COMPLEX_STEP = 1e-30
+"""Its square vanishes: no truncation; and nothing is subtracted: no cancellation."""
+
+DIFFERENCE_STEP = 1e-3
+"""Of central differences of the fourth order, in rad or scene lengths: both of their errors are some 1e-12."""
+
+
+def rotations(model: Model) -> list[tuple[BodyTerms, np.ndarray]]:
+    """Return the bodies whose joint has Euler parameters, with the three free speeds of the rotation."""
+    return [(body, body.speeds[-3:]) for body in model.bodies if "e0" in body.joint.coordinate_names]
+
+
+def tangent_names(model: Model) -> tuple[str, ...]:
+    """Return a name for every tangent coordinate, with its unit in brackets: in the order of the free speeds."""
+    names = list(speed_names(model))
+    for body in model.bodies:
+        if "e0" not in body.joint.coordinate_names:
+            for where, name in zip(body.speeds, body.joint.coordinate_names, strict=True):
+                if where < model.free_count:
+                    names[where] = f"{body.name}: {name}"
+        else:
+            linear = body.joint.coordinate_names[:-4]
+            for where, name in zip(body.speeds, (*linear, *(f"rotation {c} [rad]" for c in "xyz")), strict=True):
+                names[where] = f"{body.name}: {name}"
+        if body.flexible:
+            for i in range(body.flexible.body.free_count):
+                names[body.flexible.speeds.start + i] = f"{body.name}: eta {i}"
+    return tuple(names)
+
+
+def turning(model: Model, u: Vector) -> Matrix:
+    """Return G of ``dz/dt = G z + du`` over the free speeds u, shape (free, free)."""
+    G = np.zeros((model.free_count, model.free_count))
+    for _, at in rotations(model):
+        G[np.ix_(at, at)] = -skew(u[at])
+    return G
+
+
+def tangent_steps(model: Model, directions: Matrix) -> Vector:
+    """Return for each direction (free, k) how far a difference may go along it: `DIFFERENCE_STEP` of what is large."""
+    scales = joint_scales(model, scene_length(model))
+    for body in model.bodies:
+        if body.flexible:
+            # what a mode moves by a unit of its coordinate; of an interface the slopes too
+            basis = body.flexible.body.basis[:, : body.flexible.body.free_count]
+            moved = np.abs(np.asarray(basis)).max(axis=0) if basis.shape[0] else np.ones(basis.shape[1])
+            length = scene_length(model)
+            scales[body.flexible.speeds] = min(length, 1.0) / np.where(moved > 0.0, moved, 1.0)
+    sizes = np.abs(directions / scales[:, None]).max(axis=0, initial=0.0)
+    return np.asarray(DIFFERENCE_STEP / np.where(sizes > 0.0, sizes, 1.0))
+
+
+def difference(function: Callable[[float], Vector], h: float) -> Vector:
+    """Return the derivative of a function of one number at zero: central, of the fourth order in h."""
+    return np.asarray((8.0 * (function(h) - function(-h)) - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h))
+
+
+class Derivatives:
+    """Derivatives of the accelerations of the free speeds at a state, along directions that are asked for.
+
+    By complex steps through the order-n kernels, exact to round-off. What functions of the user add that look at the
+    state is by central differences of these functions; scenes that only the literal route offers are by central
+    differences throughout.
+
+    Parameters
+    ----------
+    model : Model
+    t : float
+        s.
+    q, u : ndarray
+        Coordinates and free speeds.
+    """
+
+    def __init__(self, model: Model, t: float, q: Vector, u: Vector) -> None:
+        self.model, self.t, self.q, self.u = model, t, q, u
+        order_n = model.order_n
+        state = np.concatenate((q, u, np.zeros(WORKS)))
+        self.is_exact = order_n is not None and order_n.held_rates(t, state)[1] > 0.0
+        self._state = state.astype(complex)
+        self._loads: Matrix | None = None
+        if order_n is not None and self.is_exact and order_n.inputs.needs_state:
+            self._loads = answers(model, t, q, u, load_columns(model, t, q, u))
+
+    def along(self, z: Matrix, du: Matrix) -> Matrix:
+        """Return the rates of change of the accelerations along tangents z and speeds du, each (free, k)."""
+        model, t, q = self.model, self.t, self.q
+        n, m = model.coordinate_count, model.free_count
+        found = np.empty((m, z.shape[1]))
+        steps = self._steps(z, du)
+        for i in range(z.shape[1]):
+            if self.is_exact and model.order_n is not None:
+                moved = self._state.copy()
+                moved[:n] += 1j * COMPLEX_STEP * model.coordinate_rates(q, z[:, i])
+                moved[n : n + m] += 1j * COMPLEX_STEP * du[:, i]
+                found[:, i] = model.order_n.rates(t, moved)[n : n + m].imag / COMPLEX_STEP
+                if self._loads is not None:
+                    found[:, i] += self._loads @ difference(self._values(z[:, i], du[:, i]), steps[i])
+            else:
+                found[:, i] = difference(self._accelerations(z[:, i], du[:, i]), steps[i])
+        return found
+
+    def _steps(self, z: Matrix, du: Matrix) -> Vector:
+        """Return how far differences may go: by the tangents, and by the speeds in what they cover in one second."""
+        return np.minimum(tangent_steps(self.model, z), tangent_steps(self.model, du))
+
+    def _values(self, z: Vector, du: Vector) -> Callable[[float], Vector]:
+        return lambda h: load_values(self.model, self.t, self.model.advance(self.q, h * z), self.u + h * du)
+
+    def _accelerations(self, z: Vector, du: Vector) -> Callable[[float], Vector]:
+        model, n = self.model, self.model.coordinate_count
+        return lambda h: model.rhs(self.t, np.concatenate((model.advance(self.q, h * z), self.u + h * du)))[n:]

@@ -1,0 +1,126 @@
+"""Names of inputs and outputs: ``"<what> <body>[/<interface>] [<axis>]"``, checked against the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.flexible import InterfaceFrame
+from kanefe.frames import Vector
+from kanefe.model import Model
+
+AXES = {"x": 0, "y": 1, "z": 2}
+
+Named = Sequence[str] | Mapping[str, str] | str
+"""Names of channels as a script gives them: one, several, or a mapping from names of its own."""
+
+
+class Target(NamedTuple):
+    """What a channel is about: a quantity of a body's frame or interface, along an axis or of a coordinate."""
+
+    name: str
+    what: str
+    body: int
+    interface: InterfaceFrame | None
+    axis: str
+
+
+def asked_for(named: Named) -> list[tuple[str, str]]:
+    """Return pairs of a name and a text; the name is empty where the script gives none."""
+    if isinstance(named, str):
+        return [("", named)]
+    if isinstance(named, Mapping):
+        return [(str(name), text) for name, text in named.items()]
+    return [("", text) for text in named]
+
+
+def target_of(model: Model, name: str, text: object, kinds: Mapping[str, str], role: str) -> Target:
+    """Return the target of a text.
+
+    Parameters
+    ----------
+    model : Model
+    name : str
+        As the script calls it; empty: the text itself.
+    text : str
+    kinds : mapping
+        What there is, each with its unit.
+    role : "input" or "output"
+
+    Raises
+    ------
+    ModelError
+        If there is no such quantity, body or interface; the message lists those there are.
+    """
+    if not isinstance(text, str):
+        raise ModelError(f"an {role} must be a text such as {next(iter(kinds))!r} and a body, not {text!r}")
+    what, _, rest = text.strip().partition(" ")
+    if what not in kinds:
+        raise ModelError(f"{role} {text!r}: there is no {what!r}. Remedy: one of {', '.join(kinds)}")
+    rest = rest.strip()
+    head, _, last = rest.rpartition(" ")
+    failure = ""
+    for place, axis in ((rest, ""), (head.strip(), last)):
+        body, _, interface = place.partition("/")
+        found = [i for i, b in enumerate(model.bodies) if b.name == body]
+        if not found:
+            continue
+        if not interface:
+            return Target(name or text.strip(), what, found[0], None, axis)
+        frames = {frame.name: frame for frame in model.flexible_terms(body).body.interfaces}
+        if interface in frames:
+            return Target(name or text.strip(), what, found[0], frames[interface], axis)
+        failure = f"body {body!r} has no interface {interface!r}. It has: {', '.join(frames) or 'none'}"
+    bodies = ", ".join(body.name for body in model.bodies)
+    raise ModelError(
+        f"{role} {text!r}: {failure or f'the scene has no body called {rest!r}. It has: {bodies}'}. "
+        f"Remedy: '{what} body', '{what} body/interface', or with an axis, '{what} body x'"
+    )
+
+
+def axis_vector(target: Target, axes: np.ndarray, role: str) -> list[tuple[str, Vector]]:
+    """Return names and directions in N of what a target asks for: one axis, or three.
+
+    ``x`` is along N, ``x'`` along the frame's own axes as they are in the state of the analysis.
+    """
+    if not target.axis:
+        return [(f"{target.name} {axis}", np.eye(3)[i]) for axis, i in AXES.items()]
+    plain = target.axis.removesuffix("'")
+    if plain not in AXES:
+        raise ModelError(
+            f"{role} {target.name!r}: {target.axis!r} is no axis. Remedy: x, y or z of N, x', y' or z' of the frame"
+        )
+    own = target.axis.endswith("'")
+    return [(target.name, axes[:, AXES[plain]] if own else np.eye(3)[AXES[plain]])]
+
+
+def joint_entry(model: Model, target: Target, role: str, driven: bool = False) -> list[tuple[str, int, str]]:
+    """Return name, coordinate and unit of the scalar coordinates of a joint that a target asks for.
+
+    `driven`: of those that are driven, else of those that are not.
+    """
+    body = model.bodies[target.body]
+    joint = body.joint
+    kind = "driven" if driven else "free"
+    if "e0" in joint.coordinate_names:
+        raise ModelError(
+            f"{role} {target.name!r}: the coordinates of a {joint.kind} joint are Euler parameters. Remedy: "
+            "rotation or position of the body"
+        )
+    there = [i for i, motion in enumerate(joint.motions) if (motion is not None) == driven]
+    labels = [joint.coordinate_names[i].partition(" [")[0] for i in there]
+    chosen = [i for i, label in zip(there, labels, strict=True) if target.axis in ("", label, str(i))]
+    if not chosen:
+        listed = ", ".join(f"{i} ({label})" for i, label in zip(there, labels, strict=True)) or "none"
+        raise ModelError(
+            f"{role} {target.name!r}: the {joint.kind} joint of {body.name!r} has no such {kind} coordinate. "
+            f"There are: {listed}"
+        )
+    one = len(chosen) == 1
+    return [
+        (target.name if one else f"{target.name} {labels[there.index(i)]}", i, joint.coordinate_names[i])
+        for i in chosen
+    ]

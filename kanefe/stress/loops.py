@@ -1,0 +1,82 @@
+"""Loops that run through singular positions: the N-four-bar, whose bars all come to lie on one line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from kanefe.assembly import TOLERANCE
+from kanefe.integrate.run import Trajectory, integrate
+from kanefe.kane.assemble import all_speeds
+from kanefe.kane.constraints import constraint_residuals
+from kanefe.kane.kinematics import sweep_outward
+from kanefe.model import Model
+from kanefe.results import Result
+from kanefe.stress.case import Effort, Finding, StressCase
+from kanefe.stress.runs import controlled_methods
+from kanefe.verify.loops import parallelograms
+from kanefe.verify.references import load_references
+
+SPAN = 10.0
+
+COARSE = "rtol 1e-6 over some thousand steps, all on one side"
+
+
+def loop_opening(model: Model, t: float, q: np.ndarray) -> float:
+    """Return the largest residual of the holonomic constraints at a configuration, m or rad."""
+    full = all_speeds(model, t, np.zeros(model.free_count))
+    residuals = constraint_residuals(model, sweep_outward(model, t, q, full), t, q, full)
+    return float(np.nanmax(np.abs(residuals), initial=0.0))
+
+
+def singular_positions(effort: Effort) -> Iterator[Finding]:
+    """Run parallelograms through the position in which they could turn into antiparallelograms."""
+    cases = [(2, 1e-9, SPAN), (10, 1e-8, SPAN), (40, 1e-8, SPAN)]
+    if effort.is_quick:
+        cases = [(2, 1e-9, SPAN), (40, 1e-8, 1.0)]
+    for count, rtol, span in cases:
+        model = parallelograms(count)
+        run = integrate(model, (0.0, span), rtol=rtol, method="dop853", output_step=0.1, progress=False)
+        yield from _findings(model, run, count, span, "dop853")
+    for method in controlled_methods():
+        if method == "dop853":
+            continue
+        model = parallelograms(2)
+        span = SPAN if not effort.is_quick else 1.0
+        run = integrate(model, (0.0, span), rtol=1e-6, method=method, output_step=0.1, progress=False)
+        yield from _findings(model, run, 2, span, method)
+
+
+def _findings(model: Model, run: Trajectory, count: int, span: float, method: str) -> Iterator[Finding]:
+    result = Result(model, run)
+    cranks = np.array([result.joint_coordinates(f"crank {i}")[:, 0] for i in range(count + 1)])
+    # the bars lie on a line where the cranks lie along the ground
+    passes = int(np.count_nonzero(np.diff(np.sign(np.cos(cranks[0])))))
+    what = f"N-four-bar (A02), N = {count}, {span:g} s"
+    yield Finding(
+        what, passes, "cranks out of parallel [rad]", float(np.ptp(cranks, axis=0).max()), 1e-6,
+        "another branch would be a turn away", f"{method}; counted: singular positions passed",
+    )  # fmt: skip
+    energy = result.energy
+    yield Finding(
+        what, passes, "energy over its range, relative",
+        float(np.abs(energy.balance_error).max() / np.ptp(energy.kinetic)), 1e-4 if method == "dop853" else 1e-2,
+        "rtol 1e-6 beside a singular position, ten passes" if method == "dop853" else COARSE, method,
+    )  # fmt: skip
+    openings = [loop_opening(model, t, q) for t, q in zip(run.times.tolist(), run.coordinates, strict=True)]
+    reason = "projected to round-off, whose root is left at a singular position"
+    yield Finding.of(
+        f"{what}: stored states", openings, "opening of a loop [m]", 1e3 * TOLERANCE * count, reason, method
+    )
+    expected = load_references()["A02"].values.get(str(count), {}).get("B0", {})
+    rows = [(i, value) for t, value in expected.items() if (i := round(float(t) / 0.1)) < len(result.times)]
+    if rows:
+        angle = cranks[0]
+        errors = [max(abs(-np.sin(angle[i]) - x), abs(np.cos(angle[i]) - y)) for i, (x, y) in rows]
+        limit = 1e-5 if method == "dop853" else 1e-2
+        reason = "the tolerance of A02" if method == "dop853" else COARSE
+        yield Finding.of(f"{what}: place of B0 at full seconds", errors, "error [m]", limit, reason, method)
+
+
+CASES = (StressCase("singular-loops", "loops through singular positions", singular_positions),)

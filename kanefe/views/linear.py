@@ -1,0 +1,82 @@
+"""Pictures of linear analyses: Campbell diagrams and frequency responses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, _write
+
+if TYPE_CHECKING:
+    from kanefe.linear.campbell_diagram import Campbell
+    from kanefe.linear.frequency_response import FrequencyResponse
+
+
+def campbell_picture(campbell: Campbell, path: str | Path | None, orders: Sequence[float]) -> Figure:
+    """Return the picture that `Campbell.plot` describes, and write it to `path` if given."""
+    multiples = np.atleast_1d(numbers(orders)) if np.size(orders) else np.zeros(0)
+    if multiples.ndim != 1 or not np.all(np.isfinite(multiples)) or np.any(multiples <= 0.0):
+        raise ModelError(f"orders must be multiples of the rotation above zero, not {orders!r}")
+    ratios = 100.0 * np.abs(campbell.damping_ratios)
+    is_damped = bool(ratios.max(initial=0.0) > 1e-6)  # of undamped modes it is round-off
+    figure, panels = _figure(2 if is_damped else 1, 1, (8.0, 7.0 if is_damped else 4.5))
+    upper, lower = panels[0], panels[-1]
+    highest = 1.05 * float(campbell.frequencies.max(initial=0.0)) or 1.0
+    for j in range(campbell.eigenvalues.shape[1]):
+        color, style = COLORS[j % len(COLORS)], STYLES[j // len(COLORS) % len(STYLES)]
+        name = campbell.modes[0].describe(int(campbell.numbers[0, j])).split(",")[0].rpartition(" ")[0]
+        label = f"mode {j + 1} ({name.rpartition(' ')[0]})" if name else f"mode {j + 1}"
+        upper.plot(campbell.speeds, campbell.frequencies[:, j], style, color=color, linewidth=1.4, label=label)
+        grows = campbell.grows[:, j]
+        mark: dict[str, Any] = {"marker": "x", "linestyle": "", "color": color, "markersize": 5}
+        upper.plot(campbell.speeds[grows], campbell.frequencies[grows, j], **mark)
+        if is_damped:
+            # a divergence has a rate of growth and no damping ratio to draw
+            oscillates = campbell.eigenvalues[:, j].imag != 0.0
+            shown = np.where(oscillates, 100.0 * campbell.damping_ratios[:, j], np.nan)
+            lower.plot(campbell.speeds, shown, style, color=color, linewidth=1.4)
+            lower.plot(campbell.speeds[grows], shown[grows], **mark)
+    if campbell.grows.any():
+        upper.plot([], [], marker="x", linestyle="", color="0.3", label="unstable")
+    for order in multiples:
+        upper.plot(campbell.speeds, order * campbell.speeds / (2.0 * np.pi), color="0.6", linewidth=0.8, zorder=0)
+        end = min(float(campbell.speeds[-1]), 2.0 * np.pi * highest / float(order))
+        upper.annotate(
+            f"{order:g}x", (end, order * end / (2.0 * np.pi)), color="0.4", fontsize="small", ha="right", va="bottom"
+        )
+    upper.set_ylim(0.0, highest)
+    _dress(upper, "frequency [Hz]", "Campbell diagram", time=False)
+    if is_damped:
+        _dress(lower, "damping ratio [%]", "", time=False)
+    lower.set_xlabel("speed [rad/s]")
+    if path is not None:
+        _write(figure, path)
+    return figure
+
+
+def frequency_response_picture(response: FrequencyResponse, path: str | Path | None) -> Figure:
+    """Return the picture that `FrequencyResponse.plot` describes, and write it to `path` if given."""
+    figure, (upper, lower) = _figure(2, 1, (8.0, 6.5))
+    number = 0
+    for i, output in enumerate(response.output_names):
+        for j, given in enumerate(response.input_names):
+            color, style = COLORS[number % len(COLORS)], STYLES[number // len(COLORS) % len(STYLES)]
+            number += 1
+            label = f"{output} / {given}"
+            at = response.frequencies
+            upper.plot(at, response.magnitude[:, i, j], style, color=color, linewidth=1.4, label=label)
+            lower.plot(at, np.degrees(response.phase[:, i, j]), style, color=color, linewidth=1.4)
+    _dress(upper, "magnitude", "Frequency response", time=False)
+    _dress(lower, "phase [degrees]", "", time=False)
+    upper.set_yscale("log")
+    if response.frequencies.min() > 0.0 and response.frequencies.max() > 5.0 * response.frequencies.min():
+        upper.set_xscale("log")
+    lower.set_xlabel("frequency [Hz]")
+    if path is not None:
+        _write(figure, path)
+    return figure

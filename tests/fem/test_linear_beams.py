@@ -1,0 +1,154 @@
+"""Linear analysis of scenes of beams, against the verification cases B03a, B04a, B09, D03a, D04a, D05 and E02a."""
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe.verify.references import load_references
+from kanefe_fem.beams import beam_body, straight_beam
+from kanefe_fem.material import Material
+from kanefe_fem.sections import SolidCircle
+from kanefe_fem.verification.beam_frequencies import unit_beam
+from kanefe_fem.verification.beam_statics import beam_bar
+from kanefe_fem.verification.stiffened_beams import thin_beam
+
+TWO_PI = 2.0 * np.pi
+
+
+def test_a_tip_body_b03a():
+    for name, expected in load_references()["B03a"].values.items():
+        mass, inertia, offset = (float(part.split("=")[1]) for part in name.split(","))
+        scene = kf.System()
+        beam = scene.add_flexible_body("beam", unit_beam(40, {"root": "clamped", "tip": "rigid"}))
+        scene.add_rigid_body("tip", mass, inertia, parent=beam.interface("tip"), com=(offset, 0, 0))
+        modes = kf.linearise(scene).modes()
+        omegas = [float(omega) for _, omega in expected]
+        np.testing.assert_allclose(TWO_PI * modes.frequencies[:4], omegas, rtol=1e-5)
+
+
+def test_a_hub_with_two_beams_b04a():
+    for name, expected in load_references()["B04a"].values.items():
+        radius, inertia, mass = (float(part.split("=")[1]) for part in name.split(","))
+        scene = kf.System()
+        hub = scene.add_rigid_body("hub", mass, inertia, joint=kf.Planar())
+        beam = unit_beam(40, {"root": "clamped"})
+        scene.add_flexible_body("right", beam, parent=hub, at=(radius, 0, 0))
+        scene.add_flexible_body("left", beam, parent=hub, at=(-radius, 0, 0), orientation=(0, 0, 0, 1))
+        modes = kf.linearise(scene).modes()
+        assert np.count_nonzero(modes.is_rigid) == 3
+        hub_moves = np.abs(modes.shape("hub"))
+        for kind, entry in (("rot", 5), ("trans", 1)):
+            own = ~modes.is_rigid & (hub_moves[:, entry] > 1e3 * np.delete(hub_moves, entry, axis=1).max(axis=1))
+            omegas = [float(omega) for _, omega in expected[kind]]
+            np.testing.assert_allclose(TWO_PI * modes.frequencies[own][:4], omegas, rtol=1e-5)
+
+
+@pytest.mark.parametrize("count", ["0", "4"])
+def test_a_reduced_beam_b09(count):
+    scene = kf.System()
+    scene.add_flexible_body("beam", unit_beam(32, {"root": "clamped", "tip": "rigid"}, modes=int(count)))
+    expected = load_references()["B09"].values[count]["cantilever"]
+    found = TWO_PI * kf.linearise(scene).modes().frequencies[: len(expected)]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def blade(stiffening: str, modes: int = 14) -> kf.FlexibleBody:
+    return beam_body(thin_beam(20), {"root": "clamped"}, reduction=kf.CraigBampton(modes=modes), stiffening=stiffening)
+
+
+@pytest.mark.parametrize(("axis", "kind"), [("y", "flap"), ("z", "chord")])
+def test_a_rotating_blade_d03a(axis, kind):
+    """The Campbell diagram of the blade about its stretched steady state."""
+    body = blade("inertial")
+
+    def build(speed: float) -> kf.System:
+        scene = kf.System()
+        scene.add_flexible_body("blade", body, joint=kf.Revolute(axis, motion=kf.Motion.steady(speed)))
+        return scene
+
+    reference = load_references()["D03a"].values
+    speeds = sorted(float(name.split("gamma=")[1]) for name in reference)
+    diagram = kf.campbell(build, speeds, modes=3)
+    exact = {float(name.split("gamma=")[1]): case[kind] for name, case in reference.items()}
+    # the bar stretches by (speed / 1e4)^2; elements of 1/20 give the third frequency to 1e-4, as the case has it
+    np.testing.assert_allclose(TWO_PI * diagram.frequencies, [exact[speed] for speed in speeds], rtol=1e-3)
+    np.testing.assert_allclose(TWO_PI * diagram.frequencies[:, 0], [exact[s][0] for s in speeds], rtol=1e-4)
+
+
+def test_a_blade_softens_without_stiffening_d05():
+    reference = load_references()["D05"].values
+    body = beam_body(thin_beam(40), {"root": "clamped"}, reduction=kf.CraigBampton(modes=14))
+    for name, expected in reference.items():
+        scene = kf.System()
+        joint = kf.Revolute("z", motion=kf.Motion.steady(float(name)))
+        scene.add_flexible_body("blade", body, joint=joint)
+        modes = kf.linearise(scene).modes()
+        np.testing.assert_allclose(TWO_PI * modes.frequencies[:3], expected, rtol=1e-4)
+    scene = kf.System()
+    scene.add_flexible_body("blade", body, joint=kf.Revolute("z", motion=kf.Motion.steady(4.0)))
+    assert not kf.linearise(scene).modes().is_stable
+
+
+def test_a_whirling_shaft_d04a():
+    """Backward and forward whirl, seen from the shaft: followed over the speed, each in its column."""
+    beams = straight_beam(
+        1.0, SolidCircle(0.05), Material(E=210e9, nu=0.3, rho=7850.0), elements=24, theory="euler-bernoulli"
+    )
+    supports = {"root": kf.Interface(fixed=("x", "y", "z", "rx")), "tip": kf.Interface(fixed=("y", "z"))}
+    body = beam_body(beams, supports, reduction=kf.CraigBampton(modes=12), stiffening="inertial")
+
+    def build(speed: float) -> kf.System:
+        scene = kf.System()
+        scene.add_flexible_body("shaft", body, joint=kf.Revolute("x", motion=kf.Motion.steady(speed)))
+        return scene
+
+    whirl = {float(spin): pairs for spin, pairs in load_references()["D04a"].values["whirl"].items()}
+    speeds = sorted(whirl)
+    diagram = kf.campbell(build, speeds, modes=4)
+    found = np.sort(TWO_PI * diagram.frequencies, axis=1)
+    expected = [np.sort(np.concatenate([pair["rotframe"] for pair in whirl[speed][:2]])) for speed in speeds]
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    slopes = np.diff(diagram.eigenvalues.imag, axis=0) / np.diff(speeds)[:, None]
+    # each goes on falling or rising with the speed, none jumps to another
+    assert np.all(np.abs(np.abs(slopes) - 1.0) < 0.02)
+    assert np.all(np.sign(slopes) == np.sign(slopes[0]))
+
+
+def test_a_spinning_bar_stretches_e02a():
+    values = load_references()["E02a"].values
+    scene = kf.System()
+    bar = beam_bar({"root": "clamped", "tip": "rigid"})
+    scene.add_flexible_body("bar", bar, joint=kf.Revolute("y", motion=kf.Motion.steady(100.0)))
+    found = kf.equilibrium(scene)
+    assert found.deflection("bar", "tip")[0] == pytest.approx(values["tip_softened"], rel=1e-6)
+    assert found.imbalance.ratio < 1e-9
+
+
+def test_an_elastica_bends_g05():
+    """A cantilever in eight linear bodies under a tip load of EI / L^2."""
+    body = beam_body(
+        thin_beam(2, 1.0 / 8), {"root": "clamped", "tip": "rigid"},
+        reduction=kf.CraigBampton(modes=0), stiffening="full",
+    )  # fmt: skip
+    scene = kf.System()
+    last = scene.add_flexible_body("0", body)
+    for number in range(1, 8):
+        last = scene.add_flexible_body(str(number), body, parent=last.interface("tip"))
+    scene.add_force(last.interface("tip"), (0.0, 1.0, 0.0))
+    found = kf.equilibrium(scene)
+    place = found.position("7", "tip")
+    values = load_references()["G05"].values["1"]
+    # the tolerance of the case
+    assert place[:2] == pytest.approx((values["x_over_L"], values["deflection_over_L"]), abs=1e-4)
+    assert found.iterations < 10
+    K = found.linearise().stiffness
+    np.testing.assert_allclose(K, K.T, atol=1e-8 * np.abs(K).max())
+
+
+def test_the_frequency_response_of_a_beam_at_rest_is_its_flexibility():
+    """At 0 Hz a tip force of 1 N bends the cantilever by L^3 / 3 EI."""
+    scene = kf.System()
+    scene.add_flexible_body("beam", unit_beam(10, {"root": "clamped", "tip": "rigid"}))
+    small = kf.linearise(scene, inputs="force beam/tip y", outputs=["position beam/tip y", "deflection beam/tip y"])
+    response = small.frequency_response([0.0]).response[0, :, 0]
+    np.testing.assert_allclose(response, 1.0 / 3.0, rtol=1e-6)

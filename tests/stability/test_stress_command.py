@@ -1,0 +1,94 @@
+"""What `kanefe stress` prints, writes and refuses."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kanefe.errors import FileError, MissingDependency, ModelError, SimulationError
+from kanefe.stress import registry, runner
+from kanefe.stress.case import Effort, Finding, StressCase
+
+
+def fine(effort: Effort) -> Iterator[Finding]:
+    yield Finding.of("good things", np.arange(3 if effort.is_quick else 30) * 1e-15, "error", 1e-12, "round-off")
+
+
+def bad(effort: Effort) -> Iterator[Finding]:
+    yield Finding("a thing that breaks", 7, "error [m]", 0.5, 0.1, "a <tenth>", "known")
+    raise SimulationError("it broke. Remedy: none")
+
+
+def lacking(effort: Effort) -> Iterator[Finding]:
+    raise MissingDependency("nothing", "the case", "install it")
+    yield
+
+
+CASES = (StressCase("fine", "1", fine), StressCase("bad", "2", bad), StressCase("lacking", "3", lacking))
+
+
+@pytest.fixture(autouse=True)
+def _few_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "OWN", CASES)
+    monkeypatch.setattr(registry, "entry_points", lambda group: [])
+
+
+def test_a_figure_that_is_not_a_number_fails() -> None:
+    assert Finding.of("x", [0.0, 1.0], "f", 1.0, "r").passed
+    assert not Finding.of("x", [0.0, np.nan], "f", 1.0, "r").passed
+    assert not Finding.of("x", [0.0, np.inf], "f", np.inf, "r").passed
+    with pytest.raises(ValueError, match="nothing was tried"):
+        Finding.of("x", [], "f", 1.0, "r")
+
+
+def test_exit_codes_and_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert runner.stress(["FINE"], quick=True) == 0
+    out = capsys.readouterr().out
+    assert "good things" in out
+    assert "1 of 1 pass" in out
+    assert runner.stress() == 1
+    out = capsys.readouterr().out
+    assert out.count("FAILED") == 2
+    assert "ended by SimulationError: it broke" in out
+    assert "not run: needs nothing" in out
+    # what was asked for and cannot run is a failure; what was not is none
+    assert runner.stress(["lacking"]) == 1
+    assert runner.stress(["fine", "lacking"]) == 1
+
+
+def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, page = tmp_path / "out.json", tmp_path / "out.html"
+    assert runner.stress(["fine", "bad"], quick=True, json_path=str(path), html_path=str(page)) == 1
+    rows = json.loads(path.read_text())
+    assert [row["passed"] for row in rows] == [True, False, False]
+    assert rows[0]["count"] == 3
+    assert rows[1]["worst"] == 0.5
+    assert rows[2]["worst"] is None
+    html = page.read_text()
+    assert "a &lt;tenth&gt;" in html
+    assert "1 of 3 pass, in the short form" in html
+    capsys.readouterr()
+    assert runner.stress(["fine"], json_path="-") == 0
+    captured = capsys.readouterr()
+    assert len(json.loads(captured.out)) == 1
+    assert "good things" in captured.err
+
+
+def test_what_cannot_be_is_refused_before_anything_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ModelError, match=r"no stress case 'nope'. Remedy: one or more of fine, bad, lacking"):
+        runner.stress(["fine", "nope"])
+    with pytest.raises(ModelError, match=r"'nope' is no method with fixed steps"):
+        runner.stress(["fine"], method="nope")
+    with pytest.raises(FileError, match="there is no folder"):
+        runner.stress(["fine"], html_path=str(tmp_path / "no" / "x.html"))
+    assert capsys.readouterr().out == ""
+
+
+def test_two_cases_of_one_name_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "OWN", (*CASES, CASES[0]))
+    with pytest.raises(ModelError, match="two stress cases are called 'fine'"):
+        registry.registered_cases()
