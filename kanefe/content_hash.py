@@ -105,7 +105,7 @@ class _Hasher:
         elif isinstance(value, np.ndarray):
             self._array(value, where)
         elif sp.issparse(value):
-            csr = sp.csr_matrix(value)
+            csr = sp.csr_matrix(value, copy=True)
             csr.sum_duplicates()
             self._text(f"sparse {csr.shape}")
             for part in (csr.data, csr.indices, csr.indptr):
@@ -121,11 +121,15 @@ class _Hasher:
             self._text(f"sequence {len(value)}")
             for i, item in enumerate(value):
                 self.feed(item, f"{where}[{i}]")
+        elif isinstance(value, slice):
+            self._text(f"slice {value.start} {value.stop} {value.step}")
         elif isinstance(value, (set, frozenset)):
             self.feed(sorted(digest(item=item) for item in value), where)
         elif is_dataclass(value) and not isinstance(value, type):
             self._text(_name(type(value)))
             for f in fields(value):
+                if not f.compare:  # made from the others, or how they came about
+                    continue
                 self.feed(f.name, where)
                 self.feed(getattr(value, f.name), f"{where}.{f.name}".lstrip("."))
         else:

@@ -147,7 +147,7 @@ class FlexibleBody:
     load_patterns: tuple[LoadPattern, ...] = ()
     elasticity: Elasticity | None = None
     units: str = UNITS
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         frozen = [self.nodes, self.basis, self.stiffness, self.damping, self.inertia_points, self.inertia_basis]

@@ -146,8 +146,8 @@ class GeneralisedAlphaStepper:
             trial = None
             try:
                 trial = self._try(h)
-            except KanefeError as error:  # too far ahead: up to where the equations hold, there are smaller steps
-                self._kept, self._no_answer = None, (self.t, error)
+            except KanefeError as problem:  # too far ahead: up to where the equations hold, there are smaller steps
+                self._kept, self._no_answer = None, (self.t, problem)
             if trial is not None and trial[0] <= 1.0:
                 break
             self._rejected += 1

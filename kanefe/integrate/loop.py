@@ -139,7 +139,7 @@ class RunLoop:
         """
         self._file = file
         if file is not None:
-            self._keep()
+            self._kept = time.monotonic(), self._progress()
             self._write(is_first=True)
         try:
             status = self._run()
