@@ -204,10 +204,15 @@ def test_what_is_wrong_with_a_frequency_response_is_named(call, words):
 
 def test_pictures_are_written(tmp_path):
     diagram = kf.campbell(point_on_springs, np.arange(80.0, 145.0, 10.0), modes=2)
-    figure = diagram.plot(tmp_path / "campbell.png", orders=(1.0, 2.0))
+    figure = diagram.plot(tmp_path / "campbell.png", orders=(0.0, 1.0))
     assert (tmp_path / "campbell.png").stat().st_size > 10_000
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert labels == ["mode 1 (point)", "mode 2 (point)", "unstable"]
+    assert labels == ["mode 1", "mode 2", "unstable", "critical speed"]
+    circles = [line.get_xdata()[0] for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    assert circles == pytest.approx([100.0, 120.0])
+    falling = kf.campbell(whirling, [60.0, 95.0, 130.0], modes=2).plot().axes[0].get_lines()[0]
+    assert falling.get_xdata() == pytest.approx([60.0, 95.0, 100.0, 130.0])
+    assert 2 * np.pi * falling.get_ydata() == pytest.approx([40.0, 5.0, 0.0, 30.0], abs=1e-9)
     small = kf.linearise(cart_and_rod(), inputs="force cart x", outputs="position cart x")
     figure = small.frequency_response(np.geomspace(0.1, 10, 50)).plot(tmp_path / "response.png")
     assert [ax.get_ylabel() for ax in figure.axes] == ["magnitude", "phase [degrees]"]

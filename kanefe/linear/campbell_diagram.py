@@ -105,7 +105,8 @@ class Campbell:
         ----------
         path : path, optional
         orders : sequence of float
-            Multiples of the rotation that are drawn as lines of excitation.
+            Multiples of the rotation at which the scene is excited: drawn as lines, with their critical speeds; 0 in
+            a frame that spins with the rotor.
 
         Raises
         ------

@@ -20,18 +20,16 @@ if TYPE_CHECKING:
 def campbell_picture(campbell: Campbell, path: str | Path | None, orders: Sequence[float]) -> Figure:
     """Return the picture that `Campbell.plot` describes, and write it to `path` if given."""
     multiples = np.atleast_1d(numbers(orders)) if np.size(orders) else np.zeros(0)
-    if multiples.ndim != 1 or not np.all(np.isfinite(multiples)) or np.any(multiples <= 0.0):
-        raise ModelError(f"orders must be multiples of the rotation above zero, not {orders!r}")
+    if multiples.ndim != 1 or not np.all(np.isfinite(multiples)) or np.any(multiples < 0.0):
+        raise ModelError(f"orders must be multiples of the rotation, zero or more, not {orders!r}")
     ratios = 100.0 * np.abs(campbell.damping_ratios)
     is_damped = bool(ratios.max(initial=0.0) > 1e-6)  # of undamped modes it is round-off
     figure, panels = _figure(2 if is_damped else 1, 1, (8.0, 7.0 if is_damped else 4.5))
     upper, lower = panels[0], panels[-1]
     highest = 1.05 * float(campbell.frequencies.max(initial=0.0)) or 1.0
-    for j in range(campbell.eigenvalues.shape[1]):
+    for j, label in enumerate(_mode_labels(campbell)):
         color, style = COLORS[j % len(COLORS)], STYLES[j // len(COLORS) % len(STYLES)]
-        name = campbell.modes[0].describe(int(campbell.numbers[0, j])).split(",")[0].rpartition(" ")[0]
-        label = f"mode {j + 1} ({name.rpartition(' ')[0]})" if name else f"mode {j + 1}"
-        upper.plot(campbell.speeds, campbell.frequencies[:, j], style, color=color, linewidth=1.4, label=label)
+        upper.plot(*_frequency_curve(campbell, j), style, color=color, linewidth=1.4, label=label)
         grows = campbell.grows[:, j]
         mark: dict[str, Any] = {"marker": "x", "linestyle": "", "color": color, "markersize": 5}
         upper.plot(campbell.speeds[grows], campbell.frequencies[grows, j], **mark)
@@ -43,7 +41,12 @@ def campbell_picture(campbell: Campbell, path: str | Path | None, orders: Sequen
             lower.plot(campbell.speeds[grows], shown[grows], **mark)
     if campbell.grows.any():
         upper.plot([], [], marker="x", linestyle="", color="0.3", label="unstable")
-    for order in multiples:
+    critical = [(speed, order) for order in multiples for speed, _ in campbell.critical_speeds(float(order))]
+    for number, (speed, order) in enumerate(critical):
+        at = order * speed / (2.0 * np.pi)
+        name = "_" if number else "critical speed"
+        upper.plot(speed, at, "o", color="0.2", fillstyle="none", markersize=7, label=name, clip_on=False, zorder=3)
+    for order in multiples[multiples > 0.0]:
         upper.plot(campbell.speeds, order * campbell.speeds / (2.0 * np.pi), color="0.6", linewidth=0.8, zorder=0)
         end = min(float(campbell.speeds[-1]), 2.0 * np.pi * highest / float(order))
         upper.annotate(
@@ -57,6 +60,25 @@ def campbell_picture(campbell: Campbell, path: str | Path | None, orders: Sequen
     if path is not None:
         _write(figure, path)
     return figure
+
+
+def _mode_labels(campbell: Campbell) -> list[str]:
+    """Return a name for each mode, with the body that moves most in it, unless that is the same one in all."""
+    first = campbell.modes[0]
+    shares = first.participation
+    leading = [max(shares, key=lambda name: shares[name][number]) for number in campbell.numbers[0]]
+    several = len(set(leading)) > 1
+    return [f"mode {j + 1}{f' ({name})' if several else ''}" for j, name in enumerate(leading)]
+
+
+def _frequency_curve(campbell: Campbell, mode: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return speeds and frequencies (Hz) of a mode, with the points where a whirl falls through zero."""
+    speeds, turns = campbell.speeds, campbell.eigenvalues[:, mode].imag
+    before = np.flatnonzero(turns[:-1] * turns[1:] < 0.0)
+    share = turns[before] / (turns[before] - turns[before + 1])
+    zeros = speeds[before] + share * np.diff(speeds)[before]
+    at = np.insert(speeds, before + 1, zeros)
+    return at, np.insert(np.abs(turns), before + 1, 0.0) / (2.0 * np.pi)
 
 
 def frequency_response_picture(response: FrequencyResponse, path: str | Path | None) -> Figure:
