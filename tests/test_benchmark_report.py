@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from benchmarks.measure import Disagreement, Race, check_agreement
-from benchmarks.report import Figure, Goal, median, median_ratio, table, write_json
+from kanefe_fem.bench.clocks import Disagreement, Race, check_agreement
+from kanefe_fem.bench.goals import Figure, Goal, median, median_ratio, table, write_json
 
 FIGURES = [
     Goal("a step / the peer's", 0.3).figure(0.12345, "1 us against 8 us"),

@@ -48,7 +48,7 @@ def draw(result: Result, what: str, names: Sequence[str], path: str | Path | Non
     else:
         raise ModelError(f"there is no picture {what!r}. There are: {', '.join((*pictures, *QUANTITIES))}")
     if path is not None:
-        _write(figure, path)
+        save_figure(figure, path)
     return figure
 
 
@@ -58,7 +58,8 @@ def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure,
     return figure, list(np.ravel(figure.subplots(rows, columns, squeeze=False, sharex=True)))
 
 
-def _write(figure: Figure, path: str | Path) -> None:
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Write a picture in the format that the suffix of its file names."""
     target = ready_path(path)
     kind = target.suffix.removeprefix(".").lower() or "png"
     known = figure.canvas.get_supported_filetypes()

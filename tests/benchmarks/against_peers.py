@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import engine_scenes as ours
-from benchmarks.measure import Race, check_agreement, fill, microseconds, repeated, seconds
-from benchmarks.peer_process import Peers
-from benchmarks.report import Figure, Goal
+from kanefe_fem.bench.clocks import Race, check_agreement, fill, microseconds, repeated, seconds
+from kanefe_fem.bench.goals import Figure, Goal
+from kanefe_fem.bench.peer_process import Peers
 
 # By the number of links. The peer needs some 0.1 s for each run of so many steps.
 CHAIN_STEPS = {1: 40000, 5: 10000, 20: 2000, 100: 50}

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.fe_meshes import bar
-from benchmarks.measure import check_agreement
-from benchmarks.peer_environment import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
-from benchmarks.report import Figure, Goal, median
+from kanefe_fem.bench.clocks import check_agreement
+from kanefe_fem.bench.goals import Figure, Goal, median
+from kanefe_fem.bench.peer_environment import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
 
 TESTS = Path(__file__).resolve().parents[1]
 PEER = Path(__file__).with_name("peer_fe_body.py")

@@ -18,8 +18,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.command_line import parser, run
-from benchmarks.measure import FEW_ROUNDS, ROUNDS, Disagreement
-from benchmarks.report import Figure, Goal
+from kanefe_fem.bench.clocks import FEW_ROUNDS, ROUNDS, Disagreement
+from kanefe_fem.bench.goals import Figure, Goal
 
 
 def default_folder() -> Path:
@@ -40,8 +40,8 @@ def arguments(given: Sequence[str] | None = None) -> argparse.Namespace:
 def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
     from benchmarks.fe_figures_pipeline import LARGE, BrokenProcess, Settings
-    from benchmarks.peer_environment import NoPeers
     from kanefe.errors import KanefeError
+    from kanefe_fem.bench.peer_environment import NoPeers
 
     settings = Settings(
         rounds=FEW_ROUNDS if options.quick else ROUNDS,

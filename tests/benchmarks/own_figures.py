@@ -9,11 +9,11 @@ import numpy as np
 
 from benchmarks import engine_scenes as ours
 from benchmarks.exact_accelerations import exact_accelerations, is_extended
-from benchmarks.measure import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
-from benchmarks.report import Figure, Goal, median
 from kanefe.kernels.elastic import transposed_product
 from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
 from kanefe.model import Model
+from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
+from kanefe_fem.bench.goals import Figure, Goal, median
 
 # Cells of quadratic hexahedra, and the nodes they make.
 SMALL_BAR, LARGE_BAR = (21, 4, 3), (54, 12, 6)

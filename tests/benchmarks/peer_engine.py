@@ -17,8 +17,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.command_line import parser, run
-from benchmarks.measure import FEW_ROUNDS, ROUNDS, Disagreement
-from benchmarks.report import Figure, Goal
+from kanefe_fem.bench.clocks import FEW_ROUNDS, ROUNDS, Disagreement
+from kanefe_fem.bench.goals import Figure, Goal
+
+SERVER = Path(__file__).with_name("peer_scenes.py")
 
 
 def default_environment() -> Path:
@@ -38,9 +40,9 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
     # numpy reads the number of threads when it is imported, which these do
     from benchmarks import against_peers, own_figures, start_up
-    from benchmarks.peer_environment import NoPeers, peer_python
-    from benchmarks.peer_process import Peers
     from kanefe.errors import KanefeError
+    from kanefe_fem.bench.peer_environment import NoPeers, peer_python
+    from kanefe_fem.bench.peer_process import Peers
 
     rounds = FEW_ROUNDS if options.quick else ROUNDS
     failures = (NoPeers, Disagreement, start_up.BrokenProcess, KanefeError, ModuleNotFoundError)
@@ -56,7 +58,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     with_peers = {g: goals for g, goals in against_peers.GROUPS.items() if options.only in g.__name__}
     if with_peers:
         try:
-            with Peers(peer_python(options.env or default_environment())) as peers:
+            with Peers(peer_python(options.env or default_environment()), SERVER) as peers:
                 versions = ", ".join(f"{name} {number}" for name, number in peers.ask("versions").items())
                 print(f"peers: {versions}", file=sys.stderr, flush=True)
                 for group, goals in with_peers.items():

@@ -8,8 +8,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.measure import Race
-from benchmarks.report import Figure, Goal, median
+from kanefe_fem.bench.clocks import Race
+from kanefe_fem.bench.goals import Figure, Goal, median
 
 TESTS = Path(__file__).resolve().parents[1]
 ANNOUNCED = "kanefe: compiling"

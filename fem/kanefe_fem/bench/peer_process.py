@@ -10,9 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from benchmarks.peer_environment import NoPeers, surroundings
-
-SERVER = Path(__file__).with_name("peer_scenes.py")
+from kanefe_fem.bench.peer_environment import NoPeers, surroundings
 
 
 class Peers:
@@ -22,13 +20,15 @@ class Peers:
     ----------
     python : Path
         Of their environment.
+    server : Path
+        The script that answers there.
     """
 
-    def __init__(self, python: Path) -> None:
+    def __init__(self, python: Path, server: Path) -> None:
         self._open = ExitStack()
         self._errors = self._open.enter_context(tempfile.TemporaryFile("w+"))  # noqa: SIM115  (closed by the stack)
         self._process = subprocess.Popen(
-            [str(python), str(SERVER)],
+            [str(python), str(server)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,

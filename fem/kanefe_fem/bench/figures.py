@@ -1,0 +1,30 @@
+"""The figures that have goals, in groups that are measured together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kanefe_fem.bench.equal_error import AUTO_GOALS, CHAIN_GOALS, HINGED_GOALS, automatic, chains, hinged_bars
+from kanefe_fem.bench.goals import Figure, Goal
+from kanefe_fem.bench.long_runs import (
+    FLIGHT_GOAL,
+    SPIN_UP_GOAL,
+    SUITE_GOAL,
+    TUMBLING_GOAL,
+    free_flight,
+    spin_up,
+    suite_time,
+    tumbling,
+)
+from kanefe_fem.bench.machine import Machine
+
+GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
+    hinged_bars: list(HINGED_GOALS.values()),
+    chains: list(CHAIN_GOALS.values()),
+    spin_up: [SPIN_UP_GOAL],
+    tumbling: [TUMBLING_GOAL],
+    free_flight: [FLIGHT_GOAL],
+    automatic: list(AUTO_GOALS.values()),
+    suite_time: [SUITE_GOAL],
+}
+"""What measures them -> its goals, which are all missed if it cannot be measured."""

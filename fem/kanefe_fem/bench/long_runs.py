@@ -1,0 +1,194 @@
+"""Figures of whole runs: the peak of the spin-up, what tumbling conserves, free flight, and the test suite."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import SimulationError
+from kanefe.integrate.methods import METHODS
+from kanefe.model import Model
+from kanefe.stress.case import Effort
+from kanefe.stress.drift import free_flight as flights
+from kanefe.stress.drift import invariants
+from kanefe_fem.bench import spinning_arm, steel_bar
+from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, seconds
+from kanefe_fem.bench.goals import Figure, Goal
+from kanefe_fem.bench.machine import Machine
+from kanefe_fem.bench.peer_curves import (
+    BEAM_ELEMENTS,
+    GENERALISED_ALPHA,
+    PeerScene,
+    beam_scene,
+    free_scene,
+    of_steps,
+    peer_run,
+    sampled,
+)
+from kanefe_fem.bench.peer_environment import NoPeers
+from kanefe_fem.bench.runs import run
+from kanefe_fem.bench.scene import BenchScene, Setting
+from kanefe_fem.bench.settings import AUTO, settings_of
+
+SPIN_UP_GOAL = Goal("S2, spin-up with stiffening: CPU time for the peak to 0.5 % / Exudyn's", 0.3)
+TUMBLING_GOAL = Goal("S4, 10 s: CPU time for drifts of 1e-6 and 1e-7 / Exudyn's for 5e-6 and 5e-5", 0.03)
+FLIGHT_GOAL = Goal("free flight, energy-momentum, 1e6 steps: relative drift", 1e-10)
+SUITE_GOAL = Goal("whole test suite on 2 cores [min]", 10.0)
+
+PEAK_TOLERANCE = 5e-3
+LONG = 10.0
+"""Time of S4, s."""
+
+SAMPLES = 100
+OUR_DRIFTS, PEER_DRIFTS = (1e-6, 1e-7), (5e-6, 5e-5)
+"""Of energy and of angular momentum, relative."""
+
+FLIGHT_METHOD = "energy-momentum"
+SUITE_CORES = 2
+
+
+def spin_up(machine: Machine) -> list[Figure]:
+    """Compare the reduced arm with the peer's geometrically exact beam of four elements, both just good enough."""
+    peers, scene = machine.peer(), spinning_arm.spinning_arm(4, "S2")
+    model, every = scene.build(), scene.end / scene.outputs
+
+    def own_error(setting: Setting) -> float:
+        return _peak_error(scene.measured(model, run(model, scene, setting)))
+
+    def peer_error(setting: Setting) -> float:
+        return _peak_error(sampled(peer_run(peers, beam, scene, setting, every), scene))
+
+    beam = beam_scene(peers, scene, BEAM_ELEMENTS[0])
+    mine, own = _coarsest(settings_of(scene, AUTO), own_error, PEAK_TOLERANCE)
+    other, theirs = _coarsest(beam.settings, peer_error, PEAK_TOLERANCE)
+    race = Race(
+        lambda: seconds(lambda: run(model, scene, mine)),
+        lambda: peer_run(peers, beam, scene, other)["seconds"],
+        machine.rounds,
+    )
+    remark = (
+        f"{mine.text}: {100 * own:.2g} % in {1e3 * race.ours:.3g} ms; Exudyn, {BEAM_ELEMENTS[0]} elements, "
+        f"{other.text}: {100 * theirs:.2g} % in {1e3 * race.theirs:.3g} ms"
+    )
+    return [SPIN_UP_GOAL.figure(race.ratio, remark)]
+
+
+def tumbling(machine: Machine) -> list[Figure]:
+    """Compare how long it takes to keep energy and angular momentum of the tumbling bar for 10 s."""
+    if machine.limits.quick:
+        return [TUMBLING_GOAL.skipped("the peer's runs take minutes, which is too long for a quick run")]
+    peers = machine.peer()
+    scene = replace(steel_bar.tumbling(), end=LONG, outputs=SAMPLES)
+    model = scene.build()
+    mine, _ = _coarsest(settings_of(scene, AUTO), lambda s: _excess(_own_drifts(model, scene, s), OUR_DRIFTS), 1.0)
+    bar = free_scene(peers, scene)
+
+    def peer_excess(setting: Setting) -> float:
+        return _excess(_peer_drifts(machine, bar, scene, setting), PEER_DRIFTS)
+
+    found = []
+    for settings in (of_steps(GENERALISED_ALPHA, 4e-4, 5e-5), of_steps("rk4", 1.2e-4, 3e-5)):
+        other, _ = _coarsest(settings, peer_excess, 1.0)
+        found.append((peer_run(peers, bar, scene, other)["seconds"], other))
+    other = min(found, key=lambda pair: pair[0])[1]
+    race = Race(
+        lambda: seconds(lambda: run(model, scene, mine)),
+        lambda: peer_run(peers, bar, scene, other)["seconds"],
+        FEW_ROUNDS,
+    )
+    drifts = _own_drifts(model, scene, mine)
+    remark = (
+        f"{mine.text}: {drifts[0]:.1e} and {drifts[1]:.1e} in {1e3 * race.ours:.3g} ms; "
+        f"Exudyn, {other.text}, in {race.theirs:.3g} s"
+    )
+    return [TUMBLING_GOAL.figure(race.ratio, remark)]
+
+
+def free_flight(machine: Machine) -> list[Figure]:
+    """Follow the invariants of free flight over a million steps; a drift that grows misses the goal."""
+    if FLIGHT_METHOD not in METHODS:
+        return [FLIGHT_GOAL.skipped(f"there is no method {FLIGHT_METHOD!r}")]
+    found = list(flights(Effort(is_quick=machine.limits.quick, method=FLIGHT_METHOD)))
+    worst = max(found, key=lambda finding: finding.worst / finding.limit)
+    steps = max(finding.count for finding in found)
+    return [FLIGHT_GOAL.figure(worst.worst, f"{steps:.0e} steps; worst: {worst.figure} of {worst.tried}")]
+
+
+def suite_time(machine: Machine) -> list[Figure]:
+    """Time the tests of a repository by the clock on the wall."""
+    if machine.tests is None:
+        return [SUITE_GOAL.skipped("asked for by --tests REPOSITORY")]
+    cores = sorted(machine.all_cores)[:SUITE_CORES]
+    command = [sys.executable, "-m", "pytest", "-q"]
+
+    def on_its_cores() -> None:
+        if cores:
+            os.sched_setaffinity(0, cores)
+
+    start = time.perf_counter()
+    done = subprocess.run(
+        command, cwd=machine.tests, capture_output=True, text=True, check=False, preexec_fn=on_its_cores
+    )
+    minutes = (time.perf_counter() - start) / 60.0
+    last = (done.stdout.strip().splitlines() or ["no output"])[-1]
+    if done.returncode:
+        return [SUITE_GOAL.skipped(f"the tests fail after {minutes:.1f} min: {last}")]
+    return [SUITE_GOAL.figure(minutes, last)]
+
+
+def _coarsest(settings: Iterable[Setting], error: Any, allowed: float) -> tuple[Setting, float]:
+    """Return the coarsest setting that is good enough, and its error; the next finer one must be so as well.
+
+    Raises
+    ------
+    NoPeers
+        If none is.
+    """
+    before: tuple[Setting, float] | None = None
+    for setting in settings:
+        try:
+            found = error(setting)
+        except (NoPeers, SimulationError):
+            found = np.inf
+        if not found <= allowed:
+            before = None
+        elif before is not None:
+            return before
+        else:
+            before = setting, found
+    if before is None:
+        raise NoPeers("no setting is good enough")
+    return before
+
+
+def _peak_error(values: np.ndarray) -> float:
+    return abs(spinning_arm.peak(values) / spinning_arm.PEAK - 1.0)
+
+
+def _excess(drifts: tuple[float, float], allowed: tuple[float, float]) -> float:
+    """Return the largest drift as a part of what is allowed."""
+    return max(a / b for a, b in zip(drifts, allowed, strict=True))
+
+
+def _drifts(energy: np.ndarray, angular: np.ndarray) -> tuple[float, float]:
+    """Return the largest relative changes of an energy (T,) and an angular momentum (T, 3)."""
+    turned = np.linalg.norm(angular - angular[0], axis=1).max() / np.linalg.norm(angular[0])
+    return float(np.abs(energy / energy[0] - 1.0).max()), float(turned)
+
+
+def _own_drifts(model: Model, scene: BenchScene, setting: Setting) -> tuple[float, float]:
+    energy, _, angular = invariants(model, run(model, scene, setting))
+    return _drifts(energy, angular)
+
+
+def _peer_drifts(machine: Machine, bar: PeerScene, scene: BenchScene, setting: Setting) -> tuple[float, float]:
+    answer = peer_run(machine.peer(), bar, scene, setting, scene.end / SAMPLES)
+    rows = np.array(answer["samples"])
+    return _drifts(rows[:, 1], rows[:, 2:5])

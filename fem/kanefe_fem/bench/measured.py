@@ -1,0 +1,179 @@
+"""The four benchmarks, each from its options to tables, files and pictures."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from kanefe.errors import KanefeError, MissingDependency
+from kanefe_fem.bench.catalogue import SCENES, chosen_scenes
+from kanefe_fem.bench.clocks import FEW_ROUNDS, ROUNDS, Disagreement
+from kanefe_fem.bench.goals import write_json
+from kanefe_fem.bench.options import Options
+from kanefe_fem.bench.peer_environment import NoPeers, peer_python
+from kanefe_fem.bench.peer_process import Peers
+from kanefe_fem.bench.records import points_table, surroundings, write_csv, write_points, write_rows
+from kanefe_fem.bench.references import reference
+from kanefe_fem.bench.runs import Point
+from kanefe_fem.bench.scene import BenchScene
+from kanefe_fem.bench.settings import chosen_methods
+from kanefe_fem.bench.work_precision import Limits, curve
+
+
+def measured(options: Options, all_cores: set[int]) -> int:
+    """Run the benchmark that was asked for and return its exit code."""
+    if options.bodies:
+        return _bodies(options)
+    if options.skips:
+        return _skips(options)
+    if options.figures:
+        return _figures(options, all_cores)
+    return _work_precision(options)
+
+
+def about() -> str:
+    """Return machine, version and date as one line."""
+    told = surroundings()
+    return f"kanefe {told['kanefe']}, one core of {told['machine']}, {told['date']}"
+
+
+def _work_precision(options: Options) -> int:
+    from kanefe_fem.bench.peer_curves import IMPORTS, PACKAGES, SERVER
+
+    limits, methods = Limits(options.quick), chosen_methods(options.methods)
+    scenes: list[BenchScene] = []
+    points: dict[str, list[Point]] = {}
+    told: list[dict[str, Any]] = []
+    print(about(), flush=True)
+    with ExitStack() as stack:
+        peers = None
+        if options.peer:
+            peers = stack.enter_context(Peers(peer_python(options.environment, PACKAGES, IMPORTS), SERVER))
+            print(f"peer: exudyn {peers.ask('versions')['exudyn']}", flush=True)
+        for name in chosen_scenes(options.scenes):
+            print(f"measuring {name}", file=sys.stderr, flush=True)
+            try:
+                scene = SCENES[name]()
+                found, row = _scene_points(scene, methods, limits, peers)
+            except (MissingDependency, Disagreement) as failure:
+                print(f"\n{name} is left out: {failure}", flush=True)
+                if options.scenes:
+                    return 2
+                continue
+            scenes.append(scene)
+            points[name] = found
+            told.append(row)
+            print(f"\n{scene.title}: error of {scene.quantity} [{scene.unit}]")
+            print(f"reference: {'; '.join(row['reference'])}; they differ by {row['agreement']:.1e}")
+            print(points_table(found), flush=True)
+    every = [p for found in points.values() for p in found]
+    if options.json:
+        write_points(every, told, Path(options.json))
+    if options.csv:
+        write_csv(every, Path(options.csv))
+    if options.png and scenes:
+        from kanefe_fem.bench.pictures import work_precision_picture
+
+        work_precision_picture(scenes, points, about(), Path(options.png))
+    return 0
+
+
+def _scene_points(
+    scene: BenchScene, methods: list[str], limits: Limits, peers: Peers | None
+) -> tuple[list[Point], dict[str, Any]]:
+    from kanefe_fem.bench.peer_curves import peer_curve, peer_scenes
+
+    exact = reference(scene, scene.build())
+    found = [p for method in methods for p in curve(scene, method, exact, limits)]
+    row = {"name": scene.name, "title": scene.title, "quantity": scene.quantity, "unit": scene.unit,
+           "reference": list(exact.methods), "agreement": exact.agreement}  # fmt: skip
+    if peers is not None:
+        try:
+            variants = peer_scenes(peers, scene, exact)
+            found += [p for variant in variants for p in peer_curve(peers, variant, scene, exact, limits)]
+        except (NoPeers, Disagreement) as failure:
+            print(f"{scene.name} without the peer: {failure}", file=sys.stderr, flush=True)
+            row["peer"] = str(failure).partition("\n")[0]
+    return found, row
+
+
+def _bodies(options: Options) -> int:
+    from kanefe_fem.bench.bodies import TRIALS, Trial
+    from kanefe_fem.bench.pictures import bodies_picture
+
+    rows: list[Trial] = []
+    panels = []
+    print(about(), flush=True)
+    for name in chosen_scenes(options.scenes) if options.scenes else list(TRIALS):
+        scene = SCENES[name]()
+        curves: dict[str, list[Trial]] = {}
+        print(f"\n{name}: error of {scene.quantity} [m] against a finer body; CPU s of body, of run", flush=True)
+        for trial in TRIALS[name](options.quick):
+            rows.append(trial)
+            curves.setdefault(trial.curve, []).append(trial)
+            print(
+                f"  {trial.curve:28} {trial.label:>8}  {trial.nodes:6d} nodes  {trial.coordinates:3d} coordinates  "
+                f"{trial.error:.1e}  {trial.body_seconds:7.3f}  {trial.run_seconds:7.3f}",
+                flush=True,
+            )
+        panels.append((scene.title.partition(",")[0], f"error of {scene.quantity.partition(',')[0]} [m]", curves))
+    if options.json:
+        write_rows([asdict(row) for row in rows], Path(options.json))
+    if options.png:
+        bodies_picture(panels, about(), Path(options.png))
+    return 0
+
+
+def _skips(options: Options) -> int:
+    from kanefe_fem.bench.skipped import SKIPS
+    from kanefe_fem.bench.skips import skips_table
+
+    print(about(), flush=True)
+    rows = []
+    for name, measure in SKIPS.items():
+        print(f"measuring {name}", file=sys.stderr, flush=True)
+        try:
+            rows.append(measure(FEW_ROUNDS if options.quick else ROUNDS))
+        except KanefeError as failure:
+            print(f"{name} is left out: {failure}", flush=True)
+    print(skips_table(rows))
+    if options.json:
+        write_rows([row.told() for row in rows], Path(options.json))
+    return 0 if all(row.agrees for row in rows) else 1
+
+
+def _figures(options: Options, all_cores: set[int]) -> int:
+    from kanefe_fem.bench.figures import GROUPS
+    from kanefe_fem.bench.goals import Figure, Goal, table
+    from kanefe_fem.bench.machine import Machine
+    from kanefe_fem.bench.peer_curves import IMPORTS, PACKAGES, SERVER
+
+    figures: list[Figure] = []
+    print(about(), flush=True)
+    with ExitStack() as stack:
+        peers, trouble = None, ""
+        try:
+            peers = stack.enter_context(Peers(peer_python(options.environment, PACKAGES, IMPORTS), SERVER))
+        except NoPeers as failure:
+            trouble = str(failure).partition("\n")[0]
+            print(failure, file=sys.stderr, flush=True)
+        machine = Machine(peers, trouble, Limits(options.quick), all_cores, options.tests)
+
+        def measure(group: Callable[[Machine], list[Figure]], goals: list[Goal]) -> list[Figure]:
+            print(f"measuring {group.__name__.replace('_', ' ')}", file=sys.stderr, flush=True)
+            try:
+                return group(machine)
+            except (NoPeers, Disagreement, KanefeError) as failure:
+                print(failure, file=sys.stderr, flush=True)
+                return [goal.skipped(str(failure).partition("\n")[0]) for goal in goals]
+
+        for group, goals in GROUPS.items():
+            figures += measure(group, goals)
+    print(table(figures))
+    if options.json:
+        write_json(figures, Path(options.json))
+    return 0 if all(figure.met for figure in figures) else 1

@@ -1,0 +1,113 @@
+"""What a scene of the benchmark is: a model, a span of time, what is measured, and which runs make its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kanefe.integrate.trajectory import Trajectory
+from kanefe.model import Model
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a run is made: a method, and either a tolerance or a fixed step.
+
+    Parameters
+    ----------
+    method : str
+        Name of a method, or "auto".
+    rtol : float, optional
+        Relative error of a step.
+    step : float, optional
+        s.
+    """
+
+    method: str
+    rtol: float | None = None
+    step: float | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of a run."""
+        given = {"rtol": self.rtol} if self.step is None else {"step": self.step}
+        return {"method": self.method, **given}
+
+    @property
+    def size(self) -> str:
+        """Tolerance or step as a short text."""
+        return f"rtol {self.rtol:.2g}" if self.step is None else f"h {self.step:.3g} s"
+
+    @property
+    def text(self) -> str:
+        """Method and tolerance or step."""
+        return f"{self.method}, {self.size}"
+
+
+Measure = Callable[[Model, float, np.ndarray], np.ndarray]
+"""Model, time (s) and coordinates -> what is compared, in the unit of the scene."""
+
+
+@dataclass(frozen=True, eq=False)
+class BenchScene:
+    """A scene of the benchmark.
+
+    Parameters
+    ----------
+    name : str
+        As on the command line.
+    title : str
+        For tables and pictures.
+    build : callable
+        () -> Model, frozen.
+    measure : callable
+        See `Measure`.
+    quantity, unit : str
+        What is measured, and in which unit.
+    end : float
+        The scene runs from 0 to this time, s.
+    references : tuple of Setting
+        Runs that can make the reference; of those whose methods there are, the first two of different methods are
+        taken.
+    agreement : float
+        Largest difference of these two, in the unit of the scene.
+    outputs : int
+        At the ends of so many equal parts of the span the quantity is measured; the error is the largest one.
+    largest_step : float
+        Where fixed steps begin, s.
+    parameters : dict
+        Numbers that the scene is made from: the reference is kept under them.
+    needs : str
+        A package without which the scene cannot be made.
+    """
+
+    name: str
+    title: str
+    build: Callable[[], Model]
+    measure: Measure
+    quantity: str
+    end: float
+    references: tuple[Setting, ...]
+    agreement: float
+    unit: str = "m"
+    outputs: int = 1
+    largest_step: float = 0.05
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    needs: str = ""
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times at which the quantity is measured, s."""
+        return np.linspace(0.0, self.end, self.outputs + 1)[1:]
+
+    def measured(self, model: Model, run: Trajectory) -> np.ndarray:
+        """Return the quantity at the output times of a run, (outputs, components)."""
+        states = zip(run.times[1:], run.coordinates[1:], strict=True)
+        return np.array([self.measure(model, float(t), q) for t, q in states])
+
+    def error(self, found: np.ndarray, exact: np.ndarray) -> float:
+        """Return the largest distance of a measured quantity from another."""
+        return float(np.linalg.norm(found - exact, axis=1).max())

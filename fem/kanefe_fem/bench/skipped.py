@@ -1,0 +1,212 @@
+"""The skips, each as a scene that is run with and without it.
+
+Where a skip is code that is left out, the other run has that code and nothing for it to do.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from kanefe.equations_of_motion import WORKS
+from kanefe.errors import SimulationError
+from kanefe.flexible import FlexibleBody
+from kanefe.integrate.run import integrate
+from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
+from kanefe.kernels.interactions import INTERACTION_INTEGERS, Interactions
+from kanefe.kernels.layout import BODY_INTEGERS, COUNT, DAMPING, FlexibleTables
+from kanefe.kernels.markers import MARKER_NUMBERS
+from kanefe.model import Model
+from kanefe.order_n import OrderN
+from kanefe.results import Result
+from kanefe_fem.bench import steel_bar, swinging_arm
+from kanefe_fem.bench.clocks import FEW_ROUNDS, fill, repeated, seconds
+from kanefe_fem.bench.rigid_chain import chain_scene
+from kanefe_fem.bench.skips import Skip, compared
+
+LINKS = 20
+CHAIN = f"a step of {LINKS} links"
+STEPS = 1000
+STEP, BAR_STEP = 1e-3, 1e-5
+HEAVY = ("dolfinx", "petsc4py", "gmsh", "matplotlib", "pyvista", "h5py", "meshio")
+
+START = """
+import importlib, json, sys, time
+for name in json.loads(sys.argv[1]):
+    importlib.import_module(name)
+import kanefe as kf
+scene = kf.System(gravity=(0.0, 0.0, -9.81))
+scene.add_rigid_body("link", 1.0, 0.1, com=(0.5, 0.0, 0.0), joint=kf.Revolute("y"))
+model = scene.freeze()
+print(json.dumps([model.rhs(0.0, model.initial_state).tolist(), time.process_time()]))
+"""
+"""A program that uses none of the heavy packages."""
+
+
+def imports(rounds: int) -> Skip:
+    """Import only what a scene uses, or all that kanefe can use."""
+
+    def program(names: list[str]) -> list[Any]:
+        command = [sys.executable, "-c", START, json.dumps(names)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, env=dict(os.environ))
+        if done.returncode:
+            raise SimulationError(f"a program that imports {names} fails: {done.stderr.strip()[-200:]}")
+        answer: list[Any] = json.loads(done.stdout.strip().splitlines()[-1])
+        return answer
+
+    heavy = [name for name in HEAVY if find_spec(name)]
+    ran = [program(names) for names in ([], heavy)]
+    clocks = (lambda: float(program([])[1]), lambda: float(program(heavy)[1]))
+    what = f"imports that are not used: {', '.join(heavy)}"
+    return compared(what, "a program with one pendulum", clocks, (ran[0][0], ran[1][0]), min(rounds, FEW_ROUNDS))
+
+
+def planar(rounds: int) -> Skip:
+    """Take three speeds a body in a plane, or six in space."""
+
+    def to_space(order_n: OrderN) -> None:
+        order_n.planar = None
+
+    what = "motion out of the plane: 3 speeds a body, no gyroscopic moments"
+    return _of_steps(what, CHAIN, partial(_chain, "y"), to_space, STEP, rounds)
+
+
+def elastic(rounds: int) -> Skip:
+    """Leave out elastic code, or have it for no body."""
+
+    def with_code(order_n: OrderN) -> None:
+        order_n.flexible = FlexibleTables(
+            bodies=np.zeros((0, BODY_INTEGERS), dtype=np.int64),
+            pool=np.zeros(0),
+            carrying=np.zeros(0, dtype=np.int64),
+            fields=np.zeros((0, 7), dtype=np.int64),
+            sizes=np.zeros(3, dtype=np.int64),
+        )
+
+    return _of_steps("elastic code without flexible bodies", CHAIN, _chain, with_code, STEP, rounds)
+
+
+def springs(rounds: int) -> Skip:
+    """Leave out the code of springs and bushings, or have it for none."""
+
+    def with_code(order_n: OrderN) -> None:
+        order_n.between = Interactions(
+            springs=np.zeros((0, INTERACTION_INTEGERS), dtype=np.int64),
+            bushings=np.zeros((0, INTERACTION_INTEGERS), dtype=np.int64),
+            spring_markers=np.zeros((0, MARKER_NUMBERS)),
+            bushing_markers=np.zeros((0, MARKER_NUMBERS)),
+            spring_laws=np.zeros((0, 3)),
+            bushing_laws=np.zeros((0, 12)),
+            tables=np.zeros(0),
+        )
+
+    return _of_steps("code of springs without springs", CHAIN, _chain, with_code, STEP, rounds)
+
+
+def constraints(rounds: int) -> Skip:
+    """Leave out the code of closed loops, or have it for none."""
+    model = _chain()
+    sparing, full = OrderN(model), OrderN(model)
+    full.loops = Loops(
+        rows=np.zeros((0, CONSTRAINT_INTEGERS), dtype=np.int64),
+        markers=np.zeros((0, MARKER_NUMBERS)),
+        numbers=np.zeros((0, 7)),
+        speeds=np.zeros(0, dtype=np.int64),
+        coefficients=np.zeros(0),
+        tolerance=np.zeros(1),
+    )
+    start = np.concatenate((model.initial_state, np.zeros(WORKS)))
+    calls = [partial(order_n.rates, 0.0, start) for order_n in (sparing, full)]
+    counts = [fill(call) for call in calls]
+    clocks = (lambda: repeated(calls[0], counts[0]), lambda: repeated(calls[1], counts[1]))
+    timed = f"an evaluation of {LINKS} links"
+    return compared("code of loops without loops", timed, clocks, (calls[0](), calls[1]()), rounds)
+
+
+def damping(rounds: int) -> Skip:
+    """Leave out the product with the damping matrix where C = 0, or multiply by zeros."""
+
+    def with_zeros(order_n: OrderN) -> None:
+        flexible = order_n.flexible
+        if flexible is None or flexible.bodies[0, DAMPING] != -1:
+            raise SimulationError("the bar of S4 should be flexible and without damping")
+        bodies, k = flexible.bodies.copy(), int(flexible.bodies[0, COUNT])
+        bodies[0, DAMPING] = len(flexible.pool)
+        order_n.flexible = flexible._replace(bodies=bodies, pool=np.concatenate((flexible.pool, np.zeros(k * k))))
+
+    def build() -> Model:
+        return steel_bar.free_bar(steel_bar.free_body())
+
+    timed = f"a step of S4, {steel_bar.FREE_MODES} modes"
+    return _of_steps("damping where C = 0", timed, build, with_zeros, BAR_STEP, rounds)
+
+
+def forces(rounds: int) -> Skip:
+    """Leave out forces that do no work, or ask for them at every output."""
+    model = swinging_arm.swinging_arm().build()
+
+    def run(asks: bool) -> np.ndarray:
+        result = Result(model, integrate(model, (0.0, 0.5), rtol=1e-5, output_step=5e-3, progress=False))
+        if asks:
+            result.coupling_force("arm", "root")
+            result.joint_reaction("hub")
+        return result.position("tip")
+
+    clocks = (lambda: seconds(lambda: run(False)), lambda: seconds(lambda: run(True)))
+    return compared("forces F_u that nobody asks for", "the demo to 0.5 s", clocks, (run(False), run(True)), rounds)
+
+
+def cached(rounds: int) -> Skip:
+    """Read a body whose mesh and options have not changed from the cache, or assemble and reduce it again."""
+
+    def make(is_cached: bool) -> FlexibleBody:
+        return steel_bar.made_body(8, is_cached=is_cached)
+
+    make(True)
+    clocks = (lambda: seconds(lambda: make(True)), lambda: seconds(lambda: make(False)))
+    values = (make(True).frequencies, make(False).frequencies)
+    return compared(
+        "assembly and reduction of an unchanged mesh", "the body of S3", clocks, values, min(rounds, FEW_ROUNDS)
+    )
+
+
+SKIPS: dict[str, Callable[[int], Skip]] = {
+    "imports": imports,
+    "planar": planar,
+    "elastic": elastic,
+    "springs": springs,
+    "constraints": constraints,
+    "damping": damping,
+    "forces": forces,
+    "cached": cached,
+}
+
+
+def _chain(axes: str = "yz") -> Model:
+    return chain_scene(LINKS, axes).freeze()
+
+
+def _of_steps(
+    what: str, timed: str, build: Callable[[], Model], undo: Callable[[OrderN], None], step: float, rounds: int
+) -> Skip:
+    """Return a skip from compiled runs of a scene and of the same one whose tables were changed."""
+    sparing, full = build(), build()
+    if full.order_n is None:
+        raise SimulationError("the scene has no tables to be changed")
+    undo(full.order_n)
+    end = STEPS * step
+
+    def run(model: Model) -> np.ndarray:
+        found = integrate(model, (0.0, end), method="rk4", step=step, output_step=end, progress=False)
+        return np.concatenate((found.coordinates[-1], found.speeds[-1]))
+
+    clocks = (lambda: seconds(lambda: run(sparing)) / STEPS, lambda: seconds(lambda: run(full)) / STEPS)
+    return compared(what, timed, clocks, (run(sparing), run(full)), rounds)

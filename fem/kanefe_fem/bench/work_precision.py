@@ -1,0 +1,76 @@
+"""Curves of error against CPU time: every method of a scene over its tolerances or steps."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from kanefe.errors import MissingDependency, ModelError
+from kanefe_fem.bench.references import Reference
+from kanefe_fem.bench.runs import MOST_RUNS, Point, point
+from kanefe_fem.bench.scene import BenchScene
+from kanefe_fem.bench.settings import settings_of
+
+LONGEST, LONGEST_QUICK = 10.0, 1.0
+"""CPU time of a run in s, above which a curve ends."""
+
+FLOOR = 3.0
+"""A curve ends where its error is below this many times that of the reference."""
+
+HOPELESS = 6
+"""So many failures in a row from the start, and a method is left alone: one that is not stable needs a small step."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How much a benchmark takes on.
+
+    Parameters
+    ----------
+    quick : bool
+        Every other tolerance or step, fewer repetitions, short runs only.
+    """
+
+    quick: bool = False
+
+    @property
+    def longest(self) -> float:
+        """CPU time of a run in s above which a curve ends."""
+        return LONGEST_QUICK if self.quick else LONGEST
+
+    @property
+    def runs(self) -> int:
+        """How often a short run is repeated at most."""
+        return 3 if self.quick else MOST_RUNS
+
+
+def curve(scene: BenchScene, method: str, exact: Reference, limits: Limits) -> Iterator[Point]:
+    """Yield the points of a method, from coarse to fine, until it is as good as the reference or takes too long."""
+    model, failures, slow = scene.build(), 0, 0
+    for setting in settings_of(scene, method, limits.quick):
+        try:
+            found = point(model, scene, setting, exact.values, limits.runs)
+        except (ModelError, MissingDependency) as refusal:
+            print(f"{scene.name} is not run by {setting.text}: {refusal}", file=sys.stderr, flush=True)
+            return
+        yield found
+        failures = 0 if found.is_good else failures + 1
+        slow += found.seconds > limits.longest
+        # a coarse run of an explicit method may take longer than a fine one, and fail
+        if failures > HOPELESS or (slow and found.is_good) or slow > 1 or found.error < FLOOR * exact.agreement:
+            return
+
+
+def settled(points: Iterable[Point], error: float) -> Point | None:
+    """Return the fastest run that is at least this good, as all finer runs of its method are; None if there is none.
+
+    A coarse run may be good by luck: a finer one that is worse shows that it was.
+    """
+    kept: dict[str, list[Point]] = {}
+    for p in points:
+        if p.is_good and p.error <= error:
+            kept.setdefault(p.method, []).append(p)
+        else:
+            kept[p.method] = []
+    return min((p for good in kept.values() for p in good), key=lambda p: p.seconds, default=None)
