@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.constraint_tables import loop_tables
+from kanefe.drive_tables import drive_tables
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.joints import Planar
@@ -67,9 +68,10 @@ class OrderN:
         self.seats: Sequence[Seat] = tuple(builder.seats)
         self.inputs = builder.inputs
         self._constants = self.inputs.constants if self.inputs.is_constant else None
-        parts = self.inputs.compiled()
+        parts = tuple(self.inputs.compiled())
         self._fill = filler(parts) if parts else None
         self._drives = model.drives
+        self._motions = drive_tables(model)
 
     @staticmethod
     def is_possible(model: Model) -> bool:
@@ -82,7 +84,8 @@ class OrderN:
     def is_autonomous(self) -> bool:
         """Whether no Python function is called in a run, so that whole runs can be compiled."""
         calls_python = not self.inputs.is_constant and self._fill is None
-        return not calls_python and not self._drives and self.loops is None
+        has_python_motions = bool(self._drives) and self._motions is None
+        return not (calls_python or has_python_motions) and self.loops is None
 
     def drives(self, t: float) -> np.ndarray:
         """Return position, speed and acceleration of the driven coordinates, (driven, 3)."""
@@ -184,13 +187,15 @@ class OrderN:
         is_implicit: bool,
     ) -> tuple[int, float]:
         """Call the kernel of the scene: that of the plane for real states of planar ones, else that of space."""
-        drives, fill = self.drives(t), self._fill if vectors.dtype == float else None
+        motions = None if run is None else self._motions
+        drives = self.drives(t) if motions is None else np.empty((len(self._drives), 3))
+        fill = self._fill if vectors.dtype == float else None
         shares = share_damping, share_stiffness
         planar = self.planar if self._is_planar_if_implicit or not is_implicit else None
         if planar is not None and vectors.dtype == float:
-            return march_planar(planar, drives, None, fill, t, inputs, vectors, *shares, run)
+            return march_planar(planar, drives, motions, fill, t, inputs, vectors, *shares, run)
         scene = self.tables, self.flexible, self.between, self.loops
-        return march(*scene, drives, None, fill, t, inputs, vectors, *shares, run)
+        return march(*scene, drives, motions, fill, t, inputs, vectors, *shares, run)
 
     def _explain(self, t: float, q: Vector, u: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""

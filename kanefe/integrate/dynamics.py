@@ -50,7 +50,8 @@ class Dynamics:
     @property
     def calls_functions(self) -> bool:
         """Whether loads or drives are functions of the user, which may change within a step."""
-        return bool(self._order_n is None or not self._order_n.inputs.is_constant or self.model.driven_count)
+        is_constant = self._order_n is not None and self._order_n.inputs.is_constant
+        return not is_constant or any(motion.pieces is None for motion, _ in self.model.drives)
 
     @property
     def is_tree_in_order_n(self) -> bool:
@@ -62,6 +63,12 @@ class Dynamics:
         if self._order_n is None:
             raise TypeError("this scene needs the literal route")
         return self._order_n.go_on(run, vectors, is_implicit)
+
+    def name_what_is_not_finite(self, t: float, y: Vector) -> None:
+        """Raise the ModelError of a load or motion that gives no numbers at a state; none if all do."""
+        if self._order_n is not None:
+            self._order_n.drives(t)
+            self._order_n.values(t, *self.parts(y))
 
     def implicit_rate(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> None:
         """Write a linearly implicit evaluation: see `OrderN.evaluate`."""

@@ -29,13 +29,16 @@ from kanefe.kernels.stepping import (
     IMPLICIT,
     IS_FIXED,
     LARGEST,
+    LARGEST_OF_DRIVES,
     MAP,
     MAP_SIZE,
     NEXT_OUTPUT,
     NEXT_STEP,
+    NO_NUMBERS,
     PROJECT,
     PUSH_STIFFNESS,
     RATES,
+    REASON,
     REJECTED,
     RELATIVE,
     SCALE,
@@ -107,9 +110,10 @@ class KernelStepper:
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * (stop - start)
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
+        reals[LARGEST_OF_DRIVES] = math.inf
         reals[RELATIVE] = max(control.rtol, 3e-14)
         if control.step is not None:
-            integers[IS_FIXED], reals[NEXT_STEP], reals[LARGEST] = 1, control.step, math.inf
+            integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
             if method.is_implicit:
                 integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS
         self._no_answer: tuple[float, KanefeError] | None = None
@@ -230,9 +234,14 @@ class KernelStepper:
         self._vectors[SLOPE] = np.nan
 
     def _failure(self) -> KanefeError:
+        if self._dynamics.is_autonomous:  # in compiled code nothing was said of functions that give no numbers
+            self._dynamics.name_what_is_not_finite(float(self._reals[TIME_AT]), self._vectors[AT])
         span = self._reals[SMALLEST] / SMALLEST_STEP
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * span:
             return self._no_answer[1]
+        if self._integers[REASON] == NO_NUMBERS:
+            worst = int(self._integers[WORST])
+            return StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
         return StepFailure(
             f"{self.name} found no step of {self._reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
             "check loads for jumps or growth without bound there, or loosen rtol",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,6 +25,15 @@ class Motion:
     span : (float, float)
         First and last time at which the motion is known, s.
 
+    Runs stay in compiled code where a motion is `steady` or from a `table`, or its three functions are compiled by
+    numba.
+
+    Attributes
+    ----------
+    pieces : ndarray or None, shape (n, 5)
+        Of a steady motion and of a table: when each piece starts (s), and the coefficients of the powers 0 to 3 of the
+        time since.
+
     Raises
     ------
     ModelError
@@ -39,6 +48,7 @@ class Motion:
     velocity: Callable[[float], float] | None = None
     acceleration: Callable[[float], float] | None = None
     span: tuple[float, float] = (-math.inf, math.inf)
+    pieces: np.ndarray | None = field(init=False, default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         missing = [name for name in ("velocity", "acceleration") if getattr(self, name) is None]
@@ -51,7 +61,8 @@ class Motion:
     @classmethod
     def steady(cls, rate: float, start: float = 0.0) -> Motion:
         """Return the motion ``start + rate t`` (rad/s or m/s)."""
-        return cls(lambda t: start + rate * t, lambda t: rate, lambda t: 0.0)
+        motion = cls(lambda t: start + rate * t, lambda t: rate, lambda t: 0.0)
+        return motion._of_pieces(np.array([[0.0, start, rate, 0.0, 0.0]]))
 
     @classmethod
     def table(cls, times: Sequence[float], positions: Sequence[float]) -> Motion:
@@ -98,7 +109,25 @@ class Motion:
         from scipy.interpolate import CubicSpline
 
         spline = CubicSpline(t, x, bc_type="not-a-knot")
-        return cls(spline, spline.derivative(1), spline.derivative(2), (float(t[0]), float(t[-1])))
+        motion = cls(spline, spline.derivative(1), spline.derivative(2), (float(t[0]), float(t[-1])))
+        return motion._of_pieces(np.column_stack((spline.x[:-1], spline.c[::-1].T)))
+
+    def _of_pieces(self, pieces: np.ndarray) -> Motion:
+        pieces.flags.writeable = False
+        object.__setattr__(self, "pieces", pieces)
+        return self
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether all three functions are compiled by numba."""
+        return all(hasattr(function, "py_func") for function in (self.position, self.velocity, self.acceleration))
+
+    @property
+    def known(self) -> tuple[float, float]:
+        """First and last time at which the motion may be asked for, s: the end of a step may miss that of a table."""
+        first, last = self.span
+        round_off = 1e-9 * (last - first) if math.isfinite(last - first) else 0.0
+        return first - round_off, last + round_off
 
     def at(self, name: str, t: float, body: str) -> float:
         """Return the position, velocity or acceleration (by name) at time t.
@@ -108,9 +137,9 @@ class Motion:
         ModelError
             If it is not finite or not known there; the message names the body and the time.
         """
-        first, last = self.span
-        # the end of a step may miss the end of the table by round-off
-        if not first - 1e-9 * (last - first) <= t <= last + 1e-9 * (last - first):
+        earliest, latest = self.known
+        if not earliest <= t <= latest:
+            first, last = self.span
             raise ModelError(
                 f"the motion of body {body!r} is given from {first:.6g} to {last:.6g} s and was asked for at "
                 f"t = {t:.6g} s. Remedy: a longer table, or a shorter run"

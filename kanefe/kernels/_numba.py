@@ -10,8 +10,9 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -99,11 +100,12 @@ Part = tuple[Callable[..., Any], int, int, bool]
 """A compiled function of the user, where its values go, how many they are (0: a number by itself), and takes it y."""
 
 
-def filler(parts: Sequence[Part]) -> Callable[..., None]:
+@lru_cache(maxsize=64)
+def filler(parts: tuple[Part, ...]) -> Callable[..., None]:
     """Return a function (t, y, inputs) that writes what compiled functions of the user give.
 
     It is a pointer to machine code with one type for all scenes, so that kernels which call it need not be compiled
-    for each.
+    for each. Kept, since a scene is frozen anew for every run, which would wait for it.
     """
     if not IS_COMPILED:
 

@@ -9,6 +9,7 @@ import numpy as np
 from kanefe.kernels._numba import entry, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.constraints import Loops, hold, hold_size
+from kanefe.kernels.drives import Drives, put_drives
 from kanefe.kernels.elastic import span, total
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.inertia import set_inertia
@@ -43,6 +44,7 @@ from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.stepping import (
     AT,
     IMPLICIT,
+    LARGEST_OF_DRIVES,
     NO_INERTIA,
     NOT_FINITE,
     PUSH_DAMPING,
@@ -105,7 +107,7 @@ def march(
     between: Interactions | None,
     loops: Loops | None,
     drives: np.ndarray,
-    drive: Callable[..., None] | None,
+    motions: Drives | None,
     fill: Callable[..., None] | None,
     t: float,
     inputs: np.ndarray,
@@ -126,8 +128,8 @@ def march(
         None leaves out their code.
     drives : ndarray, shape (driven, 3)
         Position, speed and acceleration of the driven coordinates.
-    drive : function (t, drives) or None
-        Writes them, where motions are compiled functions.
+    motions : Drives or None
+        Of a run: with them it goes on in compiled code; None: the drives are as given.
     fill : function (t, y, inputs) or None
         Writes the values of loads that are compiled functions.
     t : float
@@ -178,8 +180,10 @@ def march(
             is_implicit = command == IMPLICIT
             t = run.reals[TIME_AT]
             share_damping, share_stiffness = run.reals[SHARE_DAMPING], run.reals[SHARE_STIFFNESS]
-        if drive is not None:
-            drive(t, drives)
+        if motions is not None:
+            longest = put_drives(motions, t, drives)
+            if run is not None:
+                run.reals[LARGEST_OF_DRIVES] = longest
         rates_of_coordinates(tables, flexible, q, u, slope)
         sweep_outward(tables, flexible, drives, q, u, work, modal)
         set_inertia(tables, flexible, work, modal)

@@ -98,7 +98,8 @@ def _size(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: n
     weigh(vectors, table[first + 1], stages + 1, h, error)
     low = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW])
     integers[WORST] = worst
-    return size * size / np.sqrt(size * size + 0.01 * low * low)
+    ratio = 0.1 * low / size  # of squares, those of small errors would vanish
+    return size / np.sqrt(1.0 + ratio * ratio)
 
 
 @kernel

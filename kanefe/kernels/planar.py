@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.kernels._numba import entry
 from kanefe.kernels.cosines import put_cosines
+from kanefe.kernels.drives import Drives, put_drives
 from kanefe.kernels.implicit import stiffen_joints
 from kanefe.kernels.joint_forces import add_joint_forces
 from kanefe.kernels.layout import COORDINATES, DRIVES, SPEEDS
@@ -18,6 +19,7 @@ from kanefe.kernels.planar_outward import set_ground, sweep_outward, sweep_turns
 from kanefe.kernels.stepping import (
     AT,
     IMPLICIT,
+    LARGEST_OF_DRIVES,
     NO_INERTIA,
     NOT_FINITE,
     PUSH_DAMPING,
@@ -37,7 +39,7 @@ from kanefe.kernels.stepping import (
 def march_planar(
     tables: PlanarTables,
     drives: np.ndarray,
-    drive: Callable[..., None] | None,
+    motions: Drives | None,
     fill: Callable[..., None] | None,
     t: float,
     inputs: np.ndarray,
@@ -69,8 +71,10 @@ def march_planar(
             is_implicit = command == IMPLICIT
             t = run.reals[TIME_AT]
             share_damping, share_stiffness = run.reals[SHARE_DAMPING], run.reals[SHARE_STIFFNESS]
-        if drive is not None:
-            drive(t, drives)
+        if motions is not None:
+            longest = put_drives(motions, t, drives)
+            if run is not None:
+                run.reals[LARGEST_OF_DRIVES] = longest
         sweep_turns(tables, drives, q, u, angles, work)
         put_cosines(angles, cosines, sines)
         sweep_outward(tables, drives, q, u, rates, cosines, sines, len(tables.loads) > 0, work)

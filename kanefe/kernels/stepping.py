@@ -51,7 +51,7 @@ OF_METHOD = 20  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
 # Why a method failed
-TOO_SMALL, NO_CONVERGENCE = 1, 2
+TOO_SMALL, NO_CONVERGENCE, NO_NUMBERS = 1, 2, 3
 
 # How coordinates move
 STRAIGHT, TURNING = 0, 1
@@ -73,7 +73,8 @@ STRAIGHT, TURNING = 0, 1
     WEAKEST,
     LARGEST,
     FILTER_STEP,
-) = range(15)
+    LARGEST_OF_DRIVES,
+) = range(16)
 REALS_OF_METHOD = 16
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
@@ -145,7 +146,11 @@ def scaled_size(
 
 @kernel
 def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np.ndarray) -> int:
-    """Make `new` the state at the end of the step, and say so."""
+    """Make `new` the state at the end of the step, and say so; a step to what is no number fails."""
+    for i in range(len(new)):
+        if not abs(new[i]) < np.inf:
+            integers[REASON], integers[WORST] = NO_NUMBERS, i
+            return FAILED
     copy(vectors[STATE], vectors[STATE_OLD])
     copy(new, vectors[STATE])
     reals[TIME_OLD] = reals[TIME]
@@ -185,7 +190,8 @@ def is_finite(x: np.ndarray) -> bool:
 def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
     """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
     rest = reals[STOP] - reals[TIME]
-    wanted = min(wanted, reals[LARGEST])
+    if not integers[IS_FIXED]:
+        wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES])
     integers[LAST_STEP] = 1 if wanted >= rest * (1.0 - 1e-9) else 0
     if integers[LAST_STEP]:
         reals[STEP] = rest
