@@ -13,6 +13,7 @@ from kanefe.chosen import Frames, frame_index, node_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.status import RunStatus
+from kanefe.integrate.summary import summary
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.model import Model
 from kanefe.quantities import (
@@ -81,7 +82,13 @@ class Result:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Method, steps, evaluations and seconds of the run."""
+        """What did the run and what it cost; ``print(result)`` tells it in a few lines.
+
+        "method" and the "reason" why it was chosen, its "rtol" or "step"; how many "steps", "rejected" steps,
+        "evaluations" of the equations, "factorisations" and "jacobians" there were; "seconds" in all, and
+        "seconds_by_part": set-up, compiling (or reading compiled kernels), steps, outputs, events, checkpoints. Forces
+        and what else a result computes when it is asked for them are not among them.
+        """
         return self._channels.statistics
 
     @property
@@ -93,6 +100,9 @@ class Result:
     def events(self) -> dict[str, np.ndarray]:
         """Times at which each event happened, by name, s; see `kanefe.Event`."""
         return dict(self._channels.events)
+
+    def __str__(self) -> str:
+        return summary(self.status, self.statistics, self.events)
 
     def raise_for_status(self) -> None:
         """Raise a SimulationError that says what happened if the run failed on its way.

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.integrate.clock import Clock
 from kanefe.integrate.methods import METHODS, Choice
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepFailure
+from kanefe.kernels._numba import IS_COMPILED, filler, seconds_compiling
 from test_integrate import ADAPTIVE, double_pendulum
 
 
@@ -200,8 +202,57 @@ def test_bad_limits_and_outputs_are_named(options: dict[str, Any], message: str)
 def test_seconds_are_told_by_part() -> None:
     event = kf.Event("e", lambda t, state: t - 0.5)
     found = double_pendulum().simulate((0.0, 1.0), events=event).statistics
-    assert set(found["seconds_by_part"]) == {"set-up", "steps", "events"}
+    assert set(found["seconds_by_part"]) - {"compiling"} == {"set-up", "steps", "events"}
     assert found["seconds"] == pytest.approx(sum(found["seconds_by_part"].values()))
+
+
+def test_what_is_compiled_within_a_part_is_a_part_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = iter([0.0, 0.0, 3.0, 7.0])
+    monkeypatch.setattr("kanefe.integrate.clock.seconds_compiling", lambda: next(compiled))
+    clock = Clock()
+    with clock.part("set-up"):
+        pass
+    assert list(clock.seconds) == ["set-up"]
+    with clock.part("steps"):
+        pass
+    assert clock.seconds["compiling"] == 4.0
+    assert clock.seconds["steps"] == pytest.approx(-4.0, abs=0.1)
+
+
+@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+def test_compiling_is_noticed() -> None:
+    before = seconds_compiling()
+    assert filler(((compiled_function(), 0, 0, False),)) is not None
+    assert seconds_compiling() > before
+
+
+def compiled_function() -> Any:
+    import numba
+
+    return numba.njit(lambda t: 2.0 * t)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_result_tells_what_it_cost(method: str) -> None:
+    options: dict[str, Any] = {} if METHODS[method].has_error_control else {"step": 0.03}
+    told = straight_line().simulate((0.0, 1.0), method=method, **options).statistics
+    counts = [told[name] for name in ("steps", "rejected", "evaluations", "factorisations", "jacobians")]
+    assert all(isinstance(count, int) for count in counts)
+    assert told["steps"] > 0
+    assert told["evaluations"] >= told["steps"]
+    assert told["method"] == method
+    assert told["reason"] == "asked for"
+
+
+def test_a_result_tells_itself_in_a_few_lines() -> None:
+    events = [kf.Event("half", lambda t, state: t - 0.5), kf.Event("never", lambda t, state: t - 9.0)]
+    result = straight_line().simulate((0.0, 2.0), method="rk4", step=0.125, events=events)
+    status, method, counts, seconds, happened = str(result).splitlines()
+    assert status == "the run finished at t = 2 s"
+    assert method == "  method  rk4 (asked for), step 0.125"
+    assert counts == f"  counts  16 steps, {result.statistics['evaluations']} evaluations"
+    assert seconds.startswith("  time    ")
+    assert happened == "  events  half 1, never 0"
 
 
 def test_a_partial_result_is_saved_and_loaded_with_its_status_and_events(tmp_path) -> None:

@@ -6,9 +6,11 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from kanefe.kernels._numba import seconds_compiling
+
 
 class Clock:
-    """Seconds by part; parts do not lie within each other.
+    """Seconds by part; parts do not lie within each other. What is compiled in one of them is a part by itself.
 
     Examples
     --------
@@ -25,8 +27,14 @@ class Clock:
     @contextmanager
     def part(self, name: str) -> Iterator[None]:
         """Add the time of what is inside to a part."""
-        began = time.perf_counter()
+        began, compiled = time.perf_counter(), seconds_compiling()
         try:
             yield
         finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - began
+            compiled = seconds_compiling() - compiled
+            self._add(name, time.perf_counter() - began - compiled)
+            if compiled > 0.0:
+                self._add("compiling", compiled)
+
+    def _add(self, name: str, seconds: float) -> None:
+        self.seconds[name] = self.seconds.get(name, 0.0) + seconds

@@ -31,6 +31,9 @@ SMALLEST_STEP = 1e-12
 
 SOME_STEPS = 20
 
+COUNTED = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
+"""What the statistics of every run tell, zero where a method has no such thing."""
+
 WORKS_NAMES = ("dissipated energy", "work of the loads")
 
 
@@ -113,7 +116,7 @@ class RunLoop:
     @property
     def statistics(self) -> dict[str, int | float]:
         """What the method has counted, with what was counted before the run was resumed."""
-        now = self._stepper.statistics
+        now = dict.fromkeys(COUNTED, 0) | self._stepper.statistics
         return {name: value + self._before.get(name, 0) for name, value in now.items()}
 
     def resume(self, progress: Progress) -> None:
@@ -160,8 +163,12 @@ class RunLoop:
                 return self._ended(limit)
             most = self._chunk if self._limits.steps is None else min(self._chunk, self._limits.steps - steps)
             try:
+                stored = self.stored
                 with self._clock.part("steps"):
                     self._march(most)
+                if self.accelerations is not None:
+                    with self._clock.part("outputs"):
+                        self._store_accelerations(stored, self.stored)
                 self._check_progress()
                 if self._watch and (stopped := self._events(self._watch)) is not None:
                     return stopped
@@ -186,7 +193,6 @@ class RunLoop:
             raise
         finally:
             self._bar.update(stepper.t - self._start - self._bar.n)
-        self._store_accelerations(first, self.stored)
         if self._chunk > 1:
             wanted = most * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
             self._chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self._chunk)))

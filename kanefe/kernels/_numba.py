@@ -31,6 +31,7 @@ RELAXED = {"contract", "nsz", "arcp"}
 INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 
 _entries: dict[str, Any] = {}
+_timers: list[Any] = []
 
 
 def kernel(function: Function) -> Function:
@@ -208,3 +209,10 @@ def _announce_compilation(folder: Path | None) -> None:
             """Nothing to say."""
 
     event.register("numba:compile", Announcement())
+    _timers.append(event.TimingListener())
+    event.register("numba:compiler_lock", _timers[0])
+
+
+def seconds_compiling() -> float:
+    """Return how long, since the process began, functions have been compiled or read from the cache."""
+    return float(_timers[0].duration) if _timers and _timers[0].done else 0.0
