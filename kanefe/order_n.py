@@ -19,6 +19,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.joints import Planar
 from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kernels._numba import filler
+from kanefe.kernels.derivatives import derivatives
 from kanefe.kernels.equations import march
 from kanefe.kernels.frames_of_rows import frames_of_rows
 from kanefe.kernels.planar import march_planar
@@ -158,6 +159,26 @@ class OrderN:
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
             self.values(t, y[:n].real, y[n : n + m].real)
         return weakest
+
+    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix:
+        """Return derivatives of dy/dt along directions in the rows of a matrix, (k, state) both; exact to round-off.
+
+        Functions of the user that look at the state count as constant: their derivatives are not known.
+
+        Raises
+        ------
+        SimulationError
+            If the mass matrix is singular; the message names the speeds without inertia.
+        """
+        n, m = self._sizes
+        vectors = np.empty((2, len(y)), dtype=complex)
+        vectors[AT] = y
+        inputs = self.values(t, y[:n], y[n : n + m])
+        found = np.empty((len(directions), len(y)))
+        scene = self.tables, self.flexible, self.between, self.loops
+        if not derivatives(*scene, self.drives(t), t, inputs, vectors, directions, found):
+            self._explain(t, y[:n], y[n : n + m])
+        return found
 
     def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool) -> int:
         """Go on with a run without leaving compiled code; return what its method wants that is not to be had there.

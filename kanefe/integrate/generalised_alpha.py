@@ -21,12 +21,12 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit import BESIDE
 from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, no_step
+from kanefe.integrate.scales import displacement_scales
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
 from kanefe.model import Model
-from kanefe.scene_length import joint_scales, scene_length
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods import StepControl
@@ -287,20 +287,6 @@ def _factored(h: float, mass: Matrix, matrix: Matrix) -> _Kept:
 def _solve_held(solver: ConstrainedSolver, force: Vector) -> Vector:
     """Return the motion that a force causes with the loops held."""
     return solver.solve(force, np.zeros(solver.row_count))[0]
-
-
-def displacement_scales(model: Model) -> np.ndarray:
-    """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
-    length = scene_length(model)
-    scales = joint_scales(model, length)
-    for body in model.bodies:
-        if body.flexible:
-            flexible = body.flexible.body
-            extent = float(np.ptp(flexible.nodes, axis=0).max()) or length
-            # kinetic energy 1/2 m_i deta^2: eta = sqrt(m / m_i) L moves the body by about its length
-            modal = np.diag(flexible.moments.elastic_mass)[: flexible.free_count]
-            scales[body.flexible.speeds] = extent * np.sqrt(flexible.mass / np.maximum(modal, 1e-300))
-    return scales
 
 
 def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:

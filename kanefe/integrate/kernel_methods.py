@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels import extrapolation, stepping
+from kanefe.kernels import extrapolation, radau, stepping
 from kanefe.kernels._numba import pointer
 from kanefe.kernels.explicit_steps import (
     DENSE,
@@ -36,8 +36,8 @@ class KernelMethod:
     name : str
     advance, interpolate : function
         Kernels.
-    rows, reals : int
-        Rows of vectors and reals that it takes.
+    rows, rows_per_speed, reals : int
+        Rows of vectors that it takes, further ones for every speed, and reals.
     integers : dict of int to int
         Its own integers at the start.
     table : ndarray
@@ -53,7 +53,8 @@ class KernelMethod:
     reals: int
     integers: dict[int, int]
     table: Matrix
-    is_implicit: bool
+    is_implicit: bool = False
+    rows_per_speed: int = 0
 
     @cached_property
     def pointers(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -82,6 +83,18 @@ def kernel_method(name: str) -> KernelMethod:
         )
     from kanefe.integrate import tableaus
 
+    if name == "radau5":
+        rows, rows_per_speed = radau.rows_needed()
+        return KernelMethod(
+            name,
+            radau.advance_radau,
+            radau.interpolate_radau,
+            rows,
+            radau.REALS,
+            {stepping.JACOBIAN_ROW: radau.JACOBIAN_ROWS},
+            tableaus.radau_iia(),
+            rows_per_speed=rows_per_speed,
+        )
     makers = {
         "rk4": tableaus.classical,
         "dopri5": tableaus.dormand_prince_5,
@@ -104,5 +117,4 @@ def kernel_method(name: str) -> KernelMethod:
         stepping.REALS_OF_METHOD,
         integers,
         tableau.table,
-        is_implicit=False,
     )

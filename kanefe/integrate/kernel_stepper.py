@@ -13,21 +13,24 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit import BESIDE
-from kanefe.integrate.generalised_alpha import displacement_scales
 from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
+from kanefe.integrate.scales import coordinate_moves, state_scales
 from kanefe.integrate.stepper import StepFailure
-from kanefe.joints import Free, Spherical
 from kanefe.kernels import extrapolation
 from kanefe.kernels.stepping import (
     AT,
     COMMAND,
     COORDINATES,
     EVALUATIONS,
+    FACTORISATIONS,
     FAILED,
     FILTER,
     HAS_LOOPS,
     IMPLICIT,
     IS_FIXED,
+    JACOBIAN,
+    JACOBIAN_ROW,
+    JACOBIANS,
     LARGEST,
     LARGEST_OF_DRIVES,
     MAP,
@@ -53,18 +56,15 @@ from kanefe.kernels.stepping import (
     STEPS,
     STOP,
     STORED,
-    STRAIGHT,
     TIME,
     TIME_AT,
     TIME_OLD,
-    TURNING,
     WANTS_DENSE,
     WORST,
     Run,
     interpolated,
     next_command,
 )
-from kanefe.model import Model
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods import StepControl
@@ -74,6 +74,9 @@ SMALLEST_STEP = 1e-12
 
 LEAST_STEPS = 100
 """Steps of a run at least, where loads or drives are functions."""
+
+ITERATED = 1e-10, 1e-12
+"""Relative and absolute tolerance to which methods iterate where steps are fixed."""
 
 
 class KernelStepper:
@@ -99,7 +102,7 @@ class KernelStepper:
         moves = coordinate_moves(model)
         self._integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
         self._reals = np.zeros(method.reals)
-        self._vectors = np.zeros((method.rows, n + m + WORKS))
+        self._vectors = np.zeros((method.rows + method.rows_per_speed * m, n + m + WORKS))
         integers, reals = self._integers, self._reals
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
@@ -111,15 +114,16 @@ class KernelStepper:
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
         reals[LARGEST_OF_DRIVES] = math.inf
-        reals[RELATIVE] = max(control.rtol, 3e-14)
+        rtol, atol = max(control.rtol, 3e-14), max(control.atol, 1e-300)
         if control.step is not None:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
+            rtol, atol = ITERATED
             if method.is_implicit:
                 integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS
         self._no_answer: tuple[float, KanefeError] | None = None
         self._vectors[STATE] = dynamics.initial_state(start)
         scales, frequencies = state_scales(model)
-        self._vectors[SCALE] = max(control.atol, 1e-300) * scales
+        reals[RELATIVE], self._vectors[SCALE] = rtol, atol * scales
         self._vectors[FILTER] = frequencies**2
 
     @property
@@ -134,13 +138,15 @@ class KernelStepper:
 
     @property
     def statistics(self) -> dict[str, int | float]:
-        """Steps, rejected steps and evaluations."""
-        integers = self._integers
-        return {
-            "steps": int(integers[STEPS]),
-            "rejected": int(integers[REJECTED]),
-            "evaluations": int(integers[EVALUATIONS]),
-        }
+        """Steps, rejected steps and evaluations; factorisations and Jacobians of methods that make them."""
+        counts = {"steps": STEPS, "rejected": REJECTED, "evaluations": EVALUATIONS}
+        if self._has_jacobian:
+            counts |= {"factorisations": FACTORISATIONS, "jacobians": JACOBIANS}
+        return {name: int(self._integers[place]) for name, place in counts.items()}
+
+    @property
+    def _has_jacobian(self) -> bool:
+        return JACOBIAN_ROW in self._method.integers
 
     def state(self) -> Vector:
         """Return the state at t."""
@@ -199,6 +205,10 @@ class KernelStepper:
                 continue
             if command == PROJECT:
                 vectors[STATE] = dynamics.projected(self.t, vectors[STATE])
+            elif command == JACOBIAN:
+                found = dynamics.derivatives(self.t, vectors[STATE])
+                first = integers[JACOBIAN_ROW]
+                vectors[first : first + len(found), : found.shape[1]] = found
             elif command == FAILED:
                 raise self._failure()
             else:
@@ -247,44 +257,3 @@ class KernelStepper:
             "check loads for jumps or growth without bound there, or loosen rtol",
             int(self._integers[WORST]),
         )
-
-
-def coordinate_moves(model: Model) -> list[tuple[int, int, int]]:
-    """Return how coordinates move with the speeds: kind, coordinate and speed, see `kanefe.kernels.stepping`."""
-    moves = []
-    for body in model.bodies:
-        at, speeds = body.free_coordinates()
-        straight = len(at)
-        if isinstance(body.joint, (Free, Spherical)):
-            straight = len(at) - 4
-        moves += [(STRAIGHT, int(q), int(u)) for q, u in zip(at[:straight], speeds[:straight], strict=False)]
-        if straight < len(at):
-            moves.append((TURNING, int(at[straight]), int(speeds[straight])))
-        if body.flexible:
-            first, speed = body.flexible.eta.start, body.flexible.speeds.start
-            moves += [(STRAIGHT, first + i, speed + i) for i in range(body.flexible.body.free_count)]
-    return moves
-
-
-def state_scales(model: Model) -> tuple[Vector, Vector]:
-    """Return what counts as a large value of each component of (q, u, works), and its frequency in rad/s; 0: none.
-
-    Large are a radian, the size of the scene in m and what moves a body by its size in modal units; and these a second.
-    A modal speed counts in the amplitude that it causes: against a large displacement times the frequency of its mode.
-    """
-    n, m = model.coordinate_count, model.free_count
-    displacements = displacement_scales(model)
-    modal = np.zeros(m)
-    for body in model.bodies:
-        if body.flexible:
-            k = body.flexible.body.free_count
-            stiffness = np.diag(body.flexible.body.stiffness)[:k]
-            mass = np.diag(body.flexible.body.moments.elastic_mass)[:k]
-            modal[body.flexible.speeds] = np.sqrt(np.maximum(stiffness, 0.0) / mass)
-    scales, frequencies = np.ones(n + m + WORKS), np.zeros(n + m + WORKS)
-    for kind, at, speed in coordinate_moves(model):
-        if kind == STRAIGHT:
-            scales[at], frequencies[at] = displacements[speed], modal[speed]
-    scales[n : n + m] = displacements * np.maximum(1.0, modal)
-    frequencies[n : n + m] = modal
-    return scales, frequencies

@@ -110,6 +110,7 @@ METHODS: dict[str, Method] = {
         Method("dop853", _order_8, has_fixed_steps=True, takes_atol=True),
         Method("rk4", _kernel("rk4"), has_error_control=False, has_fixed_steps=True),
         Method("extrapolation", _kernel("extrapolation"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-9),
+        Method("radau5", _kernel("radau5"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-12),
         Method(GeneralisedAlphaStepper.name, GeneralisedAlphaStepper),
     )
 }

@@ -60,6 +60,28 @@ def classical() -> Tableau:
     return Tableau(_padded(rows), 4, 0, 0, 0, 4)
 
 
+def radau_iia() -> Matrix:
+    """Return the nodes and the transformation of Radau IIA of order 5, as `kanefe.kernels.radau` reads them.
+
+    The inverse of its matrix has one real eigenvalue and a pair of complex ones (Hairer & Wanner, Solving Ordinary
+    Differential Equations II, 1996, table 5.6 and IV.8).
+    """
+    r = np.sqrt(6.0)
+    nodes = np.array([(4.0 - r) / 10.0, (4.0 + r) / 10.0, 1.0])
+    powers = np.vander(nodes, 3, increasing=True)
+    # collocation: exact integrals of 1, c and c^2 from zero to each node
+    A = (nodes[:, None] ** np.arange(1, 4) / np.arange(1, 4)) @ np.linalg.inv(powers)
+    values, shapes = np.linalg.eig(np.linalg.inv(A))
+    real, upper = int(np.argmin(abs(values.imag))), int(np.argmax(values.imag))
+    shape, pair = shapes[:, real].real, shapes[:, upper] / shapes[2, upper]
+    T = np.column_stack((shape / shape[2], pair.real, -pair.imag))
+    gamma = values[real].real
+    # the error estimate: a formula of order 3 with the rates at the start, whose share is 1 / gamma
+    error = np.linalg.solve(powers.T, 1.0 / np.arange(1, 4) - np.array([1.0 / gamma, 0.0, 0.0]))
+    weights = gamma * (np.linalg.inv(A).T @ (error - A[2]))
+    return np.vstack((nodes, T, np.linalg.inv(T), weights, [gamma, values[upper].real, values[upper].imag]))
+
+
 def _stages(A: object, c: object, b: object) -> list[list[float]]:
     rows = [[c_i, *a] for c_i, a in zip(c, A, strict=True)]  # type: ignore[call-overload]
     return [*rows, [1.0, *b]]  # type: ignore[misc]

@@ -13,7 +13,6 @@ from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.stepping import (
     ACCEPTED,
     AT,
-    COORDINATES,
     DONE,
     ERROR,
     FAILED,
@@ -27,12 +26,9 @@ from kanefe.kernels.stepping import (
     RATES,
     REASON,
     REJECTED,
-    RELATIVE,
     ROWS_OF_METHOD,
-    SCALE,
     SLOPE,
     SMALLEST,
-    SPEEDS,
     STAGE,
     STATE,
     STATE_OLD,
@@ -47,6 +43,7 @@ from kanefe.kernels.stepping import (
     accept,
     ask,
     clip,
+    first_step,
     scaled_size,
 )
 from kanefe.kernels.vectors import copy
@@ -102,16 +99,6 @@ def _size(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: n
     return size / np.sqrt(1.0 + ratio * ratio)
 
 
-@kernel
-def _guess(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
-    """Return the size of the rates in the allowed errors of the state."""
-    largest = 0.0
-    for i in range(integers[COORDINATES] + integers[SPEEDS]):
-        allowed = vectors[SCALE, i] + reals[RELATIVE] * abs(vectors[STATE, i])
-        largest = max(largest, abs(vectors[FIRST_RATE, i]) / allowed)
-    return largest
-
-
 def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Go on with an explicit method: see `kanefe.kernels.stepping`."""
     stage, stages = integers[STAGE], integers[STAGES]
@@ -121,10 +108,8 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
         return ask(integers, RATES, FIRST)
     if stage == FIRST:
         copy(vectors[SLOPE], vectors[FIRST_RATE])
-        if reals[NEXT_STEP] <= 0.0:  # a step that moves by a hundredth of what such rates do in one unit of error
-            size = _guess(integers, reals, vectors)
-            span = reals[STOP] - reals[TIME]
-            reals[NEXT_STEP] = min(1e-3 * span, 0.01 / (reals[RELATIVE] * size) if size > 0.0 else span)
+        if reals[NEXT_STEP] <= 0.0:
+            reals[NEXT_STEP] = first_step(integers, reals, vectors, vectors[FIRST_RATE])
         stage = NEXT
     elif stage == PROJECTED:
         copy(vectors[STATE], vectors[AT])

@@ -22,7 +22,7 @@ RATES = 1  # write dy/dt of the state AT at the time TIME_AT to SLOPE
 IMPLICIT = 2  # the same with (M + s C + r K) in place of M, see `Reals`, and forces C, K times the pushes
 ACCEPTED = 3  # a step has been taken: TIME and STATE are further
 PROJECT = 4  # put STATE onto the loops
-JACOBIAN = 5  # write d(dy/dt)/dy of STATE at TIME, see the method
+JACOBIAN = 5  # write derivatives of the rates of STATE at TIME to the rows from JACOBIAN_ROW on: see `derivatives`
 FAILED = 6  # no step is small enough, or a solution could not be found
 DONE = 7  # TIME is STOP
 NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint, or the rates are no numbers
@@ -46,7 +46,8 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     STORED,
     LAST_STEP,
     MAP_SIZE,
-) = range(17)
+    JACOBIAN_ROW,
+) = range(18)
 OF_METHOD = 20  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
@@ -142,6 +143,16 @@ def scaled_size(
             if not size < np.inf:
                 return np.inf
     return largest
+
+
+@kernel
+def first_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, rates: np.ndarray) -> float:
+    """Return a step that moves the state by a hundredth of what such rates do in one unit of error."""
+    largest, span = 0.0, reals[STOP] - reals[TIME]
+    for i in range(integers[COORDINATES] + integers[SPEEDS]):
+        allowed = vectors[SCALE, i] + reals[RELATIVE] * abs(vectors[STATE, i])
+        largest = max(largest, abs(rates[i]) / allowed)
+    return min(1e-3 * span, 0.01 / (reals[RELATIVE] * largest) if largest > 0.0 else span)
 
 
 @kernel

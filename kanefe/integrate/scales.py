@@ -1,0 +1,69 @@
+"""What the components of a state are measured by, and how coordinates move with the speeds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.equations_of_motion import WORKS
+from kanefe.frames import Vector
+from kanefe.joints import Free, Spherical
+from kanefe.model import Model
+from kanefe.scene_length import joint_scales, scene_length
+
+
+def displacement_scales(model: Model) -> np.ndarray:
+    """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
+    length = scene_length(model)
+    scales = joint_scales(model, length)
+    for body in model.bodies:
+        if body.flexible:
+            flexible = body.flexible.body
+            extent = float(np.ptp(flexible.nodes, axis=0).max()) or length
+            # kinetic energy 1/2 m_i deta^2: eta = sqrt(m / m_i) L moves the body by about its length
+            modal = np.diag(flexible.moments.elastic_mass)[: flexible.free_count]
+            scales[body.flexible.speeds] = extent * np.sqrt(flexible.mass / np.maximum(modal, 1e-300))
+    return scales
+
+
+def coordinate_moves(model: Model) -> list[tuple[bool, int, int]]:
+    """Return how coordinates move with the speeds: whether they turn, coordinate, and speed.
+
+    What turns are the four Euler parameters from the coordinate on, with three speeds: see `kanefe.kernels.stepping`.
+    """
+    moves = []
+    for body in model.bodies:
+        at, speeds = body.free_coordinates()
+        straight = len(at)
+        if isinstance(body.joint, (Free, Spherical)):
+            straight = len(at) - 4
+        moves += [(False, int(q), int(u)) for q, u in zip(at[:straight], speeds[:straight], strict=False)]
+        if straight < len(at):
+            moves.append((True, int(at[straight]), int(speeds[straight])))
+        if body.flexible:
+            first, speed = body.flexible.eta.start, body.flexible.speeds.start
+            moves += [(False, first + i, speed + i) for i in range(body.flexible.body.free_count)]
+    return moves
+
+
+def state_scales(model: Model) -> tuple[Vector, Vector]:
+    """Return what counts as a large value of each component of (q, u, works), and its frequency in rad/s; 0: none.
+
+    Large are a radian, the size of the scene in m and what moves a body by its size in modal units; and these a second.
+    A modal speed counts in the amplitude that it causes: against a large displacement times the frequency of its mode.
+    """
+    n, m = model.coordinate_count, model.free_count
+    displacements = displacement_scales(model)
+    modal = np.zeros(m)
+    for body in model.bodies:
+        if body.flexible:
+            k = body.flexible.body.free_count
+            stiffness = np.diag(body.flexible.body.stiffness)[:k]
+            mass = np.diag(body.flexible.body.moments.elastic_mass)[:k]
+            modal[body.flexible.speeds] = np.sqrt(np.maximum(stiffness, 0.0) / mass)
+    scales, frequencies = np.ones(n + m + WORKS), np.zeros(n + m + WORKS)
+    for turns, at, speed in coordinate_moves(model):
+        if not turns:
+            scales[at], frequencies[at] = displacements[speed], modal[speed]
+    scales[n : n + m] = displacements * np.maximum(1.0, modal)
+    frequencies[n : n + m] = modal
+    return scales, frequencies

@@ -1,0 +1,56 @@
+"""Dense linear systems, real or complex, in memory that the caller has: Gaussian elimination with row exchanges."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels._numba import inlined, kernel
+
+
+@inlined
+def _size(x: complex) -> float:
+    """Return the size of a number without a root: for the choice of a pivot this will do."""
+    return abs(x.real) + abs(x.imag)
+
+
+@kernel
+def factorise(A: np.ndarray, pivots: np.ndarray) -> bool:
+    """Replace A by its factors, and note which row was exchanged with each; tell whether A is regular."""
+    size = len(A)
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if _size(A[i, k]) > _size(A[best, k]):
+                best = i
+        pivots[k] = best
+        if not 0.0 < _size(A[best, k]) < np.inf:
+            return False
+        if best != k:
+            for j in range(size):
+                A[k, j], A[best, j] = A[best, j], A[k, j]
+        inverse = 1.0 / A[k, k]
+        for i in range(k + 1, size):
+            share = A[i, k] * inverse
+            A[i, k] = share
+            for j in range(k + 1, size):
+                A[i, j] -= share * A[k, j]
+    return True
+
+
+@kernel
+def solve(A: np.ndarray, pivots: np.ndarray, b: np.ndarray) -> None:
+    """Replace b by the solution of the system whose factors `factorise` left."""
+    size = len(A)
+    for k in range(size):
+        best = int(pivots[k])
+        b[k], b[best] = b[best], b[k]
+    for i in range(size):
+        total = b[i]
+        for j in range(i):
+            total -= A[i, j] * b[j]
+        b[i] = total
+    for i in range(size - 1, -1, -1):
+        total = b[i]
+        for j in range(i + 1, size):
+            total -= A[i, j] * b[j]
+        b[i] = total / A[i, i]
