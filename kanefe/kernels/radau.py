@@ -28,7 +28,6 @@ from kanefe.kernels.stepping import (
     ERROR,
     FACTORISATIONS,
     FAILED,
-    FILTER_STEP,
     HAS_LOOPS,
     IS_FIXED,
     JACOBIAN,
@@ -320,7 +319,7 @@ def _transform(table: np.ndarray, first: int, vectors: np.ndarray, source: int, 
 def _shorten(integers: np.ndarray, reals: np.ndarray, share: float) -> bool:
     """Choose a share of the step for another try of it; tell whether there is one."""
     integers[REJECTED] += 1
-    integers[IS_WANTED] = not integers[IS_FRESH]
+    integers[IS_WANTED] = reals[RATE_OF_CONVERGENCE] > SLOW and not integers[IS_FRESH]
     if integers[IS_FIXED]:  # the Jacobian of an earlier state may be what is wrong
         integers[REASON] = NO_CONVERGENCE
         return not integers[IS_FRESH]
@@ -339,6 +338,7 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
             return ask(integers, JACOBIAN, DIFFERENTIATED)
         if reals[FACTORED] == reals[STEP] or _factorise(integers, reals, vectors, table):
             break
+        reals[RATE_OF_CONVERGENCE] = np.inf
         if not _shorten(integers, reals, 0.5):
             return ask(integers, FAILED, AFTER)
     if integers[HAS_POLYNOMIAL]:
@@ -383,7 +383,6 @@ def _correct(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
     _solve_real(integers, reals, vectors, table, a)
     _solve_complex(integers, reals, vectors, table, b, c)
     size, state = 0.0, vectors[STATE]
-    reals[FILTER_STEP] = 0.0
     for k in range(STAGES):
         size = max(size, scaled_size(integers, reals, vectors, vectors[RATES_AT + k], state, state))
     if not size < np.inf:
@@ -425,7 +424,6 @@ def _error(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: 
     new = vectors[AT]
     for i in range(len(new)):
         new[i] = vectors[STATE, i] + vectors[CHANGES + 2, i]
-    reals[FILTER_STEP] = 0.0
     return scaled_size(integers, reals, vectors, error, vectors[STATE], new)
 
 
@@ -503,6 +501,7 @@ def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
         if outcome == GOES_ON:
             return _ask_node(integers, reals, vectors, table, 0)
         if outcome == DIVERGED:
+            reals[RATE_OF_CONVERGENCE] = np.inf
             return _try_again(integers, reals, vectors, table, share)
         if integers[IS_FIXED]:
             return _finish(integers, reals, vectors)
