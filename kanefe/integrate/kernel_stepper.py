@@ -37,6 +37,7 @@ from kanefe.kernels.stepping import (
     MAP_SIZE,
     NEXT_OUTPUT,
     NEXT_STEP,
+    NO_CONVERGENCE,
     NO_NUMBERS,
     PROJECT,
     PUSH_STIFFNESS,
@@ -53,6 +54,7 @@ from kanefe.kernels.stepping import (
     STAGE,
     START,
     STATE,
+    STEP,
     STEPS,
     STOP,
     STORED,
@@ -249,11 +251,14 @@ class KernelStepper:
         span = self._reals[SMALLEST] / SMALLEST_STEP
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * span:
             return self._no_answer[1]
+        worst = int(self._integers[WORST])
         if self._integers[REASON] == NO_NUMBERS:
-            worst = int(self._integers[WORST])
             return StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
+        if self._integers[REASON] == NO_CONVERGENCE:
+            reason = f"the Newton iteration of {self.name} does not converge with steps of {self._reals[STEP]:.3g} s"
+            return StepFailure(reason, "a smaller step, or rtol in its place", worst)
         return StepFailure(
             f"{self.name} found no step of {self._reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
             "check loads for jumps or growth without bound there, or loosen rtol",
-            int(self._integers[WORST]),
+            worst,
         )
