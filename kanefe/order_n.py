@@ -32,6 +32,9 @@ from kanefe.model import Model
 from kanefe.planar_tables import planar_tables
 from kanefe.tables import Seat, TableBuilder
 
+GROWN = 1e100
+"""Coordinates and speeds beyond which squares overflow: there is no scene left to explain."""
+
 NO_DRIVES = np.zeros((0, 3))
 
 
@@ -220,8 +223,12 @@ class OrderN:
 
     def _explain(self, t: float, q: Vector, u: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""
-        accelerations(self._model, t, q, u)
-        raise SimulationError(f"the equations of motion have no finite solution at t = {t:.6g} s")
+        if all(np.all(np.abs(x) < GROWN) for x in (q, u)):
+            accelerations(self._model, t, q, u)
+        raise SimulationError(
+            f"the equations of motion have no finite solution at t = {t:.6g} s. "
+            "Remedy: check the loads for growth without bound, or take smaller steps"
+        )
 
 
 def _placed(work: np.ndarray, seat: Seat) -> Placed:

@@ -275,6 +275,25 @@ def test_a_joint_without_inertia_is_named() -> None:
         model.rhs(0.0, model.initial_state)
 
 
+# inertia that is zero about an axis is round-off of the others once it is turned in space
+@pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")  # of numpy, without compiled kernels
+@pytest.mark.parametrize(
+    ("joint", "inertia"),
+    [
+        (kf.Free(angular_velocity=(0.1, 1.0, 0.0)), (0.0, 1.0, 1.0)),
+        (kf.Free(orientation=(1.0, 0.3, -0.5, 0.2)), (0.0, 1.0, 1.0)),
+        (kf.Free(), (0.0, 0.0, 0.0)),
+        (kf.Spherical(orientation=(1.0, 0.3, -0.5, 0.2)), (0.0, 1.0, 1.0)),
+    ],
+)
+def test_a_zero_of_inertia_is_named_however_it_is_turned(joint, inertia):
+    scene = kf.System()
+    scene.add_rigid_body("rod", 1.0, inertia, joint=joint)
+    model = scene.freeze()
+    with pytest.raises(kf.SimulationError, match="nothing has inertia along rod: wx"):
+        model.rhs(0.0, model.initial_state)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_loop_between_parts_of_one_body_holds_nothing(seed: int) -> None:
     # all rows are round-off: measured by each other they would stop the pendulum in the air

@@ -47,7 +47,6 @@ from kanefe.kernels.vectors import (
     rotated,
     rotated_back,
     symmetric,
-    symmetric_inverse,
     symmetric_times,
     three,
     times,
@@ -105,17 +104,8 @@ def sweep_accelerations(
             )
             force = minus(rotated(fixed, three(applied, speed)), vector(work, i, FORCE))
             moment = minus(rotated(axes, three(applied, speed + 3)), vector(work, i, MOMENT))
-            # J - H^T M^-1 H
-            x = symmetric_times(inverse, (h[0], h[3], h[6]))
-            y = symmetric_times(inverse, (h[1], h[4], h[7]))
-            z = symmetric_times(inverse, (h[2], h[5], h[8]))
-            j = symmetric(work, i, J)
-            kept = (
-                j[0] - dot(x, (h[0], h[3], h[6])), j[1] - dot(x, (h[1], h[4], h[7])), j[2] - dot(x, (h[2], h[5], h[8])),
-                j[3] - dot(y, (h[1], h[4], h[7])), j[4] - dot(y, (h[2], h[5], h[8])), j[5] - dot(z, (h[2], h[5], h[8])),
-            )  # fmt: skip
-            rest = minus(moment, (dot(x, force), dot(y, force), dot(z, force)))
-            alpha = symmetric_times(symmetric_inverse(kept), rest)
+            rest = minus(moment, rotated_back(h, symmetric_times(inverse, force)))
+            alpha = symmetric_times(symmetric(work, i, J), rest)
             a = symmetric_times(inverse, minus(force, rotated(h, alpha)))
             put_three(du, speed, rotated_back(fixed, minus(a, moving)))
             put_three(du, speed + 3, rotated_back(axes, minus(alpha, carried)))

@@ -57,6 +57,16 @@ from kanefe.kernels.vectors import (
     vector,
 )
 
+ROUND_OFF = 1e-14
+"""Share of the largest inertia of a body below which that along another direction is round-off: there is none."""
+
+
+@inlined
+def has_inverse(S: Numbers, inverse: Numbers) -> bool:
+    """Tell whether inertias along all directions are above the round-off of the largest: by the two traces."""
+    spread = ((S[0] + S[3] + S[5]) * (inverse[0] + inverse[3] + inverse[5])).real
+    return 0.0 < spread < 1.0 / ROUND_OFF  # also false for what is not a number
+
 
 @kernel
 def sweep_inward(
@@ -89,15 +99,20 @@ def sweep_inward(
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
             eliminate_modes(rows, flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
         if kind == FREE:
-            put_symmetric(work, i, U, symmetric_inverse(symmetric(work, i, M)))
-            is_regular = is_regular and work[i, U].real > 0.0
+            m, h, j = symmetric(work, i, M), matrix(work, i, H), symmetric(work, i, J)
+            inverse = symmetric_inverse(m)
+            put_symmetric(work, i, U, inverse)
+            kept = about_freely(j, h, inverse)
+            turning = symmetric_inverse(kept)
+            put_symmetric(work, i, J, turning)  # from here on
+            is_regular = is_regular and has_inverse(m, inverse) and has_inverse(kept, turning)
             continue
         m, h, j = symmetric(work, i, M), matrix(work, i, H), symmetric(work, i, J)
         force, moment = vector(work, i, FORCE), vector(work, i, MOMENT)
         if kind == SPHERICAL:
             inverse = symmetric_inverse(j)
             put_symmetric(work, i, U, inverse)
-            is_regular = is_regular and (inverse[0] + inverse[3] + inverse[5]).real > 0.0
+            is_regular = is_regular and has_inverse(j, inverse)
             if parent >= 0:
                 torque = rotated(matrix(work, i, R), three(applied, speed))
                 m, force = at_point(m, h, inverse, force, minus(moment, torque))
@@ -109,15 +124,17 @@ def sweep_inward(
                 linear, angular = rotated(h, axis), symmetric_times(j, axis)
                 inertia = dot(axis, angular)
                 rest = applied[speed] - dot(axis, moment)
+                largest = j[0] + j[3] + j[5]
             else:
                 along, about = geometry[i, ALONG], geometry[i, ABOUT]
                 linear = plus(times(along, symmetric_times(m, axis)), times(about, rotated(h, axis)))
                 angular = plus(times(along, rotated_back(h, axis)), times(about, symmetric_times(j, axis)))
                 inertia = along * dot(axis, linear) + about * dot(axis, angular)
                 rest = applied[speed] - along * dot(axis, force) - about * dot(axis, moment)
+                largest = along * (m[0] + m[3] + m[5]) + about * (j[0] + j[3] + j[5])
             if is_implicit:
                 inertia += added[speed]
-            is_regular = is_regular and inertia.real > 0.0
+            is_regular = is_regular and inertia.real > ROUND_OFF * largest.real
             pivot = 1.0 / inertia
             rest = rest * pivot
             put(work, i, U, linear)
@@ -144,6 +161,17 @@ def sweep_inward(
         if parent >= 0:
             hand_inward(work, parent, vector(work, i, OFFSET), m, h, j, force, moment)
     return is_regular
+
+
+@inlined
+def about_freely(j: Numbers, h: Numbers, inverse: Numbers) -> Numbers:
+    """Return the inertia that a free body shows against turning: J - H^T M^-1 H."""
+    first, second, third = (h[0], h[3], h[6]), (h[1], h[4], h[7]), (h[2], h[5], h[8])
+    x, y, z = symmetric_times(inverse, first), symmetric_times(inverse, second), symmetric_times(inverse, third)
+    return (
+        j[0] - dot(x, first), j[1] - dot(x, second), j[2] - dot(x, third),
+        j[3] - dot(y, second), j[4] - dot(y, third), j[5] - dot(z, third),
+    )  # fmt: skip
 
 
 @inlined
