@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from kanefe.integrate.methods import METHODS, Choice
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels._numba import IS_COMPILED, filler, seconds_compiling
+from loop_scenes import four_bar
 from test_integrate import ADAPTIVE, double_pendulum
 
 
@@ -131,6 +132,21 @@ def test_states_that_are_not_finite_end_a_run_before_they_are_stored(monkeypatch
     assert "grown without bound; the worst is 'point: distance [m]'. Remedy:" in str(result.status)
     assert np.all(np.isfinite(result.position("point")))
     assert len(result.times) == 7
+
+
+# steps of 10 s and of 0.1 s: the equations overflow in the first step; the loop is torn apart after some
+@pytest.mark.parametrize("method", [name for name in METHODS if METHODS[name].has_fixed_steps])
+@pytest.mark.parametrize(("scene", "step"), [(double_pendulum, 10.0), (four_bar, 0.1)])
+def test_a_fixed_step_that_is_too_long_is_told_with_what_there_is(
+    method: str, scene: Callable[[], kf.System], step: float
+) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", kf.SimulationWarning)
+        trajectory = integrate(scene().freeze(), (0.0, 50 * step), method=method, step=step, output_step=step)
+    assert trajectory.status is not None
+    assert trajectory.status.is_finished or trajectory.status.remedy
+    assert np.all(np.isfinite(trajectory.coordinates))
+    assert np.all(np.isfinite(trajectory.speeds))
 
 
 @pytest.mark.parametrize("size", [1e-13, 0.0])

@@ -240,6 +240,8 @@ class KernelStepper:
     def _answer_nothing(self, error: KanefeError) -> None:
         """Have the step tried again with a smaller one: up to where the equations hold there are such."""
         if self._integers[IS_FIXED]:
+            if self._reals[TIME_AT] > self.t:
+                raise beyond(error) from error
             raise error
         if self._no_answer is None or self._no_answer[0] != self.t:
             self._no_answer = self.t, error
@@ -262,3 +264,9 @@ class KernelStepper:
             "check loads for jumps or growth without bound there, or loosen rtol",
             worst,
         )
+
+
+def beyond(error: KanefeError) -> StepFailure:
+    """Return the failure of a fixed step that leads to where the equations do not hold."""
+    reason, _, remedy = str(error).partition(". Remedy: ")
+    return StepFailure(f"the fixed step is too long: {reason}", f"a smaller step{', or ' + remedy if remedy else ''}")

@@ -205,8 +205,6 @@ class RunLoop:
         """Raise a StepFailure if the state is not finite or time stands still."""
         state = self._stepper.state()
         if not np.all(np.isfinite(state)):
-            rows = np.isfinite(self.states[: self.stored]).all(axis=1)
-            self.stored = int(np.argmin(rows)) if not rows.all() else self.stored
             worst = int(np.argmin(np.isfinite(state)))
             raise StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
         steps, t = int(self._stepper.statistics["steps"]), self._stepper.t
@@ -278,7 +276,10 @@ class RunLoop:
         return f"'{names[component]}'"
 
     def _ended(self, status: RunStatus) -> RunStatus:
-        """Keep the state at which the run ended, where it is one."""
+        """Keep what is finite, and the state at which the run ended, where it is one."""
+        rows = np.isfinite(self.states[: self.stored]).all(axis=1)
+        if not rows.all():
+            self.stored = int(np.argmin(rows))
         state = self._stepper.state()
         if np.all(np.isfinite(state)):
             self._stand_at(self._stepper.t, state)
