@@ -51,7 +51,9 @@ def truss(
         return model_from_matrices(np.kron(mass, np.eye(3)), K, nodes, groups=groups, source="a truss")
 
 
-def tripod(frequencies: Sequence[float] | np.ndarray, axes: np.ndarray, mass: float = 1.0) -> FlexibleBody:
+def tripod(
+    frequencies: Sequence[float] | np.ndarray, axes: np.ndarray, mass: float = 1.0, damping: float = 0.0
+) -> FlexibleBody:
     """Return a mass on three bars at right angles, whose feet are clamped: its frequencies in Hz are those given.
 
     Parameters
@@ -63,6 +65,8 @@ def tripod(frequencies: Sequence[float] | np.ndarray, axes: np.ndarray, mass: fl
         number.
     mass : float
         kg.
+    damping : float
+        Ratio of every mode.
     """
     nodes = np.vstack((np.zeros(3), axes.T))
     stiffnesses = mass * (2.0 * np.pi * np.asarray(frequencies)) ** 2
@@ -70,7 +74,11 @@ def tripod(frequencies: Sequence[float] | np.ndarray, axes: np.ndarray, mass: fl
     bars |= {(i, j): float(stiffnesses.max()) for i, j in combinations((1, 2, 3), 2)}
     masses = np.diag((mass, 0.1 * mass, 0.1 * mass, 0.1 * mass))
     model = truss(nodes, bars, masses, {"feet": (1, 2, 3), "top": (0,)})
-    return flexible_body(model, {"feet": "clamped"})
+    return flexible_body(model, {"feet": "clamped"}, damping=_ratio(damping))
+
+
+def _ratio(damping: float) -> ModalDamping | None:
+    return ModalDamping(damping) if damping else None
 
 
 def lattice(
@@ -117,5 +125,5 @@ def lattice(
         truss(nodes, bars, mass, groups),
         {"root": "clamped", "tip": "rigid"} if interfaces is None else dict(interfaces),
         reduction=CraigBampton(modes=modes),
-        damping=ModalDamping(damping) if damping else None,
+        damping=_ratio(damping),
     )

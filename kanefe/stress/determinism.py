@@ -11,12 +11,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from kanefe.errors import SimulationError
+from kanefe.integrate.methods import METHODS
 from kanefe.stress.case import Effort, Finding, StressCase
 from kanefe.stress.random_scenes import random_description
-from kanefe.stress.runs import method_names, run_of
+from kanefe.stress.runs import follow, method_names
 
 SEEDS = (0, 1, 2, 3)
-SPAN, STEP = 0.3, 1e-3
+SPAN, STEP, RTOL = 0.3, 1e-3, 1e-6
 
 
 def fingerprints(seeds: tuple[int, ...]) -> list[str]:
@@ -25,7 +26,8 @@ def fingerprints(seeds: tuple[int, ...]) -> list[str]:
     for seed in seeds:
         for method in method_names():
             model = random_description(seed).build().freeze()
-            run = run_of(model, SPAN, method, step=STEP, output_step=0.1)
+            control = {"rtol": RTOL} if METHODS[method].has_error_control else {"step": STEP}
+            run = follow(model, SPAN, method=method, output_step=0.1, **control)
             parts = (run.times, run.coordinates, run.speeds, run.dissipated, run.work)
             found.append(hashlib.sha256(b"".join(np.ascontiguousarray(x).tobytes() for x in parts)).hexdigest())
     return found

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.integrate.run import Trajectory
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints import Free, Spherical
 from kanefe.kane.energy import momenta
 from kanefe.model import Model

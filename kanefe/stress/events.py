@@ -7,12 +7,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.integrate.run import integrate
+from kanefe.integrate.events import Event
 from kanefe.joints import CoordinateForce, Prismatic, Revolute
+from kanefe.loads.state import SceneState
 from kanefe.model import Model
 from kanefe.results import Result
 from kanefe.stress.case import Effort, Finding, StressCase
-from kanefe.stress.runs import controlled_methods
+from kanefe.stress.runs import all_finite, controlled_methods, ended, follow, is_accurate, tolerance
 from kanefe.system import System
 
 GAP, SPEED, STOP = 1e-3, 1.0, 1e6
@@ -39,13 +40,18 @@ def exact_place(t: np.ndarray) -> np.ndarray:
     return np.where(number % 2 == 0, x, -x)
 
 
+def contact_methods() -> tuple[str, ...]:
+    """Return the methods that look at the forces at the end of a step, where a contact may have begun."""
+    return tuple(name for name in controlled_methods(rattler()) if name != "extrapolation")
+
+
 def impacts(effort: Effort) -> Iterator[Finding]:
     """Rattle between stops, and come to rest on one."""
     span = 10.0 if not effort.is_quick else 0.25
-    for method in controlled_methods():
-        rtol = 1e-10 if method == "dop853" else 1e-9
+    for method in contact_methods():
+        rtol = tolerance(method, 1e-10, 1e-9)
         model = rattler()
-        run = integrate(model, (0.0, span), rtol=rtol, method=method, output_step=span / 50, progress=False)
+        run = follow(model, span, rtol=rtol, method=method, output_step=span / 50)
         count = int((span + GAP / SPEED) / (2.0 * GAP / SPEED + math.pi / math.sqrt(STOP)))
         error = float(np.abs(run.coordinates[:, 0] - exact_place(run.times)).max() / GAP)
         energy = Result(model, run).energy
@@ -53,15 +59,15 @@ def impacts(effort: Effort) -> Iterator[Finding]:
             f"mass between two stops 2 mm apart, 1 m/s, {count} impacts",
             f"{method}, {run.statistics['steps']} steps",
         )
-        if method == "dop853":  # of a method of low order energy is what can be asked for: its phase is lost
+        if is_accurate(method):  # of a method of low order energy is what can be asked for: its phase is lost
             reason = "errors of time add up impact by impact"
             yield Finding(what, count, "place over half the gap", error, 1e-2, reason, note)
-        limit = 1e-5 if method == "dop853" else 0.2
+        limit = 1e-5 if is_accurate(method) else 0.2
         yield Finding(
             what, count, "energy, relative", float(np.abs(energy.balance_error).max() / energy.total[0]), limit,
             "the tolerance at every kink of the force, which jumps in its slope only", note,
         )  # fmt: skip
-    for method in controlled_methods():
+    for method in contact_methods():
         yield from _resting(method)
         yield from _switching(method, effort)
 
@@ -72,7 +78,7 @@ def _resting(method: str) -> Iterator[Finding]:
     force = CoordinateForce(limits=(0.0, None), limit_stiffness=1e5, limit_damping=40.0)
     scene.add_point("ball", 1.0, joint=Prismatic("z", position=0.5, forces=force))
     model = scene.freeze()
-    run = integrate(model, (0.0, 10.0), rtol=1e-7, method=method, output_step=0.01, progress=False)
+    run = follow(model, 10.0, rtol=1e-7, method=method, output_step=0.01)
     sunk = float(abs(run.coordinates[-1, 0] + 9.81 / 1e5))
     bounces = int(np.count_nonzero(np.diff(np.sign(run.speeds[:, 0])) > 0))
     note = f"{method}, {run.statistics['steps']} steps"
@@ -83,8 +89,8 @@ def _resting(method: str) -> Iterator[Finding]:
     energy = Result(model, run).energy
     yield Finding(
         "ball that bounces on a damped stop until it lies", bounces, "energy, relative",
-        float(np.abs(energy.balance_error).max() / energy.kinetic.max()), 1e-3 if method == "dop853" else 0.02,
-        "the tolerance at every jump" if method == "dop853" else "order 2, and a jump of the force at every landing",
+        float(np.abs(energy.balance_error).max() / energy.kinetic.max()), 1e-3 if is_accurate(method) else 0.02,
+        "the tolerance at every jump" if is_accurate(method) else "order 2, and a jump of the force at every landing",
         note,
     )  # fmt: skip
 
@@ -97,14 +103,14 @@ def _switching(method: str, effort: Effort) -> Iterator[Finding]:
     scene.add_motor(disc, lambda t: torque if (t * rate) % 2.0 < 1.0 else -torque)
     model = scene.freeze()
     span = 1.0 if not effort.is_quick else 0.1
-    rtol = 1e-6 if method == "dop853" else 1e-8
-    run = integrate(model, (0.0, span), rtol=rtol, method=method, output_step=span / 10, progress=False)
+    rtol = tolerance(method, 1e-6, 1e-8)
+    run = follow(model, span, rtol=rtol, method=method, output_step=span / 10)
     # each pair of pulses adds torque / rate^2 to the angle, and leaves no speed
     exact = torque * run.times / (2.0 * rate)
     error = float(np.abs(run.coordinates[:, 0] - exact).max())
     limit = 1e-5 * span * rate * span
     reason = "1e-6 of the speed of 1 rad/s a step, some ten steps a jump, over the time left"
-    if method != "dop853":
+    if not is_accurate(method):
         # an error of angle e at a jump leaves one of speed, sqrt(2 e torque), of random sign
         limit = 4.0 * math.sqrt(2.0 * rtol * torque * span * rate / 3.0) * span
         reason = "1e-8 rad a jump; the error of speed is its root: four times the deviation of their sum"
@@ -114,4 +120,88 @@ def _switching(method: str, effort: Effort) -> Iterator[Finding]:
     )  # fmt: skip
 
 
-CASES = (StressCase("events", "event storms", impacts),)
+def named_events(effort: Effort) -> Iterator[Finding]:
+    """Find thousands of named events, and bounces that would never end."""
+    span = 10.0 if not effort.is_quick else 0.25
+
+    def middle(t: float, state: SceneState) -> float:
+        return float(state.joint_coordinates("mass")[0])
+
+    half = 2.0 * GAP / SPEED + math.pi / math.sqrt(STOP)
+    for method in contact_methods():
+        if not is_accurate(method):
+            continue
+        model = rattler()
+        run = follow(model, span, rtol=tolerance(method, 1e-10, 1e-9), method=method, events=Event("middle", middle))
+        found = run.events["middle"]
+        # the start itself is no passage
+        exact = half * np.arange(1, int(span / half) + 1)
+        note = f"{method}, {len(found)} found"
+        missed = abs(len(found[found > 0.1 * half]) - len(exact))
+        yield Finding(
+            "mass between two stops: its passages of the middle", len(exact), "passages missed or made up",
+            float(missed), 0.0, "each is a change of sign", note,
+        )  # fmt: skip
+        if not missed:
+            error = float(np.abs(found[found > 0.1 * half] - exact).max())
+            yield Finding(
+                "mass between two stops: its passages of the middle", len(exact), "time of a passage [s]", error, 1e-5,
+                "a hundredth of half the gap at 1 m/s, as its place", note,
+            )  # fmt: skip
+        yield _restitution(method)
+    yield _endless()
+
+
+def _bouncer(share: float) -> tuple[Model, Event]:
+    """Return a ball 1 m above the floor, and its bounces, which leave a share of its speed."""
+
+    def height(t: float, state: SceneState) -> float:
+        return float(state.joint_coordinates("ball")[0])
+
+    def bounce(t: float, state: SceneState) -> np.ndarray:
+        y = state.vector
+        y[1] *= -share
+        return np.asarray(y)
+
+    scene = System(gravity=(0.0, 0.0, -9.81))
+    scene.add_point("ball", 0.1, joint=Prismatic("z", position=1.0))
+    return scene.freeze(), Event("floor", height, direction=-1, action=bounce)
+
+
+def _restitution(method: str) -> Finding:
+    """Bounce 500 times without loss."""
+    count = 500
+    model, event = _bouncer(1.0)
+    first = math.sqrt(2.0 / 9.81)
+    run = follow(model, first * 2 * count, rtol=1e-9, method=method, events=event)
+    exact = first * (2 * np.arange(count) + 1)
+    found = run.events["floor"]
+    error = float(np.abs(found - exact).max()) if len(found) == count else float("nan")
+    return Finding(
+        f"ball that bounces {count} times without loss, by an event that turns its speed", count, "time [s]", error,
+        1e-6, "its flights are parabolas: the time of each landing, twice a bounce", f"{method}, {len(found)} found",
+    )  # fmt: skip
+
+
+def _endless() -> Finding:
+    """Bounce with loss: infinitely often before 4.5 s. The run must end, and say why."""
+    model, event = _bouncer(0.8)
+    run = ended(model, 10.0, rtol=1e-6, method="dop853", events=event)
+    status = run.status
+    told = status is not None and not status.is_finished and bool(status.reason) and bool(status.remedy)
+    end = math.sqrt(2.0 / 9.81) * (1.0 + 2.0 * 0.8 / (1.0 - 0.8))
+    is_there = abs(float(run.times[-1]) - end) < 1e-3 and all_finite(run)
+    return Finding(
+        f"ball that bounces ever faster, infinitely often before {end:.3f} s", len(run.events["floor"]),
+        "not stopped there with advice", float(not (told and is_there)), 0.0,
+        "a storm of events is named, not followed for ever", "" if status is None else str(status)[:120],
+    )  # fmt: skip
+
+
+def storms(effort: Effort) -> Iterator[Finding]:
+    """Try all of them."""
+    yield from impacts(effort)
+    yield from named_events(effort)
+
+
+CASES = (StressCase("events", "event storms", storms),)

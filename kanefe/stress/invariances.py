@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kanefe.frames import rotation_matrix
-from kanefe.integrate.run import integrate
 from kanefe.results import Result
 from kanefe.stress.case import Effort, Finding, StressCase
 from kanefe.stress.random_scenes import Description, random_description
+from kanefe.stress.runs import follow
 from kanefe.stress.units import MILLIMETRES, Units
 
 SPAN, OUTPUTS = 1.0, 5
@@ -35,9 +35,7 @@ def poses(scene: Description) -> Poses:
     units = scene.units
     model = scene.build().freeze()
     span = SPAN * units.time
-    run = integrate(
-        model, (0.0, span), rtol=RTOL, atol=ATOL, method="dop853", output_step=span / OUTPUTS, progress=False
-    )
+    run = follow(model, span, rtol=RTOL, atol=ATOL, method="dop853", output_step=span / OUTPUTS)
     result, found = Result(model, run), {}
     for part in scene.parts:
         for label, interface in ((part.name, None), *(((f"{part.name} tip", "tip"),) if part.lattice >= 0 else ())):

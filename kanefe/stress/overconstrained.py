@@ -9,13 +9,13 @@ import numpy as np
 
 from kanefe.constraints.report import constraint_report
 from kanefe.frames import euler_parameters
-from kanefe.integrate.run import Trajectory, integrate
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints import Fixed, Joint, Revolute, Spherical
 from kanefe.model import Model
 from kanefe.results import Result
 from kanefe.stress.case import Effort, Finding, StressCase
 from kanefe.stress.loops import loop_opening
-from kanefe.stress.runs import controlled_methods
+from kanefe.stress.runs import controlled_methods, follow, is_accurate, tolerance
 from kanefe.system import System
 
 SPAN = 3.0
@@ -147,9 +147,9 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
 
     model = bennett()
     freedoms.append(abs(constraint_report(model).degrees_of_freedom - 1))
-    for method in controlled_methods():
-        rtol = RTOL if method == "dop853" else 1e-6
-        run = integrate(model, (0.0, span), rtol=rtol, method=method, output_step=span / 60, progress=False)
+    for method in controlled_methods(model):
+        rtol = tolerance(method, RTOL, 1e-6)
+        run = follow(model, span, rtol=rtol, method=method, output_step=span / 60)
         angles = run.coordinates
         exact = np.array([bennett_angles(float(a)) for a in angles[:, 0]])[:, :3]
         wrapped = np.abs(np.angle(np.exp(1j * (angles - exact))))
@@ -158,7 +158,9 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
             1e-8, "projected to round-off; rows depend on each other everywhere, by the geometry alone", method,
         )  # fmt: skip
         energy = Result(model, run).energy
-        limit, reason = (1e-6, "1e-9 a step") if rtol == RTOL else (1e-2, "1e-6 a step, some hundred steps, order 2")
+        limit, reason = (
+            (1e-6, "1e-9 a step") if is_accurate(method) else (1e-2, "1e-6 a step, some hundred steps, order 2")
+        )
         yield Finding(
             f"Bennett's linkage, {span:g} s", 1, "energy, relative",
             float(np.abs(energy.balance_error).max() / energy.kinetic.max()), limit, reason, method,
@@ -167,7 +169,7 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
 
 
 def _run(model: Model, span: float) -> Trajectory:
-    return integrate(model, (0.0, span), rtol=RTOL, method="dop853", output_step=span / 60, progress=False)
+    return follow(model, span, rtol=RTOL, method="dop853", output_step=span / 60)
 
 
 def _worst_opening(model: Model, run: Trajectory) -> float:

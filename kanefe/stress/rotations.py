@@ -16,7 +16,6 @@ from kanefe.frames import (
     rotation_vector,
     skew,
 )
-from kanefe.integrate.run import integrate
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import elastic_energy, kinetic_energy
@@ -24,6 +23,7 @@ from kanefe.model import Model
 from kanefe.slopes import SLOPE_MEASURES, SlopeMeasure
 from kanefe.stress.bodies import lattice
 from kanefe.stress.case import Effort, Finding, StressCase
+from kanefe.stress.runs import follow
 from kanefe.system import System
 
 RATE = 2.0 * math.pi
@@ -36,7 +36,7 @@ def revolutions(effort: Effort) -> Iterator[Finding]:
     label = f"{turns} revolutions"
     scene = System()
     scene.add_rigid_body("disc", 1.0, 0.1, com=(0.2, 0.1, 0.0), joint=Revolute("z", speed=RATE))
-    run = integrate(scene.freeze(), (0.0, turns), rtol=1e-10, output_step=turns / 10, progress=False)
+    run = follow(scene.freeze(), turns, rtol=1e-10, output_step=turns / 10)
     error = np.abs(run.coordinates[:, 0] - RATE * run.times).max() / (RATE * turns)
     yield Finding(f"disc on a hinge, {label}", turns, "angle, relative", float(error), 1e-11, "round-off of the sums")
     yield _symmetric_top(turns, label)
@@ -67,7 +67,7 @@ def _symmetric_top(turns: int, label: str) -> Finding:
     joint = Free(orientation=orientation, angular_velocity=(0.0, across, spin))
     scene.add_rigid_body("top", 1.0, (A, A, C), joint=joint)
     model = scene.freeze()
-    run = integrate(model, (0.0, turns), rtol=1e-12, method="dop853", output_step=turns / 10, progress=False)
+    run = follow(model, turns, rtol=1e-12, method="dop853", output_step=turns / 10)
     precession = math.hypot(A * across, C * spin) / A
     own = spin - precession * math.cos(tilt)
     errors = []
@@ -169,7 +169,7 @@ def _bent_scene(name: str, target: float, off: float) -> Model:
 def _through_singular_slopes(name: str, target: float) -> Finding:
     """Let the slopes of an interface run through the singular place of their measure; energy shows every error."""
     model = _bent_scene(name, target, 0.05)
-    run = integrate(model, (0.0, 0.05), rtol=1e-12, method="dop853", output_step=0.001, progress=False)
+    run = follow(model, 0.05, rtol=1e-12, method="dop853", output_step=0.001)
     slopes_of = model.flexible_terms("arm").body.interface("tip").motion[3:]
     eta = run.coordinates[:, model.flexible_terms("arm").eta]
     theta = eta @ slopes_of[:, : eta.shape[1]].T

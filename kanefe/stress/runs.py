@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
-from kanefe.errors import ModelError, SimulationError
-from kanefe.integrate.methods import METHODS
-from kanefe.integrate.run import Trajectory, integrate
+from kanefe.errors import ModelError, SimulationError, SimulationWarning
+from kanefe.integrate.methods import METHODS, choose
+from kanefe.integrate.run import integrate
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.model import Model
 
 LONG = ("energy-momentum", "rk4")
@@ -17,8 +19,14 @@ LONG = ("energy-momentum", "rk4")
 EXPLICIT = ("dopri5", "dop853", "rk4")
 """Methods that follow every mode, however stiff."""
 
+LOW_ORDER = ("generalised-alpha", "hht", "energy-momentum")
+"""Methods of order 2."""
+
 PLUGGED = ("scipy-", "sundials-")
 """How the names of methods of other packages start."""
+
+LONGEST = 900.0
+"""Seconds after which a run counts as hanging."""
 
 
 def method_names() -> tuple[str, ...]:
@@ -26,9 +34,10 @@ def method_names() -> tuple[str, ...]:
     return tuple(name for name in METHODS if not name.startswith(PLUGGED))
 
 
-def controlled_methods() -> tuple[str, ...]:
-    """Return the methods that choose their steps."""
-    return tuple(name for name in method_names() if METHODS[name].has_error_control)
+def controlled_methods(model: Model | None = None) -> tuple[str, ...]:
+    """Return the methods that choose their steps; those that suit a scene."""
+    names = tuple(name for name in method_names() if METHODS[name].has_error_control)
+    return names if model is None else tuple(name for name in names if suits(name, model))
 
 
 def stepped_methods() -> tuple[str, ...]:
@@ -39,6 +48,16 @@ def stepped_methods() -> tuple[str, ...]:
 def implicit_methods() -> tuple[str, ...]:
     """Return the methods that choose their steps and are not held down by stiff modes."""
     return tuple(name for name in controlled_methods() if name not in EXPLICIT)
+
+
+def is_accurate(method: str) -> bool:
+    """Tell whether a method is of higher order than 2."""
+    return method not in LOW_ORDER
+
+
+def tolerance(method: str, accurate: float, low_order: float) -> float:
+    """Return rtol of a run: one for methods of higher order, if they can keep it, and one for those of order 2."""
+    return max(accurate if is_accurate(method) else low_order, METHODS[method].least_rtol)
 
 
 def long_method(wanted: str | None) -> str:
@@ -52,33 +71,51 @@ def check_long_method(name: str) -> None:
         raise ModelError(f"{name!r} is no method with fixed steps. Remedy: one of {', '.join(stepped_methods())}")
 
 
-def run_of(
-    model: Model, span: float, method: str, *, step: float, rtol: float = 1e-6, output_step: float | None = None
-) -> Trajectory:
-    """Run a model from t = 0 with a tolerance, or with a step if the method takes steps only."""
-    control: dict[str, Any] = {"rtol": rtol} if METHODS[method].has_error_control else {"step": step}
-    return integrate(model, (0.0, span), method=method, output_step=output_step, progress=False, **control)
+def suits(method: str, model: Model) -> bool:
+    """Tell whether a method can run a scene."""
+    try:
+        choose(model, method, 0.0, 1.0, step=None if METHODS[method].has_error_control else 0.5)
+    except ModelError:
+        return False
+    return True
+
+
+def follow(model: Model, span: float, **options: Any) -> Trajectory:
+    """Run a model from t = 0 to its end.
+
+    Raises
+    ------
+    SimulationError
+        If it does not come to its end, also if that takes longer than `LONGEST`.
+    """
+    trajectory = ended(model, span, **options)
+    if trajectory.status is not None and not trajectory.status.is_finished:
+        raise SimulationError(str(trajectory.status))
+    return trajectory
+
+
+def ended(model: Model, span: float, **options: Any) -> Trajectory:
+    """Run a model from t = 0, and return what there is however it ends."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SimulationWarning)  # the status says it
+        return integrate(model, (0.0, span), most_seconds=LONGEST, progress=False, **options)
 
 
 def stepped_run(model: Model, count: int, step: float, method: str, samples: int) -> Trajectory:
     """Run a model for so many steps of one size, and keep its state at some of them."""
-    return integrate(
-        model, (0.0, count * step), method=method, step=step, output_step=count // samples * step, progress=False
-    )
-
-
-NOT_FINITE = "the states are not finite"
+    return follow(model, count * step, method=method, step=step, output_step=count // samples * step)
 
 
 def failure_of(model: Model, span: float, **options: Any) -> str:
-    """Return why a run from t = 0 could not be finished; "" if it was, with finite states."""
+    """Return why a run could not be finished; "" if it was."""
     try:
-        run = integrate(model, (0.0, span), progress=False, **options)
+        follow(model, span, **options)
     except SimulationError as problem:
         return str(problem)
-    return "" if all_finite(run) else NOT_FINITE
+    return ""
 
 
-def all_finite(run: Trajectory) -> bool:
+def all_finite(trajectory: Trajectory) -> bool:
     """Tell whether every number of a trajectory is finite."""
-    return all(bool(np.all(np.isfinite(x))) for x in (run.coordinates, run.speeds, run.dissipated, run.work))
+    arrays = (trajectory.coordinates, trajectory.speeds, trajectory.dissipated, trajectory.work)
+    return all(bool(np.all(np.isfinite(x))) for x in arrays)

@@ -10,10 +10,9 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg
 
-from kanefe.integrate.run import integrate
 from kanefe.joints import Spherical
 from kanefe.stress.case import Effort, Finding, StressCase
-from kanefe.stress.runs import controlled_methods
+from kanefe.stress.runs import controlled_methods, follow, is_accurate, tolerance
 from kanefe.system import System
 from kanefe.verify.rotors import point_on_springs, spin_eigenvalues
 
@@ -53,14 +52,14 @@ def spinning_point(effort: Effort) -> Iterator[Finding]:
         for spin in SPINS:
             model = point_on_springs(spin)
             model = replace(model, initial_coordinates=np.array(START[:2]), initial_speeds=np.array(START[2:]))
-            rtol = 1e-10 if method == "dop853" else 1e-8
-            run = integrate(model, (0.0, SPAN), rtol=rtol, method=method, output_step=SPAN / 20, progress=False)
+            rtol = tolerance(method, 1e-10, 1e-8)
+            run = follow(model, SPAN, rtol=rtol, method=method, output_step=SPAN / 20)
             exact = exact_states(spin, run.times)[:, :2]
             errors.append(float(np.abs(run.coordinates - exact).max() / np.abs(exact).max()))
             found, wanted = (np.linalg.norm(x, axis=1).max() for x in (run.coordinates, exact))
             growths.append(abs(float(np.log(found / wanted))))
         limit, reason = 1e-6, "rtol 1e-10 of a step over hundreds of steps"
-        if method != "dop853":
+        if not is_accurate(method):
             # 1e-8 of the scene's length of 1 m, where the motion is of 1 mm
             limit, reason = 0.05, "rtol 1e-8 m a step over thousands of steps, of a motion of 1 mm"
         what = f"D04b: {len(SPINS)} spins below, at, between and above, {SPAN:g} s"
@@ -83,7 +82,7 @@ def sleeping_top(effort: Effort) -> Iterator[Finding]:
         joint = Spherical(orientation=orientation, angular_velocity=(0.0, 0.0, share * critical))
         scene.add_rigid_body("top", mass, (about_com, about_com, along), com=(0.0, 0.0, length), joint=joint)
         span = 2.5 if not effort.is_quick else 1.0
-        run = integrate(scene.freeze(), (0.0, span), rtol=1e-11, method="dop853", output_step=span / 50, progress=False)
+        run = follow(scene.freeze(), span, rtol=1e-11, method="dop853", output_step=span / 50)
         e = run.coordinates
         tilt = 2.0 * np.hypot(e[:, 1], e[:, 2]) / np.linalg.norm(e, axis=1)
         turning = 0.5 * along * share * critical / across

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from kanefe.flexible import FlexibleBody
-from kanefe.integrate.run import integrate
 from kanefe.joints import Motion, Revolute
 from kanefe.model import Model
 from kanefe.reduction import CraigBampton
 from kanefe.stiffening import StiffeningLevel
 from kanefe.stress.case import Effort, Finding, StressCase
+from kanefe.stress.runs import follow
 from kanefe.system import System
 from kanefe.verify.rotors import spin_eigenvalues
 from kanefe_fem.beams import beam_body
@@ -79,7 +79,7 @@ def softening(effort: Effort) -> Iterator[Finding]:
 
 
 def _trace(model: Model, span: float) -> tuple[np.ndarray, np.ndarray]:
-    run = integrate(model, (0.0, span), rtol=1e-9, method="dop853", output_step=span / 100, progress=False)
+    run = follow(model, span, rtol=1e-9, method="dop853", output_step=span / 100)
     terms = model.flexible_terms("blade")
     tip = terms.body.basis[-2, : terms.body.free_count]
     return run.times, run.coordinates[:, terms.eta] @ tip

@@ -11,11 +11,11 @@ import numpy as np
 
 from kanefe.errors import UnitWarning
 from kanefe.flexible import FlexibleBody
-from kanefe.integrate.run import integrate
 from kanefe.joints import Revolute
 from kanefe.reduction import CraigBampton
 from kanefe.results import Result
 from kanefe.stress.case import Effort, Finding, StressCase
+from kanefe.stress.runs import follow
 from kanefe.stress.units import MILLIMETRES, SI, Units
 from kanefe.system import System
 from kanefe_fem.beams import beam_body, straight_beam
@@ -59,7 +59,7 @@ def _swing(arm: FlexibleBody, units: Units, span: float) -> tuple[np.ndarray, np
     scene.add_rigid_body("tip", 0.5 * units.mass, 2e-4 * units.inertia, parent=member.interface("tip"))
     scene.add_motor(hub, 20.0 * units.moment)
     model = scene.freeze()
-    run = integrate(model, (0.0, span), rtol=1e-11, atol=1e-16, method="dop853", output_step=span / 10, progress=False)
+    run = follow(model, span, rtol=1e-11, atol=1e-16, method="dop853", output_step=span / 10)
     result = Result(model, run)
     force = np.repeat((units.force, units.moment), 3)
     return (
