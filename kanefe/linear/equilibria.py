@@ -12,7 +12,6 @@ import scipy.linalg
 from kanefe.assembly import project_positions, project_speeds
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector, numbers
-from kanefe.kane.assemble import accelerations
 from kanefe.linear.balance import BALANCED, Imbalance, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import model_of, state_of
@@ -24,9 +23,12 @@ if TYPE_CHECKING:
     from kanefe.linear.linearisation import Linearisation
     from kanefe.system import System
 
-LARGEST_ITERATIONS = 60
+LARGEST_ITERATIONS = 200
 
 LARGEST_HALVINGS = 12
+
+PATIENCE = 20
+"""Iterations without a better balance after which the search ends: what swings half a turn takes some twelve."""
 
 LARGEST_STEP = 0.3
 """Of one iteration, in rad or scene lengths."""
@@ -221,12 +223,16 @@ class _Search:
 
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
         """Return what balances worst in a state."""
-        du = accelerations(self.model, self.t, q, u)
+        du = self._rates(q, u)
         N, leading = np.eye(len(du)), np.arange(len(du))
         if self.model.constraints:
             small = SmallMotions(self.model, self.t, q, u)
             N, leading = small.speeds.N, small.speeds.leading
         return worst_imbalance(self.model, self.t, q, u, du, N, leading)
+
+    def _rates(self, q: Vector, u: Vector) -> Vector:
+        """Return the accelerations."""
+        return self.model.rhs(self.t, np.concatenate((q, u)))[self.model.coordinate_count :]
 
     def _closed(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         if not self.model.constraints:
@@ -237,9 +243,9 @@ class _Search:
     def _iterate(self, start: tuple[Vector, Vector], settles: bool) -> tuple[tuple[Vector, Vector], Imbalance]:
         """Return the best state on the way from the start, and its imbalance."""
         (q, u), best = start, self.imbalance(*start)
-        state = start
-        for _ in range(LARGEST_ITERATIONS):
-            if best.ratio <= POLISHED:
+        state, improved = start, 0
+        for count in range(LARGEST_ITERATIONS):
+            if best.ratio <= POLISHED or count - improved > PATIENCE:
                 break
             self.iterations += 1
             q_new, u_new, now = self._advanced(q, u, *self._step(q, u, settles), settles)
@@ -248,6 +254,8 @@ class _Search:
             if not np.isfinite(now.ratio) or (np.array_equal(q_new, q) and np.array_equal(u_new, u)):
                 break
             q, u = q_new, u_new
+            if now.ratio < 0.99 * best.ratio:
+                improved = count
             if now.ratio < best.ratio:
                 state, best = (q, u), now
         return state, best
@@ -269,14 +277,13 @@ class _Search:
             shift = -1.5 * lowest if settles and lowest < -1e-9 * size else 0.0
             p = np.linalg.solve(L.T, _solved(H + shift * np.eye(len(H)), residual))
             return P.z @ p, P.du @ p
-        columns = np.hstack((P.ddu[np.ix_(lead, kept)], small.along_speeds.ddu[np.ix_(lead, self._at(small))]))
+        columns = P.ddu[np.ix_(lead, kept)]
+        if len(self.found):
+            columns = np.hstack((columns, small.along_speeds.ddu[np.ix_(lead, self.found)]))
         x = _solved(-L.T @ columns, residual)
         z, du = P.z[:, kept] @ x[: len(kept)], P.du[:, kept] @ x[: len(kept)]
         du[self.found] += x[len(kept) :]
         return z, du
-
-    def _at(self, small: SmallMotions) -> np.ndarray:
-        return np.searchsorted(small.speeds.leading, self.found)
 
     def _advanced(self, q: Vector, u: Vector, z: Vector, du: Vector, settles: bool) -> tuple[Vector, Vector, Imbalance]:
         """Return the state after the step: no longer than the scene is linear, and halved while it goes too far.
@@ -297,9 +304,8 @@ class _Search:
 
     def _size(self, q: Vector, u: Vector, z: Vector) -> tuple[float, float]:
         """Return du^T M du of a state, and the force along a tangent."""
-        forces = self.model.mass_matrix(self.t, np.concatenate((q, u))) @ (
-            du := accelerations(self.model, self.t, q, u)
-        )
+        du = self._rates(q, u)
+        forces = self.model.mass_matrix(self.t, np.concatenate((q, u))) @ du
         return float(du @ forces), float(z @ forces)
 
     def _advice(self, imbalance: Imbalance) -> str:

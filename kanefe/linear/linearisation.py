@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, numbers
 from kanefe.kane.assemble import speed_names
 from kanefe.linear.forces import answers
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.small_motions import Directions, SmallMotions
 from kanefe.linear.state import model_of, state_of
-from kanefe.linear.tangents import tangent_names
+from kanefe.linear.tangents import tangent_names, turning
 from kanefe.linear.targets import Named
 from kanefe.model import Model
 
@@ -98,8 +98,6 @@ class Linearisation:
 
     def _turning_rate(self) -> Matrix:
         """Return the rate of change of A's upper left block along the motion."""
-        from kanefe.linear.tangents import turning
-
         small = self.small
         if not small.is_moving:
             return np.zeros((self.position_count, self.position_count))
@@ -307,8 +305,6 @@ def _drive_name(model: Model, drive: Any, rate: int) -> str:
 
 
 def _values(x: object, count: int, what: str) -> Vector:
-    from kanefe.frames import numbers
-
     array = numbers(x)
     if array.shape != (count,) or not np.all(np.isfinite(array)):
         raise ModelError(f"{what} must be {count} finite numbers, shape {array.shape} was given")

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -67,13 +68,11 @@ class SmallMotions:
         Of z and of du; without rolling they lead alike.
     G : ndarray, shape (n, n)
         n: free speeds and drives.
-    along_positions, along_speeds : Directions
-        Unit motions of p and of r, with the accelerations that go with them.
     """
 
     def __init__(self, model: Model, t: float, q: Vector, u: Vector, drives: Sequence[Drive] = ()) -> None:
         self.model, self.t, self.q, self.u, self.drives = model, t, q, u, tuple(drives)
-        self.du = accelerations(model, t, q, u)
+        self.du = model.rhs(t, np.concatenate((q, u)))[model.coordinate_count :]
         n = model.free_count
         self.size = n + len(drives)
         self.G = np.zeros((self.size, self.size))
@@ -94,8 +93,8 @@ class SmallMotions:
         self.speeds = self.positions
         if not self.is_holonomic:
             self.speeds = independent(rates, masses, joints, given, self.positions.following)
-        self._check_singular(len(self.speeds.following))
-        self._move(rates)
+        self._check_singular()
+        self._J = rates.J
 
     @property
     def is_moving(self) -> bool:
@@ -156,21 +155,25 @@ class SmallMotions:
             found[:n, i] = difference(rate, steps[i])
         return found
 
-    def _move(self, rates: Rates) -> None:
-        """Find B, and the accelerations along p and r."""
-        N_h, N = self.positions.N, self.speeds.N
+    @cached_property
+    def along_speeds(self) -> Directions:
+        """Unit motions of r, with the accelerations that go with them."""
+        N = self.speeds.N
         none = np.zeros_like(N)
-        along_r = Directions(none, N, self.accelerations(none, N, none))
+        return Directions(none, N, self.accelerations(none, N, none))
+
+    @cached_property
+    def along_positions(self) -> Directions:
+        """Unit motions of p, with the speeds B that keep the loops closed and the accelerations that go with them."""
+        N_h = self.positions.N
         B = np.zeros_like(N_h)
         if self.model.constraints and self.is_moving:
             if self.is_holonomic:
-                D = 0.5 * rates.J @ (self.G @ N_h - along_r.ddu)
+                D = 0.5 * self._J @ (self.G @ N_h - self.along_speeds.ddu)
             else:
                 D = self._rates_by_differences(N_h)
             B = self.speeds.followed(D)
-        none = np.zeros_like(N_h)
-        self.along_positions = Directions(N_h, B, self.accelerations(N_h, B, none))
-        self.along_speeds = along_r
+        return Directions(N_h, B, self.accelerations(N_h, B, np.zeros_like(N_h)))
 
     def _rates_by_differences(self, N_h: Matrix) -> Matrix:
         none = np.zeros_like(N_h)
@@ -180,10 +183,9 @@ class SmallMotions:
             difference(lambda h, i=i: self._open_rates(self.moved(along, i, h)), steps[i])  # type: ignore[misc]
             for i in range(N_h.shape[1])
         ]
-        rows = len(self.model.constraints and self._rows(self.q, self.u)[1])
-        return np.column_stack([np.zeros((rows, 0)), *columns])
+        return np.column_stack([np.zeros((len(self._J), 0)), *columns])
 
-    def _check_singular(self, rank: int) -> None:
+    def _check_singular(self) -> None:
         """Raise a ModelError where the loops hold less than beside the state: there is no one way to go on."""
         from kanefe.constraints.report import constraint_report
 
