@@ -11,6 +11,7 @@ import kanefe as kf
 import kanefe.order_n
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
+from kanefe.kernels._numba import IS_COMPILED
 
 TIMES = np.linspace(0.0, 1.0, 6)
 
@@ -30,6 +31,17 @@ def acceleration(t: float) -> float:
 def compiled_motion() -> kf.Motion:
     numba = pytest.importorskip("numba")
     return kf.Motion(numba.njit(angle), numba.njit(rate), numba.njit(acceleration))
+
+
+@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+def test_the_functions_of_a_motion_can_be_compiled() -> None:
+    motion = kf.Motion(angle, rate, acceleration, span=(0.0, 2.0)).compiled()
+    assert motion.is_compiled
+    assert motion.span == (0.0, 2.0)
+    assert Dynamics(driven(motion, motion).freeze()).is_autonomous
+    assert [f(0.7) for f in (motion.position, motion.velocity, motion.acceleration)] == pytest.approx(
+        [angle(0.7), rate(0.7), acceleration(0.7)], rel=1e-15
+    )
 
 
 def in_python(motion: kf.Motion) -> kf.Motion:

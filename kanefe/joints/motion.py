@@ -26,7 +26,7 @@ class Motion:
         First and last time at which the motion is known, s.
 
     Runs stay in compiled code where a motion is `steady` or from a `table`, or its three functions are compiled by
-    numba.
+    numba: see `compiled`.
 
     Attributes
     ----------
@@ -111,6 +111,21 @@ class Motion:
         spline = CubicSpline(t, x, bc_type="not-a-knot")
         motion = cls(spline, spline.derivative(1), spline.derivative(2), (float(t[0]), float(t[-1])))
         return motion._of_pieces(np.column_stack((spline.x[:-1], spline.c[::-1].T)))
+
+    def compiled(self) -> Motion:
+        """Return the motion with its functions compiled by numba, so that runs need not leave compiled code for them.
+
+        The functions may use numbers, `math` and numpy, as numba knows them. What numba cannot compile it says when the
+        motion is first used.
+
+        Examples
+        --------
+        >>> swing = Motion(lambda t: 0.1 * t * t, lambda t: 0.2 * t, lambda t: 0.2).compiled()
+        """
+        from kanefe.kernels._numba import compiled
+
+        given = (self.position, self.velocity, self.acceleration)
+        return Motion(*(compiled(function) for function in given if function is not None), span=self.span)
 
     def _of_pieces(self, pieces: np.ndarray) -> Motion:
         pieces.flags.writeable = False

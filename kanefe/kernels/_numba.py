@@ -97,6 +97,15 @@ def pointer(function: Function) -> Function:
         return numba.cfunc(signature, error_model="numpy", fastmath=RELAXED, cache=folder is not None)(function)  # type: ignore[no-any-return]
 
 
+def compiled(function: Function) -> Function:
+    """Compile a function of the user as he would by ``numba.njit``."""
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    return numba.njit(function)  # type: ignore[no-any-return]
+
+
 Part = tuple[Callable[..., Any], int, int, bool]
 """A compiled function of the user, where its values go, how many they are (0: a number by itself), and takes it y."""
 

@@ -41,7 +41,7 @@ def arm(modes: int) -> FlexibleBody:
 def spinning(modes: int) -> Model:
     """Return the arm on its hub."""
     scene = System()
-    scene.add_flexible_body("arm", arm(modes), joint=Revolute("z", motion=spin_up.spin_up()))
+    scene.add_flexible_body("arm", arm(modes), joint=Revolute("z", motion=spin_up.spin_up().compiled()))
     return scene.freeze()
 
 
