@@ -90,6 +90,27 @@ def test_an_elastic_stop_throws_back_in_half_a_period() -> None:
     assert result.energy.elastic.max() == pytest.approx(0.5 * m * v**2, rel=0.02)
 
 
+def hard_stop(t: float, state: kf.SceneState) -> tuple[float, float, float]:
+    beyond = max(0.0, float(state.joint_coordinates("mass")[0]) - 1e-3)
+    return (-1e6 * beyond, 0.0, 0.0)
+
+
+# free flight makes steps long, and 1 ms later the mass is in a spring of 160 Hz, for half a period
+@pytest.mark.parametrize("is_function", [False, True])
+@pytest.mark.parametrize("method", ["dop853", "extrapolation"])
+def test_no_step_goes_through_a_stop(method: str, is_function: bool) -> None:
+    scene = kf.System()
+    force = None if is_function else kf.CoordinateForce(limits=(None, 1e-3), limit_stiffness=1e6)
+    mass = scene.add_point("mass", 1.0, joint=kf.Prismatic("x", speed=1.0, forces=force))
+    if is_function:
+        scene.add_force(mass, hard_stop)
+    result = scene.simulate((0.0, 0.01), method=method, rtol=1e-6)
+    # rtol at the two kinks of the force, and what the estimate misses there
+    assert result.velocity("mass")[-1, 0] == pytest.approx(-1.0, rel=1e-3)
+    # it turns after 1 ms and half a period
+    assert result.position("mass")[-1, 0] == pytest.approx(1e-3 - (0.01 - 1e-3 - math.pi * 1e-3), rel=1e-3)
+
+
 def test_a_damped_stop_takes_energy() -> None:
     forces = kf.CoordinateForce(limits=(None, 0.1), limit_stiffness=2e3, limit_damping=10.0)
     scene = kf.System()

@@ -59,6 +59,13 @@ class Dynamics:
         return not is_constant or any(motion.pieces is None for motion, _ in self.model.drives)
 
     @property
+    def has_kinks(self) -> bool:
+        """Whether forces may begin from one moment to the next: stops and friction of joints, functions of the state."""
+        forces = (force for body in self.model.bodies for force in body.joint.coordinate_forces)
+        is_felt = self._order_n is None or self._order_n.inputs.needs_state
+        return is_felt or any(force is not None and force.is_varying for force in forces)
+
+    @property
     def is_tree_in_order_n(self) -> bool:
         """Whether the rates come from one sweep over a tree."""
         return self._order_n is not None and not self.model.constraints

@@ -122,6 +122,8 @@ class KernelStepper:
             rtol, atol = ITERATED
             if method.is_implicit:
                 integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS
+        if method.is_implicit:
+            integers[extrapolation.HAS_KINKS] = dynamics.has_kinks
         self._no_answer: tuple[float, KanefeError] | None = None
         self._vectors[STATE] = dynamics.initial_state(start)
         scales, frequencies = state_scales(model)

@@ -59,9 +59,12 @@ from kanefe.kernels.vectors import copy
 
 LARGEST_COLUMNS = 12
 
+LARGEST_BESIDE_KINKS = 6
+"""Columns of scenes whose forces have kinks: across one, the differences of further columns say nothing of errors."""
+
 # Integers of the method: column in work and its substep, columns aimed at, columns of the last step, whether the step
-# before was rejected
-COLUMN, SUBSTEP, AIM, TAKEN, WAS_REJECTED = range(OF_METHOD, OF_METHOD + 5)
+# before was rejected, whether forces have kinks
+COLUMN, SUBSTEP, AIM, TAKEN, WAS_REJECTED, HAS_KINKS = range(OF_METHOD, OF_METHOD + 6)
 
 # Reals of the method: error and proposed step of each column
 ERRORS = REALS_OF_METHOD
@@ -72,7 +75,11 @@ DIFFERENCE = ROWS_OF_METHOD
 TABLEAU = DIFFERENCE + 1
 SUBSTATES = TABLEAU + LARGEST_COLUMNS + 1
 
-BEGIN, MOVING, AFTER = range(3)
+BEGIN, MOVING, AFTER, LOOKING = range(4)
+
+KINK = 100.0
+"""Of the tolerance: by how much the rates at the end of a step, over the step, may differ from those of its dense
+output. Without a kink they differ by less than 10."""
 
 
 def rows_needed() -> int:
@@ -139,6 +146,11 @@ def _extrapolate(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -
 
 
 @kernel
+def _most_columns(integers: np.ndarray) -> int:
+    return LARGEST_BESIDE_KINKS if integers[HAS_KINKS] else LARGEST_COLUMNS
+
+
+@kernel
 def _work(column: int) -> float:
     """Return how many sweeps so many columns take."""
     return 0.5 * column * (column + 1)
@@ -153,11 +165,12 @@ def _work_per_time(reals: np.ndarray, column: int) -> float:
 def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
     """Choose columns and length of the next step: the least work for the time (Hairer & Wanner 1996, IV.9)."""
     column, step = integers[COLUMN], reals[STEP]
-    best = min(column, LARGEST_COLUMNS - 1)
+    most = _most_columns(integers) - 1
+    best = min(column, most)
     if column > 2 and _work_per_time(reals, column - 1) < 0.8 * _work_per_time(reals, column):
         best = column - 1
     elif column > 2 and _work_per_time(reals, column) < 0.9 * _work_per_time(reals, column - 1):
-        best = min(column + 1, LARGEST_COLUMNS - 1)
+        best = min(column + 1, most)
     if column == 2:
         best = 3
     if integers[WAS_REJECTED]:
@@ -235,21 +248,30 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
         bounded = min(max(error, 1e-12), 1e12)
         reals[PROPOSED + column] = reals[STEP] * min(10.0, max(0.02, 0.94 * (0.65 / bounded) ** (1.0 / column)))
         if error <= 1.0 and column >= aim - 1:
-            return _finish(integers, reals, vectors)
+            return _look_ahead(integers, reals, vectors) if integers[HAS_KINKS] else _finish(integers, reals, vectors)
         # the error that the columns to come would have to take away
         hopeless = 1.0
         for j in range(column + 1, aim + 2):
             hopeless *= j
-        is_last = column >= min(aim + 1, LARGEST_COLUMNS)
+        is_last = column >= min(aim + 1, _most_columns(integers))
         if not is_last and ((column < aim - 1 and error < 1e8) or error <= 4.0 * hopeless):
             return _begin_column(integers, reals, vectors, column + 1)
         integers[REJECTED] += 1
         integers[WAS_REJECTED] = 1
-        best = min(max(min(aim, column), 2), LARGEST_COLUMNS - 1)
+        best = min(max(min(aim, column), 2), _most_columns(integers) - 1)
         if best > 2 and column >= best and _work_per_time(reals, best - 1) < 0.8 * _work_per_time(reals, best):
             best -= 1
         integers[AIM] = best
         reals[NEXT_STEP] = min(reals[PROPOSED + best], 0.7 * reals[STEP])
+        if reals[NEXT_STEP] < reals[SMALLEST]:
+            integers[REASON] = TOO_SMALL
+            return ask(integers, FAILED, AFTER)
+    elif stage == LOOKING:
+        if _kink(integers, reals, vectors) <= KINK:
+            return _accept_last(integers, reals, vectors)
+        integers[REJECTED] += 1
+        integers[WAS_REJECTED] = 1
+        reals[NEXT_STEP] = 0.2 * reals[STEP]
         if reals[NEXT_STEP] < reals[SMALLEST]:
             integers[REASON] = TOO_SMALL
             return ask(integers, FAILED, AFTER)
@@ -258,7 +280,7 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
             # long at first: vibrations which it does not resolve are damped by it, and hold up one that grows
             reals[NEXT_STEP] = 0.05 * (reals[STOP] - reals[TIME])
         if integers[AIM] == 0:
-            integers[AIM] = 6
+            integers[AIM] = min(6, _most_columns(integers) - 1)
     if reals[TIME] >= reals[STOP]:
         return ask(integers, DONE, AFTER)
     clip(integers, reals, reals[NEXT_STEP])
@@ -268,17 +290,51 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
 @kernel
 def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
     """Accept the last result of the tableau."""
-    column = integers[COLUMN]
+    copy(vectors[TABLEAU + integers[COLUMN] - 1], vectors[DIFFERENCE])
+    if integers[WANTS_DENSE] or reals[NEXT_OUTPUT] < _end(integers, reals):
+        _derive(integers, reals, vectors)
+    return _accept_last(integers, reals, vectors)
+
+
+@kernel
+def _end(integers: np.ndarray, reals: np.ndarray) -> float:
+    return reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
+
+
+@kernel
+def _accept_last(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+    """Accept the result that `_finish` or `_look_ahead` has kept."""
     if not integers[IS_FIXED]:
         _choose_next(integers, reals)
         integers[WAS_REJECTED] = 0
-    ends = reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
-    copy(vectors[TABLEAU + column - 1], vectors[DIFFERENCE])
-    if integers[WANTS_DENSE] or reals[NEXT_OUTPUT] < ends:
-        _derive(integers, reals, vectors)
-    integers[TAKEN] = column
+    integers[TAKEN] = integers[COLUMN]
     ask(integers, ACCEPTED, AFTER)
     return accept(integers, reals, vectors, vectors[DIFFERENCE])
+
+
+@kernel
+def _look_ahead(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+    """Ask for the rates at the end: what begins behind the last substep, such as a contact, no column has seen."""
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    copy(vectors[TABLEAU + integers[COLUMN] - 1], vectors[DIFFERENCE])
+    _derive(integers, reals, vectors)
+    copy(vectors[DIFFERENCE], vectors[AT])
+    for i in range(n, n + m):
+        vectors[PUSH_STIFFNESS, i] = vectors[PUSH_DAMPING, i] = 0.0
+    reals[SHARE_DAMPING] = reals[SHARE_STIFFNESS] = 0.0
+    reals[TIME_AT] = _end(integers, reals)
+    return ask(integers, IMPLICIT, LOOKING)
+
+
+@kernel
+def _kink(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
+    """Return by how much of the tolerance the speeds change more over a step at the rates at its end than they did."""
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    change = vectors[SUBSTATES]  # free again
+    change[:] = 0.0
+    for i in range(n, n + m):
+        change[i] = reals[STEP] * vectors[SLOPE, i] - vectors[TABLEAU + 1, i]
+    return scaled_size(integers, reals, vectors, change, vectors[STATE], vectors[DIFFERENCE])
 
 
 def interpolate_extrapolating(

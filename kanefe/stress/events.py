@@ -40,15 +40,10 @@ def exact_place(t: np.ndarray) -> np.ndarray:
     return np.where(number % 2 == 0, x, -x)
 
 
-def contact_methods() -> tuple[str, ...]:
-    """Return the methods that look at the forces at the end of a step, where a contact may have begun."""
-    return tuple(name for name in controlled_methods(rattler()) if name != "extrapolation")
-
-
 def impacts(effort: Effort) -> Iterator[Finding]:
     """Rattle between stops, and come to rest on one."""
     span = 10.0 if not effort.is_quick else 0.25
-    for method in contact_methods():
+    for method in controlled_methods(rattler()):
         rtol = tolerance(method, 1e-10, 1e-9)
         model = rattler()
         run = follow(model, span, rtol=rtol, method=method, output_step=span / 50)
@@ -67,7 +62,7 @@ def impacts(effort: Effort) -> Iterator[Finding]:
             what, count, "energy, relative", float(np.abs(energy.balance_error).max() / energy.total[0]), limit,
             "the tolerance at every kink of the force, which jumps in its slope only", note,
         )  # fmt: skip
-    for method in contact_methods():
+    for method in controlled_methods(rattler()):
         yield from _resting(method)
         yield from _switching(method, effort)
 
@@ -128,7 +123,7 @@ def named_events(effort: Effort) -> Iterator[Finding]:
         return float(state.joint_coordinates("mass")[0])
 
     half = 2.0 * GAP / SPEED + math.pi / math.sqrt(STOP)
-    for method in contact_methods():
+    for method in controlled_methods(rattler()):
         if not is_accurate(method):
             continue
         model = rattler()
