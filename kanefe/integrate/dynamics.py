@@ -60,7 +60,7 @@ class Dynamics:
 
     @property
     def has_kinks(self) -> bool:
-        """Whether forces may begin from one moment to the next: stops and friction of joints, functions of the state."""
+        """Whether forces may begin at once: those of stops and friction of joints, and functions of the state."""
         forces = (force for body in self.model.bodies for force in body.joint.coordinate_forces)
         is_felt = self._order_n is None or self._order_n.inputs.needs_state
         return is_felt or any(force is not None and force.is_varying for force in forces)

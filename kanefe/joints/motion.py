@@ -124,8 +124,10 @@ class Motion:
         """
         from kanefe.kernels._numba import compiled
 
-        given = (self.position, self.velocity, self.acceleration)
-        return Motion(*(compiled(function) for function in given if function is not None), span=self.span)
+        velocity, acceleration = (
+            None if rate is None else compiled(rate) for rate in (self.velocity, self.acceleration)
+        )
+        return Motion(compiled(self.position), velocity, acceleration, self.span)
 
     def _of_pieces(self, pieces: np.ndarray) -> Motion:
         pieces.flags.writeable = False

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, _write
+from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, save_figure
 
 if TYPE_CHECKING:
     from kanefe.linear.campbell_diagram import Campbell
@@ -58,7 +58,7 @@ def campbell_picture(campbell: Campbell, path: str | Path | None, orders: Sequen
         _dress(lower, "damping ratio [%]", "", time=False)
     lower.set_xlabel("speed [rad/s]")
     if path is not None:
-        _write(figure, path)
+        save_figure(figure, path)
     return figure
 
 
@@ -100,5 +100,5 @@ def frequency_response_picture(response: FrequencyResponse, path: str | Path | N
         upper.set_xscale("log")
     lower.set_xlabel("frequency [Hz]")
     if path is not None:
-        _write(figure, path)
+        save_figure(figure, path)
     return figure
