@@ -29,8 +29,7 @@ def acceleration(t: float) -> float:
 
 
 def compiled_motion() -> kf.Motion:
-    numba = pytest.importorskip("numba")
-    return kf.Motion(numba.njit(angle), numba.njit(rate), numba.njit(acceleration))
+    return kf.Motion(angle, rate, acceleration).compiled()
 
 
 @pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
@@ -109,9 +108,7 @@ def test_a_step_does_not_lead_over_what_a_table_does(method: str) -> None:
 
 @pytest.mark.parametrize("options", [{"method": "dopri5"}, {"method": "rk4", "step": 0.01}])
 def test_a_compiled_motion_that_turns_nan_is_named(options: dict) -> None:
-    numba = pytest.importorskip("numba")
-    nan_late = numba.njit(lambda t: 0.0 if t < 0.5 else np.nan), numba.njit(lambda t: 0.0), numba.njit(lambda t: 0.0)
-    scene = twitching(kf.Motion(*nan_late))
+    scene = twitching(kf.Motion(lambda t: 0.0 if t < 0.5 else math.nan, lambda t: 0.0, lambda t: 0.0).compiled())
     with pytest.warns(
         kf.SimulationWarning, match="motion of body 'hub' must give finite numbers; its position at t = 0.5"
     ):
@@ -122,3 +119,16 @@ def test_fixed_steps_past_the_end_of_a_table_are_named() -> None:
     scene = twitching(kf.Motion.table(TIMES, TIMES))
     with pytest.warns(kf.SimulationWarning, match="motion of body 'hub' is given from 0 to 1 s .* Remedy: a longer"):
         scene.simulate((0.0, 2.0), method="rk4", step=0.01)
+
+
+def test_functions_that_numba_compiled_before_are_known_too() -> None:
+    numba = pytest.importorskip("numba")
+    motion = kf.Motion(numba.njit(angle), numba.njit(rate), numba.njit(acceleration))
+    assert Dynamics(twitching(motion).freeze()).is_autonomous
+
+
+@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+def test_a_motion_that_cannot_be_compiled_is_refused() -> None:
+    words = {"slow": 0.1}
+    with pytest.raises(kf.ModelError, match=r"velocity of a Motion cannot be compiled: .* Remedy: use numbers, math"):
+        kf.Motion(lambda t: 0.1 * t, lambda t: words.get("slow", t), lambda t: 0.0).compiled()

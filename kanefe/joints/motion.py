@@ -115,8 +115,13 @@ class Motion:
     def compiled(self) -> Motion:
         """Return the motion with its functions compiled by numba, so that runs need not leave compiled code for them.
 
-        The functions may use numbers, `math` and numpy, as numba knows them. What numba cannot compile it says when the
-        motion is first used.
+        The functions may use numbers, `math` and numpy, as numba knows them. They take the variables around them as
+        they are now: later changes do not reach them.
+
+        Raises
+        ------
+        ModelError
+            If numba cannot compile one of them.
 
         Examples
         --------
@@ -124,10 +129,15 @@ class Motion:
         """
         from kanefe.kernels._numba import compiled
 
-        velocity, acceleration = (
-            None if rate is None else compiled(rate) for rate in (self.velocity, self.acceleration)
+        position, velocity, acceleration = self.position, self.velocity, self.acceleration
+        if self.pieces is not None or velocity is None or acceleration is None:
+            return self
+        return Motion(
+            compiled(position, "position of a Motion"),
+            compiled(velocity, "velocity of a Motion"),
+            compiled(acceleration, "acceleration of a Motion"),
+            self.span,
         )
-        return Motion(compiled(self.position), velocity, acceleration, self.span)
 
     def _of_pieces(self, pieces: np.ndarray) -> Motion:
         pieces.flags.writeable = False

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from kanefe.cache_folder import cache_folder
+from kanefe.errors import ModelError
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -97,13 +98,21 @@ def pointer(function: Function) -> Function:
         return numba.cfunc(signature, error_model="numpy", fastmath=RELAXED, cache=folder is not None)(function)  # type: ignore[no-any-return]
 
 
-def compiled(function: Function) -> Function:
-    """Compile a function of the user as he would by ``numba.njit``."""
-    if not IS_COMPILED:
+def compiled(function: Callable[[float], float], label: str) -> Callable[[float], float]:
+    """Compile a function of a number of the user; a ModelError names `label` if numba cannot."""
+    if not IS_COMPILED or hasattr(function, "py_func"):
         return function
     import numba
+    from numba import types
 
-    return numba.njit(function)  # type: ignore[no-any-return]
+    try:
+        return numba.njit(types.float64(types.float64))(function)  # type: ignore[no-any-return]
+    except (numba.core.errors.NumbaError, TypeError) as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise ModelError(
+            f"the {label} cannot be compiled: {reason}. Remedy: use numbers, math and conditions alone, or leave it in "
+            "Python, a Motion without compiled()"
+        ) from error
 
 
 Part = tuple[Callable[..., Any], int, int, bool]
