@@ -31,6 +31,7 @@ DOORS = {
     "pyyeti": {"kanefe/imports/_pyyeti.py"},
     "mapdl_archive": {"kanefe/imports/_mapdl.py"},
     "control": {"kanefe/linear/_control.py"},
+    "sksundae": {"kanefe/integrate/_sundials.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])
 

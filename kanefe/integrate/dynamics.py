@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.assembly import consistent_start, project_positions, project_speeds
 from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.scales import displacement_scales, state_scales
+from kanefe.integrate.scales import state_scales
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.model import Model
@@ -129,36 +129,46 @@ class Dynamics:
             du = accelerations(self.model, t, q, u)
         return np.concatenate((self.model.coordinate_rates(q, u), du, self.powers(t, q, u, du)))
 
-    def derivatives(self, t: float, y: Vector) -> Matrix:
+    def tangent_derivatives(self, t: float, y: Vector) -> Matrix:
         """Return derivatives of the rates of speeds and quadratures by tangents, then by speeds.
 
         Shape (free + quadratures, 2 free). A tangent is a change of the coordinates in the direction of a speed, of a
-        rotation the rotation vector in the moving frame. Exact to round-off where the scene is in order n and no
-        function of the user looks at the state; else by central differences.
+        rotation the rotation vector in the moving frame.
         """
-        model, order_n = self.model, self._order_n
-        n, m = model.coordinate_count, model.free_count
+        n, m = self.model.coordinate_count, self.model.free_count
         q = self.parts(y)[0]
         directions = np.zeros((2 * m, len(y)))
         for i, unit in enumerate(np.eye(m)):
-            directions[i, :n] = model.coordinate_rates(q, unit)
+            directions[i, :n] = self.model.coordinate_rates(q, unit)
             directions[m + i, n : n + m] = unit
+        return self._derivatives(t, y, directions)[:, n:].T
+
+    def jacobian(self, t: float, y: Vector) -> Matrix:
+        """Return d(dy/dt)/dy, (state, state)."""
+        directions = np.eye(len(y))[: len(y) - WORKS]  # nothing depends on the quadratures
+        return np.vstack((self._derivatives(t, y, directions), np.zeros((WORKS, len(y))))).T
+
+    def _derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix:
+        """Return derivatives of dy/dt along directions, (k, state) both.
+
+        Exact to round-off where the scene is in order n and no function of the user looks at the state; else by central
+        differences.
+        """
+        order_n = self._order_n
         if order_n is not None and not order_n.inputs.needs_state and self.weakest >= NEAR_SINGULAR:
-            self.evaluations += 2 * m
-            return order_n.derivatives(t, y, directions)[:, n:].T
-        found = np.empty((m + WORKS, 2 * m))
+            self.evaluations += len(directions)
+            return order_n.derivatives(t, y, directions)
+        reaches = DIFFERENCE / np.abs(directions / self._scales).max(axis=1)
+        found = np.empty_like(directions)
         with np.errstate(over="ignore", invalid="ignore"):
-            for i, (direction, reach) in enumerate(zip(directions, self._reaches, strict=True)):
-                ahead, behind = (self.rate(t, y + side * reach * direction)[n:] for side in (1.0, -1.0))
-                found[:, i] = (ahead - behind) / (2.0 * reach)
+            for i, (direction, reach) in enumerate(zip(directions, reaches, strict=True)):
+                ahead, behind = self.rate(t, y + reach * direction), self.rate(t, y - reach * direction)
+                found[i] = (ahead - behind) / (2.0 * reach)
         return found
 
     @cached_property
-    def _reaches(self) -> Vector:
-        """How far central differences go along tangents and speeds."""
-        n, m = self.model.coordinate_count, self.model.free_count
-        speeds = state_scales(self.model)[0][n : n + m]
-        return DIFFERENCE * np.concatenate((displacement_scales(self.model), speeds))
+    def _scales(self) -> Vector:
+        return state_scales(self.model)[0]
 
     def powers(self, t: float, q: Vector, u: Vector, du: Vector) -> Vector:
         """Return the rates of the quadratures, in W; nothing is computed where nothing exchanges energy."""

@@ -211,7 +211,7 @@ class KernelStepper:
             if command == PROJECT:
                 vectors[STATE] = dynamics.projected(self.t, vectors[STATE])
             elif command == JACOBIAN:
-                found = dynamics.derivatives(self.t, vectors[STATE])
+                found = dynamics.tangent_derivatives(self.t, vectors[STATE])
                 first = integers[JACOBIAN_ROW]
                 vectors[first : first + len(found), : found.shape[1]] = found
             elif command == FAILED:

@@ -56,6 +56,8 @@ class Method:
         Whether errors are measured component by component; else by the size of the bodies.
     least_rtol : float
         Below which round-off is all that it controls.
+    is_plugged : bool
+        Whether it is a solver of another package, which keeps its memory to itself: no checkpoints.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Method:
     has_fixed_steps: bool = False
     takes_atol: bool = False
     least_rtol: float = 0.0
+    is_plugged: bool = False
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,21 @@ def _order_8(dynamics: Dynamics, start: float, stop: float, control: StepControl
     return _kernel("dop853")(dynamics, start, stop, control)
 
 
+def _scipy(name: str) -> Method:
+    def make(dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
+        from kanefe.integrate.scipy_solvers import ScipyStepper
+
+        return ScipyStepper(dynamics, start, stop, control, name=name)
+
+    return Method(name, make, takes_atol=True, least_rtol=1e-12, is_plugged=True)
+
+
+def _sundials(dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
+    from kanefe.integrate._sundials import CvodeStepper
+
+    return CvodeStepper(dynamics, start, stop, control)
+
+
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
@@ -112,8 +130,17 @@ METHODS: dict[str, Method] = {
         Method("extrapolation", _kernel("extrapolation"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-9),
         Method("radau5", _kernel("radau5"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-12),
         Method(GeneralisedAlphaStepper.name, GeneralisedAlphaStepper),
+        _scipy("scipy-bdf"),
+        _scipy("scipy-radau"),
+        _scipy("scipy-lsoda"),
+        Method("sundials-cvode", _sundials, takes_atol=True, least_rtol=1e-12, is_plugged=True),
     )
 }
+
+
+def own_methods() -> tuple[str, ...]:
+    """Return the names of the methods that are not solvers of other packages."""
+    return tuple(name for name, method in METHODS.items() if not method.is_plugged)
 
 
 def choose(

@@ -18,7 +18,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.loop import Limits, RunLoop
-from kanefe.integrate.methods import choose
+from kanefe.integrate.methods import METHODS, choose
 from kanefe.integrate.outputs import checked_span, wanted_times
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.model import Model
@@ -107,6 +107,11 @@ def integrate(
     _check_room(model, wanted)
     file, saved = None, None
     if checkpoint is not None or resume is not None:
+        if METHODS[choice.name].is_plugged:
+            raise ModelError(
+                f"{choice.name} keeps what it remembers of earlier steps to itself, so that its runs have no "
+                "checkpoints. Remedy: method='radau5'"
+            )
         of = identity(model, choice, (start, stop), wanted, watched)
         saved = read_checkpoint(resume, of) if resume is not None else None
         file = CheckpointFile(checkpoint, of, _seconds(checkpoint_seconds)) if checkpoint is not None else None

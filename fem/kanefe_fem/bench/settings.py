@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kanefe.errors import ModelError
-from kanefe.integrate.methods import METHODS
+from kanefe.integrate.methods import METHODS, own_methods
 from kanefe_fem.bench.scene import BenchScene, Setting
 
 AUTO = "auto"
@@ -17,23 +17,23 @@ HALVINGS = 16
 
 
 def method_names() -> tuple[str, ...]:
-    """Return "auto" and the names of all methods there are."""
-    return (AUTO, *METHODS)
+    """Return "auto" and the names of kanefe's own methods."""
+    return (AUTO, *own_methods())
 
 
 def chosen_methods(names: Sequence[str]) -> list[str]:
-    """Return the methods asked for; all if there are none.
+    """Return the methods asked for, also solvers of other packages; all of kanefe's own if there are none.
 
     Raises
     ------
     ModelError
         If there is no such method.
     """
-    known = method_names()
+    known = (AUTO, *METHODS)
     unknown = [name for name in names if name not in known]
     if unknown:
         raise ModelError(f"there is no method {', '.join(unknown)}. There are: {', '.join(known)}")
-    return list(names) or list(known)
+    return list(names) or list(method_names())
 
 
 def settings_of(scene: BenchScene, method: str, quick: bool = False) -> list[Setting]:
