@@ -14,7 +14,7 @@ from kanefe.integrate.trajectory import Trajectory
 from kanefe.model import Model
 
 LONG = ("energy-momentum", "rk4")
-"""Methods for long runs of fixed steps, the best one first."""
+"""Methods for long runs of fixed steps."""
 
 EXPLICIT = ("dopri5", "dop853", "rk4")
 """Methods that follow every mode, however stiff."""
@@ -60,9 +60,9 @@ def tolerance(method: str, accurate: float, low_order: float) -> float:
     return max(accurate if is_accurate(method) else low_order, METHODS[method].least_rtol)
 
 
-def long_method(wanted: str | None) -> str:
-    """Return the method of a long run: the one wanted, or the best there is."""
-    return wanted or next(name for name in LONG if name in stepped_methods())
+def long_methods(wanted: str | None) -> tuple[str, ...]:
+    """Return the methods of long runs: the one wanted, or those that keep energy."""
+    return (wanted,) if wanted else tuple(name for name in LONG if name in stepped_methods())
 
 
 def check_long_method(name: str) -> None:
