@@ -22,16 +22,13 @@ EXPLICIT = ("dopri5", "dop853", "rk4")
 LOW_ORDER = ("generalised-alpha", "hht", "energy-momentum")
 """Methods of order 2."""
 
-PLUGGED = ("scipy-", "sundials-")
-"""How the names of methods of other packages start."""
-
 LONGEST = 900.0
 """Seconds after which a run counts as hanging."""
 
 
 def method_names() -> tuple[str, ...]:
     """Return the names of kanefe's own methods."""
-    return tuple(name for name in METHODS if not name.startswith(PLUGGED))
+    return tuple(name for name in METHODS if not METHODS[name].is_plugged)
 
 
 def controlled_methods(model: Model | None = None) -> tuple[str, ...]:
