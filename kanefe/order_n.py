@@ -19,6 +19,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.joints import Planar
 from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kernels._numba import filler
+from kanefe.kernels.balance import balance
 from kanefe.kernels.derivatives import derivatives
 from kanefe.kernels.equations import march
 from kanefe.kernels.frames_of_rows import frames_of_rows
@@ -183,10 +184,16 @@ class OrderN:
             self._explain(t, y[:n], y[n : n + m])
         return found
 
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool) -> int:
+    def balance(self, run: Run, vectors: np.ndarray) -> None:
+        """Write what a method asks for by BALANCE: see `kanefe.kernels.balance`."""
+        scene = self.tables, self.flexible, self.between
+        balance(*scene, self.drives(float(run.reals[TIME_AT])), run.integers, run.reals, vectors)
+
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool = False) -> int:
         """Go on with a run without leaving compiled code; return what its method wants that is not to be had there.
 
-        The scene is autonomous. `is_implicit`: whether the method asks for linearly implicit evaluations.
+        The scene is autonomous. `is_implicit`, `is_balanced`: whether the method asks for linearly implicit
+        evaluations, and for energy and momenta.
 
         Raises
         ------
@@ -194,7 +201,7 @@ class OrderN:
             If the mass matrix is singular; the message names the speeds without inertia.
         """
         n, m = self._sizes
-        command, _ = self._march(0.0, self.inputs.constants.copy(), vectors, 0.0, 0.0, run, is_implicit)
+        command, _ = self._march(0.0, self.inputs.constants.copy(), vectors, 0.0, 0.0, run, is_implicit, is_balanced)
         if command == NO_INERTIA:
             y = vectors[AT]
             self._explain(float(run.reals[TIME_AT]), y[:n], y[n : n + m])
@@ -209,6 +216,7 @@ class OrderN:
         share_stiffness: float,
         run: Run | None,
         is_implicit: bool,
+        is_balanced: bool = False,
     ) -> tuple[int, float]:
         """Call the kernel of the scene: that of the plane for real states of planar ones, else that of space."""
         motions = None if run is None else self._motions
@@ -216,6 +224,7 @@ class OrderN:
         fill = self._fill if vectors.dtype == float else None
         shares = share_damping, share_stiffness
         planar = self.planar if self._is_planar_if_implicit or not is_implicit else None
+        planar = None if is_balanced else planar
         if planar is not None and vectors.dtype == float:
             return march_planar(planar, drives, motions, fill, t, inputs, vectors, *shares, run)
         scene = self.tables, self.flexible, self.between, self.loops

@@ -15,6 +15,7 @@ from kanefe.integrate.methods import METHODS, Choice, own_methods
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels._numba import IS_COMPILED, filler, seconds_compiling
+from kanefe.stress.runs import suits
 from loop_scenes import four_bar
 from test_integrate import ADAPTIVE, double_pendulum
 
@@ -140,9 +141,12 @@ def test_states_that_are_not_finite_end_a_run_before_they_are_stored(monkeypatch
 def test_a_fixed_step_that_is_too_long_is_told_with_what_there_is(
     method: str, scene: Callable[[], kf.System], step: float
 ) -> None:
+    model = scene().freeze()
+    if not suits(method, model):
+        pytest.skip("energy-momentum does not close loops")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", kf.SimulationWarning)
-        trajectory = integrate(scene().freeze(), (0.0, 50 * step), method=method, step=step, output_step=step)
+        trajectory = integrate(model, (0.0, 50 * step), method=method, step=step, output_step=step)
     assert trajectory.status is not None
     assert trajectory.status.is_finished or trajectory.status.remedy
     assert np.all(np.isfinite(trajectory.coordinates))

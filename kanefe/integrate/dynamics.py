@@ -70,11 +70,17 @@ class Dynamics:
         """Whether the rates come from one sweep over a tree."""
         return self._order_n is not None and not self.model.constraints
 
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool) -> int:
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
         """Go on with a run in compiled code: see `OrderN.go_on`; the scene is autonomous."""
         if self._order_n is None:
             raise TypeError("this scene needs the literal route")
-        return self._order_n.go_on(run, vectors, is_implicit)
+        return self._order_n.go_on(run, vectors, is_implicit, is_balanced)
+
+    def balance(self, run: Run, vectors: np.ndarray) -> None:
+        """Write energy and momenta: see `OrderN.balance`."""
+        if self._order_n is None:
+            raise TypeError("this scene needs the literal route")
+        self._order_n.balance(run, vectors)
 
     def name_what_is_not_finite(self, t: float, y: Vector) -> None:
         """Raise the ModelError of a load or motion that gives no numbers at a state; none if all do."""

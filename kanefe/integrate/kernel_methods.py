@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels import extrapolation, radau, stepping
+from kanefe.kernels import energy_momentum, extrapolation, radau, stepping
 from kanefe.kernels._numba import pointer
 from kanefe.kernels.explicit_steps import (
     DENSE,
@@ -44,6 +44,8 @@ class KernelMethod:
         Its coefficients.
     is_implicit : bool
         Whether it wants linearly implicit evaluations.
+    keeps_balance : bool
+        Whether it wants energy and momenta.
     """
 
     name: str
@@ -55,6 +57,7 @@ class KernelMethod:
     table: Matrix
     is_implicit: bool = False
     rows_per_speed: int = 0
+    keeps_balance: bool = False
 
     @cached_property
     def pointers(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -80,6 +83,18 @@ def kernel_method(name: str) -> KernelMethod:
             {},
             np.zeros((1, 1)),
             is_implicit=True,
+        )
+    if name == "energy-momentum":
+        return KernelMethod(
+            name,
+            energy_momentum.advance_keeping,
+            energy_momentum.interpolate_keeping,
+            energy_momentum.ROWS,
+            energy_momentum.REALS,
+            {},
+            np.zeros((1, 1)),
+            is_implicit=True,
+            keeps_balance=True,
         )
     from kanefe.integrate import tableaus
 

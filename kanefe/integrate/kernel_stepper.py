@@ -16,9 +16,11 @@ from kanefe.integrate.explicit import BESIDE
 from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
 from kanefe.integrate.scales import coordinate_moves, state_scales
 from kanefe.integrate.stepper import StepFailure
+from kanefe.joints import Free
 from kanefe.kernels import extrapolation
 from kanefe.kernels.stepping import (
     AT,
+    BALANCE,
     COMMAND,
     COORDINATES,
     EVALUATIONS,
@@ -31,6 +33,7 @@ from kanefe.kernels.stepping import (
     JACOBIAN,
     JACOBIAN_ROW,
     JACOBIANS,
+    KEEPS_MOMENTA,
     LARGEST,
     LARGEST_OF_DRIVES,
     MAP,
@@ -67,6 +70,7 @@ from kanefe.kernels.stepping import (
     interpolated,
     next_command,
 )
+from kanefe.model import Model
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods import StepControl
@@ -110,6 +114,7 @@ class KernelStepper:
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
         integers[HAS_LOOPS] = bool(model.constraints)
+        integers[KEEPS_MOMENTA] = method.keeps_balance and flies_freely(model)
         for place, value in method.integers.items():
             integers[place] = value
         reals[TIME] = reals[TIME_OLD] = start
@@ -121,10 +126,9 @@ class KernelStepper:
         if control.step is not None:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
             rtol, atol = ITERATED
-            if method.is_implicit:
-                integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS
-        if method.is_implicit:
+        if method.name == "extrapolation":
             integers[extrapolation.HAS_KINKS] = dynamics.has_kinks
+            integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
         self._no_answer: tuple[float, KanefeError] | None = None
         self._vectors[STATE] = dynamics.initial_state(start)
         scales, frequencies = state_scales(model)
@@ -230,13 +234,15 @@ class KernelStepper:
         dynamics, reals, vectors = self._dynamics, self._reals, self._vectors
         while True:
             if is_compiled:
-                return dynamics.go_on(run, vectors, self._method.is_implicit)
+                return dynamics.go_on(run, vectors, self._method.is_implicit, self._method.keeps_balance)
             command = next_command(run, vectors)
             if command == RATES:
                 vectors[SLOPE] = dynamics.rate(float(reals[TIME_AT]), vectors[AT])
             elif command == IMPLICIT:
                 shares = float(reals[SHARE_DAMPING]), float(reals[SHARE_STIFFNESS])
                 dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: PUSH_STIFFNESS + 1], *shares)
+            elif command == BALANCE:
+                dynamics.balance(run, vectors)
             else:
                 return command
 
@@ -267,6 +273,19 @@ class KernelStepper:
             "check loads for jumps or growth without bound there, or loosen rtol",
             worst,
         )
+
+
+def flies_freely(model: Model) -> bool:
+    """Tell whether nothing acts on the scene from without, so that it keeps its momenta."""
+    bodies = model.bodies
+    roots = [body for body in bodies if body.parent < 0]
+    ends = [(spring.a, spring.b) for spring in model.springs] + [(item.a, item.b) for item in model.bushings]
+    return (
+        all(isinstance(body.joint, Free) and not (body.is_driven or body.joint_loads) for body in roots)
+        and not any(body.loads or body.field_loads for body in bodies)
+        and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
+        and all(min(a.body, b.body) >= 0 for a, b in ends)
+    )
 
 
 def beyond(error: KanefeError) -> StepFailure:

@@ -129,6 +129,7 @@ METHODS: dict[str, Method] = {
         Method("rk4", _kernel("rk4"), has_error_control=False, has_fixed_steps=True),
         Method("extrapolation", _kernel("extrapolation"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-9),
         Method("radau5", _kernel("radau5"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-12),
+        Method("energy-momentum", _kernel("energy-momentum"), has_error_control=False, has_fixed_steps=True),
         Method(GeneralisedAlphaStepper.name, GeneralisedAlphaStepper),
         _scipy("scipy-bdf"),
         _scipy("scipy-radau"),
@@ -208,6 +209,8 @@ def _chosen(model: Model, method: str, start: float, stop: float) -> tuple[str, 
                 "method 'extrapolation' needs the order-n route, which bodies in the nodal form (matrices of nodes "
                 "that rotate) do not have. Remedy: method='generalised-alpha'"
             )
+        if method == "energy-momentum":
+            _check_energy_momentum(model)
         return method, "asked for"
     if model.has_unreduced:
         return UnreducedStepper.name, "the highest modes of an unreduced body are stiff"
@@ -219,6 +222,17 @@ def _chosen(model: Model, method: str, start: float, stop: float) -> tuple[str, 
             return "extrapolation", reason
         return GeneralisedAlphaStepper.name, reason
     return ExplicitStepper.name, "no stiff elastic modes"
+
+
+def _check_energy_momentum(model: Model) -> None:
+    cannot = {
+        "does not close loops": bool(model.constraints),
+        "keeps the energy of joints that move freely, and does not drive them": model.driven_count > 0,
+        "needs the order-n route, which bodies in the nodal form do not have": model.order_n is None,
+    }
+    for what, is_so in cannot.items():
+        if is_so:
+            raise ModelError(f"method 'energy-momentum' {what}. Remedy: method='auto'")
 
 
 def _check_options(method: Method, rtol: float | None, atol: float | None, step: float | None) -> None:

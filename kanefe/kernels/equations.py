@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.kernels._numba import entry, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
+from kanefe.kernels.balance import put_balance
 from kanefe.kernels.constraints import Loops, hold, hold_size
 from kanefe.kernels.drives import Drives, put_drives
 from kanefe.kernels.elastic import span, total
@@ -43,6 +44,7 @@ from kanefe.kernels.loads import add_field_loads, add_point_loads
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.stepping import (
     AT,
+    BALANCE,
     IMPLICIT,
     LARGEST_OF_DRIVES,
     NO_INERTIA,
@@ -175,7 +177,7 @@ def march(
     while True:
         if run is not None:
             command = go_on(run, vectors)
-            if command != RATES and command != IMPLICIT:
+            if command != RATES and command != IMPLICIT and command != BALANCE:
                 return command, weakest
             is_implicit = command == IMPLICIT
             t = run.reals[TIME_AT]
@@ -187,6 +189,9 @@ def march(
         rates_of_coordinates(tables, flexible, q, u, slope)
         sweep_outward(tables, flexible, drives, q, u, work, modal)
         set_inertia(tables, flexible, work, modal)
+        if run is not None and command == BALANCE:
+            put_balance(tables, flexible, between, drives, q, work, modal, run.integers, run.reals, vectors)
+            continue
         applied[:] = 0.0
         if fill is not None:
             fill(t, at, inputs)

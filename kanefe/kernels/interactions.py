@@ -132,6 +132,30 @@ def add_interactions(
     return taken, given
 
 
+@kernel
+def interaction_energy(between: Interactions, work: np.ndarray) -> float:
+    """Return the energy in the linear part of springs and bushings; tables and laws of the user do work."""
+    energy = 0.0
+    for n in range(len(between.springs)):
+        a, b = between.springs[n, ROW_A], between.springs[n, ROW_B]
+        p_a = motion_of(a, lever_of(between.spring_markers, 2 * n, a, work), work)[0]
+        p_b = motion_of(b, lever_of(between.spring_markers, 2 * n + 1, b, work), work)[0]
+        line = minus(p_b, p_a)
+        stretch = np.sqrt(dot(line, line)) - between.spring_laws[n, REST_LENGTH]
+        energy += 0.5 * between.spring_laws[n, SPRING_STIFFNESS] * stretch * stretch
+    for n in range(len(between.bushings)):
+        a, b = between.bushings[n, ROW_A], between.bushings[n, ROW_B]
+        p_a = motion_of(a, lever_of(between.bushing_markers, 2 * n, a, work), work)[0]
+        p_b = motion_of(b, lever_of(between.bushing_markers, 2 * n + 1, b, work), work)[0]
+        A_a = axes_of(between.bushing_markers, 2 * n, a, work)
+        A_b = axes_of(between.bushing_markers, 2 * n + 1, b, work)
+        d, theta = rotated_back(A_a, minus(p_b, p_a)), rotation_vector_of(product(transposed(A_a), A_b))
+        for c in range(3):
+            energy += 0.5 * between.bushing_laws[n, c] * d[c] * d[c]
+            energy += 0.5 * between.bushing_laws[n, 3 + c] * theta[c] * theta[c]
+    return energy
+
+
 @inlined
 def _interpolated(tables: np.ndarray, at: int, count: int, x: Any) -> Any:
     """Return a table's value at x, straight between its points and beyond its ends."""

@@ -25,6 +25,7 @@ PROJECT = 4  # put STATE onto the loops
 JACOBIAN = 5  # write derivatives of the rates of STATE at TIME to the rows from JACOBIAN_ROW on: see `derivatives`
 FAILED = 6  # no step is small enough, or a solution could not be found
 DONE = 7  # TIME is STOP
+BALANCE = 8  # write energy and, where kept, momenta and rigid motions of the state AT at the time TIME_AT
 NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint, or the rates are no numbers
 
 # Places in `integers`
@@ -47,7 +48,8 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     LAST_STEP,
     MAP_SIZE,
     JACOBIAN_ROW,
-) = range(18)
+    KEEPS_MOMENTA,
+) = range(19)
 OF_METHOD = 20  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
@@ -76,11 +78,18 @@ STRAIGHT, TURNING = 0, 1
     FILTER_STEP,
     LARGEST_OF_DRIVES,
 ) = range(16)
-REALS_OF_METHOD = 16
+
+# What BALANCE writes to `reals`: energies, the second the sum of the sizes of its parts; and where KEEPS_MOMENTA is set
+# the mass of the scene, its centre, its momentum, its angular momentum about the centre with that of rotors, that of
+# rotors, and the inertia about the centre as of one rigid body
+ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(16, 20)
+CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(20, 33, 3)
+REALS_OF_METHOD = 38
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
 AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE, FILTER = range(8)
 ROWS_OF_METHOD = 8
+RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
 
 Advance = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], int]
 Interpolate = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray], None]
