@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -44,7 +46,7 @@ class Point:
     error : float
         In the unit of the scene; NaN if the run failed.
     seconds : float
-        CPU time, median.
+        CPU time, median; of a run that failed until then.
     chosen : str
         The method that "auto" chose, or the method itself.
     counts : dict
@@ -71,35 +73,54 @@ class Point:
         return bool(np.isfinite(self.error))
 
 
-def run(model: Model, scene: BenchScene, setting: Setting) -> Trajectory:
+def run(model: Model, scene: BenchScene, setting: Setting, most_seconds: float | None = None) -> Trajectory:
     """Run a model of a scene to its end.
 
     Raises
     ------
     SimulationError
-        If it does not get there.
+        If it does not get there, or not within so many seconds by the clock on the wall.
     """
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")  # a run that fails is an answer here
-        found = integrate(
-            model, (0.0, scene.end), output_step=scene.end / scene.outputs, progress=False, **setting.options
-        )
+    found = _integrated(model, scene, setting, most_seconds=most_seconds)
     if len(found.times) != scene.outputs + 1 or not np.isfinite(found.coordinates).all():
         raise SimulationError(f"{scene.name} by {setting.text} ended at {found.times[-1]:.6g} of {scene.end:g} s")
     return found
 
 
-def point(model: Model, scene: BenchScene, setting: Setting, exact: np.ndarray, runs: int = MOST_RUNS) -> Point:
-    """Return error and median time of a setting; the first run, which may compile, counts for the error only."""
+def warm_up(model: Model, scene: BenchScene, setting: Setting) -> None:
+    """Take one step: what is compiled for a method is not part of its runs."""
+    with suppress(SimulationError):
+        _integrated(model, scene, setting, most_steps=1)
+
+
+def _integrated(model: Model, scene: BenchScene, setting: Setting, **limits: float | None) -> Trajectory:
+    options: dict[str, Any] = {**setting.options, **limits}
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")  # a run that fails is an answer here
+        return integrate(model, (0.0, scene.end), output_step=scene.end / scene.outputs, progress=False, **options)
+
+
+def point(
+    model: Model,
+    scene: BenchScene,
+    setting: Setting,
+    exact: np.ndarray,
+    runs: int = MOST_RUNS,
+    most_seconds: float | None = None,
+) -> Point:
+    """Return error and median time of a setting; a run that takes longer than allowed, by the wall's clock, fails."""
     made = partial(
         Point, scene=scene.name, side=OURS, method=setting.method, setting=setting.size, rtol=setting.rtol,
         step=setting.step,
     )  # fmt: skip
     kept: list[Trajectory] = []
+    start = time.process_time()
     try:
-        first = seconds(lambda: kept.append(run(model, scene, setting)))
+        first = seconds(lambda: kept.append(run(model, scene, setting, most_seconds)))
     except SimulationError as failure:
-        return made(error=np.nan, seconds=np.nan, chosen=setting.method, counts={}, remark=str(failure))
+        return made(
+            error=np.nan, seconds=time.process_time() - start, chosen=setting.method, counts={}, remark=str(failure)
+        )
     times: list[float] = []
     # a long first run is as good as its repetition, but for what it compiled
     while len(times) < runs and (not times or sum(times) < WANTED_SECONDS):

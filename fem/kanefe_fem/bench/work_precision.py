@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 from kanefe.errors import MissingDependency, ModelError
 from kanefe_fem.bench.references import Reference
-from kanefe_fem.bench.runs import MOST_RUNS, Point, point
+from kanefe_fem.bench.runs import MOST_RUNS, Point, point, warm_up
 from kanefe_fem.bench.scene import BenchScene
 from kanefe_fem.bench.settings import settings_of
 
 LONGEST, LONGEST_QUICK = 10.0, 1.0
 """CPU time of a run in s, above which a curve ends."""
+
+PATIENCE = 5.0
+"""Times that, by the clock on the wall, after which a run is ended."""
 
 FLOOR = 3.0
 """A curve ends where its error is below this many times that of the reference."""
@@ -48,15 +51,19 @@ class Limits:
 def curve(scene: BenchScene, method: str, exact: Reference, limits: Limits) -> Iterator[Point]:
     """Yield the points of a method, from coarse to fine, until it is as good as the reference or takes too long."""
     model, failures, slow = scene.build(), 0, 0
-    for setting in settings_of(scene, method, limits.quick):
+    settings = settings_of(scene, method, limits.quick)
+    for setting in settings:
         try:
-            found = point(model, scene, setting, exact.values, limits.runs)
+            if setting is settings[0]:
+                warm_up(model, scene, setting)
+            found = point(model, scene, setting, exact.values, limits.runs, PATIENCE * limits.longest)
         except (ModelError, MissingDependency) as refusal:
-            print(f"{scene.name} is not run by {setting.text}: {refusal}", file=sys.stderr, flush=True)
+            print(f"{scene.name}, {setting.text}: {refusal}", file=sys.stderr, flush=True)
             return
-        yield found
         failures = 0 if found.is_good else failures + 1
         slow += found.seconds > limits.longest
+        if found.is_good or found.seconds <= limits.longest:
+            yield found  # what was ended for its time says nothing of the error
         # a coarse run of an explicit method may take longer than a fine one, and fail
         if failures > HOPELESS or (slow and found.is_good) or slow > 1 or found.error < FLOOR * exact.agreement:
             return
