@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,12 +22,10 @@ from kanefe.slopes import SlopeMeasure, slope_measure
 from kanefe.system_constraints import ConstraintMethods
 from kanefe.system_field_loads import FieldLoadMethods
 from kanefe.system_loads import LoadMethods
-
-if TYPE_CHECKING:
-    from kanefe.results import Result
+from kanefe.system_run import RunMethods
 
 
-class System(LoadMethods, FieldLoadMethods, ConstraintMethods):
+class System(LoadMethods, FieldLoadMethods, ConstraintMethods, RunMethods):
     """A scene of rigid and flexible bodies in a tree.
 
     Parameters
@@ -286,15 +283,6 @@ class System(LoadMethods, FieldLoadMethods, ConstraintMethods):
         model = connected(model, self._springs, self._bushings, start)
         self.is_frozen = True
         return model
-
-    def simulate(self, t_span: tuple[float, float], **options: Any) -> Result:
-        """Run the scene and return a `Result`; the options are those of `kanefe.integrate.run.integrate`."""
-        from kanefe.integrate.outputs import checked_span
-        from kanefe.integrate.run import integrate
-        from kanefe.results import Result
-
-        model = self.freeze(checked_span(t_span)[0])
-        return Result(model, integrate(model, t_span, **options))
 
     def _add(
         self,

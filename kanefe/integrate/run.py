@@ -26,8 +26,6 @@ from kanefe.model import Model
 LARGEST_STORE = 2**32
 """Bytes of states and accelerations of unreduced bodies above which a run asks for fewer outputs."""
 
-CHECKPOINT_SECONDS = 30.0
-
 
 def integrate(
     model: Model,
@@ -41,59 +39,13 @@ def integrate(
     output_times: Sequence[float] | np.ndarray | None = None,
     events: Sequence[Event] | Event = (),
     checkpoint: str | Path | None = None,
-    checkpoint_seconds: float = CHECKPOINT_SECONDS,
+    checkpoint_seconds: float = 30.0,
     resume: str | Path | None = None,
     most_steps: int | None = None,
     most_seconds: float | None = None,
     progress: bool | None = None,
 ) -> Trajectory:
-    """Run a model in time.
-
-    A run that cannot be finished returns what it has, with a `RunStatus` that says what failed, when, and what to try,
-    and warns with a `SimulationWarning`.
-
-    Parameters
-    ----------
-    model : Model
-    t_span : (float, float)
-        Start and end in s.
-    method : str
-        "auto" chooses from the scene, and the statistics say why. Explicit: "dop853", "dopri5", "rk4" (fixed steps).
-        For stiff scenes: "extrapolation", "generalised-alpha", and "radau5" (order 5, Newton iterations with the exact
-        Jacobian). For long runs of trees: "energy-momentum" (order 2, fixed steps), which keeps the balance of energy
-        and in free flight the momenta. Solvers of other packages, with that Jacobian: "scipy-bdf", "scipy-radau",
-        "scipy-lsoda", and "sundials-cvode" (``pip install 'kanefe[sundials]'``). All are in
-        `kanefe.integrate.methods.METHODS`.
-    rtol : float, optional
-        Relative error of a step; default 1e-6.
-    atol : float, optional
-        Absolute error of a step, of methods that measure errors component by component; default 1e-3 rtol.
-    step : float, optional
-        Fixed step, s.
-    output_step : float, optional
-        Time between stored states in s; default a 500th of the span, or with a fixed step the nearest number of whole
-        steps.
-    output_times : array_like, optional
-        The times of the stored states themselves, ascending, s.
-    events : sequence of Event
-        Moments to be found: see `Event`.
-    checkpoint : path, optional
-        File from which the run can go on, written at the start, every so many seconds, and at the end, whatever ends
-        it.
-    checkpoint_seconds : float
-        Of the wall clock, between writings.
-    resume : path, optional
-        Checkpoint of the same scene and options to go on from. It may be the same file as `checkpoint`.
-    most_steps : int, optional
-        Accepted steps of this call after which the run stops.
-    most_seconds : float, optional
-        Of the wall clock, after which it stops.
-    progress : bool, optional
-        Show a progress bar with the time left; default: only on a terminal.
-
-    Returns
-    -------
-    Trajectory
+    """Run a model in time: the options are those of `kanefe.system_run.RunMethods.simulate`.
 
     Raises
     ------

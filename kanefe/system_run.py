@@ -1,0 +1,134 @@
+"""What `System` can do with a scene: run it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kanefe.scene import Scene
+
+if TYPE_CHECKING:
+    from kanefe.integrate.events import Event
+    from kanefe.model import Model
+    from kanefe.results import Result
+
+
+class RunMethods(Scene):
+    """The part of `System` that runs the scene."""
+
+    if TYPE_CHECKING:
+
+        def freeze(self, start: float = 0.0) -> Model:
+            """See `System.freeze`."""
+
+    def simulate(
+        self,
+        t_span: tuple[float, float],
+        *,
+        method: str = "auto",
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        output_step: float | None = None,
+        output_times: Sequence[float] | None = None,
+        events: Sequence[Event] | Event = (),
+        checkpoint: str | Path | None = None,
+        checkpoint_seconds: float = 30.0,
+        resume: str | Path | None = None,
+        most_steps: int | None = None,
+        most_seconds: float | None = None,
+        progress: bool | None = None,
+    ) -> Result:
+        """Run the scene.
+
+        A run that cannot be finished returns what it has, with a `RunStatus` that says what failed, when, in which body
+        or mode, and what to try, and warns with a `SimulationWarning`; ``result.raise_for_status()`` makes an error of
+        it.
+
+        Parameters
+        ----------
+        t_span : (float, float)
+            Start and end in s.
+        method : str
+            "auto" chooses from the scene, and ``result.statistics`` say what and why. Explicit: "dop853", "dopri5",
+            "rk4" (fixed steps). For stiff scenes: "extrapolation", "generalised-alpha", and "radau5" (order 5, Newton
+            iterations with the exact Jacobian). Solvers of other packages, with that Jacobian: "scipy-bdf",
+            "scipy-radau", "scipy-lsoda", and "sundials-cvode" (``pip install 'kanefe[sundials]'``). All are in
+            `kanefe.integrate.methods.METHODS`.
+        rtol : float, optional
+            Relative error of a step, default 1e-6; see below.
+        atol : float, optional
+            Absolute error of a step, default 1e-3 rtol; see below.
+        step : float, optional
+            Fixed step in s, in place of the tolerances. The first step after an event that acts begins there.
+        output_step : float, optional
+            Time between stored states in s; default a 500th of the span, or with a fixed step the nearest number of
+            whole steps.
+        output_times : array_like, optional
+            The times of the stored states themselves, ascending, s.
+        events : sequence of Event
+            Moments to be found: see `Event`.
+        checkpoint : path, optional
+            File from which the run can go on. It is written at the start, every so many seconds, and at the end,
+            whatever ends it, and is whole at any moment, also if the process is killed.
+        checkpoint_seconds : float
+            Of the wall clock, between writings. They take a twentieth of the time at most.
+        resume : path, optional
+            Checkpoint of the same scene and options to go on from; the result is that of one run. It may be the same
+            file as `checkpoint`. Flexible bodies must be the same to the bit, as from a file or the cache.
+        most_steps : int, optional
+            Accepted steps of this call after which the run stops.
+        most_seconds : float, optional
+            Of the wall clock, after which it stops.
+        progress : bool, optional
+            Show a progress bar with the time left; default: only on a terminal.
+
+        Returns
+        -------
+        Result
+
+        Raises
+        ------
+        ModelError
+            If the scene or an option makes no sense.
+        SimulationError
+            If the run cannot begin.
+        FileError
+            If the checkpoint cannot be written at the start, or the one to go on from cannot be read or is of another
+            run.
+
+        Notes
+        -----
+        A step may have an error of ``atol * scale + rtol * |y|`` in a component y of the state. So that one number fits
+        all units, the scale is what is large in the scene, per second of speeds: a radian of an angle; of a distance
+        the size of the scene (its flexible bodies and the offsets of its bodies; else radii of gyration; else how far
+        points are from their origin); of a modal coordinate the amplitude that moves the body by its own size; of
+        energies the kinetic one of all that. A modal speed counts in the amplitude that it causes, speed / frequency.
+        The same scene in millimetres or kilometres takes the same steps. Generalised-alpha has no atol: a step may have
+        an error of ``rtol * scale``.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, -9.81, 0))
+        >>> rod = scene.add_rigid_body("rod", mass=1.0, inertia=1 / 12, com=(0.5, 0, 0), joint=kf.Revolute("z"))
+        >>> lowest = kf.Event("lowest", lambda t, state: state.joint_coordinates("rod")[0] + 1.5707963, direction=-1)
+        >>> result = scene.simulate((0.0, 1.0), rtol=1e-8, events=lowest)
+        >>> print(result.status)
+        the run finished at t = 1 s
+        >>> result.events["lowest"].round(6)
+        array([0.483334])
+        """
+        from kanefe.integrate.outputs import checked_span
+        from kanefe.integrate.run import integrate
+        from kanefe.results import Result
+
+        model = self.freeze(checked_span(t_span)[0])
+        options: dict[str, Any] = {
+            "method": method, "rtol": rtol, "atol": atol, "step": step, "output_step": output_step,
+            "output_times": output_times, "events": events, "checkpoint": checkpoint,
+            "checkpoint_seconds": checkpoint_seconds, "resume": resume, "most_steps": most_steps,
+            "most_seconds": most_seconds, "progress": progress,
+        }  # fmt: skip
+        return Result(model, integrate(model, t_span, **options))
