@@ -2,18 +2,56 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 
 from kanefe.model import Model
 
 
 def scene_length(model: Model) -> float:
-    """Return a length of the scene in m: its flexible bodies and the offsets in it; 1 m if it has none."""
+    """Return a length of the scene in m: of its flexible bodies and the offsets in it.
+
+    Where there are none, bodies are as large as their radius of gyration, points as far as they are from their origin;
+    1 m if nothing has a size.
+    """
     lengths = [float(np.ptp(b.flexible.body.nodes, axis=0).max()) for b in model.bodies if b.flexible]
     lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
     lengths += [float(np.linalg.norm(b.rigid.com)) for b in model.bodies if b.rigid]
     lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
-    return max([x for x in lengths if x > 0], default=1.0)
+    lengths += [float(np.linalg.norm(m.point)) for s in model.springs for m in (s.a, s.b) if m.body >= 0]
+    largest = max(lengths, default=0.0)
+    return largest or _radius_of_gyration(model) or _distance_at_start(model) or 1.0
+
+
+def scene_energy(model: Model, length: float) -> float:
+    """Return an energy of the scene in J: its kinetic one where all moves by its length, or a radian, in a second."""
+    mass = sum(part.mass for part in _masses(model))
+    return (mass * length**2 + _inertia(model)) or 1.0
+
+
+def _masses(model: Model) -> list[Any]:
+    return [body.flexible.body if body.flexible else body.rigid for body in model.bodies if body.flexible or body.rigid]
+
+
+def _inertia(model: Model) -> float:
+    return sum(float(np.trace(body.rigid.inertia)) for body in model.bodies if body.rigid)
+
+
+def _radius_of_gyration(model: Model) -> float:
+    mass = sum(body.rigid.mass for body in model.bodies if body.rigid)
+    return math.sqrt(_inertia(model) / mass) if mass > 0.0 else 0.0
+
+
+def _distance_at_start(model: Model) -> float:
+    ranges = joint_scales(model, 0.0)
+    distances = [0.0]
+    for body in model.bodies:
+        for at, speed in zip(*body.free_coordinates(), strict=False):
+            if ranges[speed] == 0.0:
+                distances.append(abs(float(model.initial_coordinates[at])))
+    return max(distances)
 
 
 def joint_scales(model: Model, length: float) -> np.ndarray:

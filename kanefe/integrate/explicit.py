@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import DOP853, DenseOutput
 
+from kanefe.equations_of_motion import WORKS
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.scales import state_scales
 from kanefe.integrate.stepper import StepFailure
 
 if TYPE_CHECKING:
@@ -44,14 +46,15 @@ class ExplicitStepper:
     start, stop : float
         s.
     control : StepControl
-        rtol, relative to each component of the state; atol, in the units of each component.
+        rtol, relative to each component of the state; atol, in units of `state_scales`.
     """
 
     name = "dop853"
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
         self._dynamics, self._start, self._stop = dynamics, start, stop
-        self._tolerances, self._looser = (max(control.rtol, 3e-14), control.atol), 1.0
+        self._rtol, self._atol = max(control.rtol, 3e-14), control.atol * state_scales(dynamics.model)[0]
+        self._looser = 1.0
         self._smallest = SMALLEST_STEP * (stop - start)
         self._usual_step, self._usual_weakest = 0.0, 0.0
         self._no_answer: tuple[float, KanefeError] | None = None
@@ -98,8 +101,7 @@ class ExplicitStepper:
 
     def restart(self, t: float, y: Vector) -> None:
         """Go on from another state with a step of its own."""
-        rtol, atol = self._tolerances
-        self._solver = DOP853(self._dynamics.rate, t, y, self._stop, rtol=rtol, atol=atol)
+        self._solver = DOP853(self._dynamics.rate, t, y, self._stop, rtol=self._rtol, atol=self._atol)
         self._as_stepped: tuple[Vector, Vector] = self._solver.y, self._solver.f
         self._dense: DenseOutput | None = None
         self._looser = 1.0
@@ -150,11 +152,11 @@ class ExplicitStepper:
             self._close_loops()
 
     def _worst_component(self) -> int:
-        """Return which component of the state had the largest error in the last try."""
+        """Return which coordinate or speed had the largest error in the last try."""
         solver = self._solver
         with np.errstate(invalid="ignore", over="ignore"):
             errors = np.abs(solver.E5 @ solver.K) / (solver.atol + solver.rtol * np.abs(solver.y))
-        return int(np.argmax(np.where(np.isfinite(errors), errors, np.inf)))
+        return int(np.argmax(np.where(np.isfinite(errors), errors, np.inf)[:-WORKS]))
 
     def _dense_output(self) -> DenseOutput:
         """Return the dense output of the step as it was taken: it leans on the state at both ends."""
@@ -185,13 +187,14 @@ class ExplicitStepper:
         if not self._is_near_singular:
             self._usual_step = step
         if self._is_near_singular and step < 0.1 * self._usual_step:
-            self._looser = min(10.0 * self._looser, LARGEST_RTOL / self._tolerances[0])
+            self._looser = min(10.0 * self._looser, LARGEST_RTOL / self._rtol)
         else:
             self._looser = 1.0
         self._set_tolerances()
 
     def _set_tolerances(self) -> None:
-        self._solver.rtol, self._solver.atol = (max(self._looser, 1.0) * size for size in self._tolerances)
+        factor = max(self._looser, 1.0)
+        self._solver.rtol, self._solver.atol = factor * self._rtol, factor * self._atol
 
     @property
     def _is_near_singular(self) -> bool:

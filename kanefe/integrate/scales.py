@@ -8,7 +8,7 @@ from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Vector
 from kanefe.joints import Free, Spherical
 from kanefe.model import Model
-from kanefe.scene_length import joint_scales, scene_length
+from kanefe.scene_length import joint_scales, scene_energy, scene_length
 
 
 def displacement_scales(model: Model) -> np.ndarray:
@@ -48,8 +48,9 @@ def coordinate_moves(model: Model) -> list[tuple[bool, int, int]]:
 def state_scales(model: Model) -> tuple[Vector, Vector]:
     """Return what counts as a large value of each component of (q, u, works), and its frequency in rad/s; 0: none.
 
-    Large are a radian, the size of the scene in m and what moves a body by its size in modal units; and these a second.
-    A modal speed counts in the amplitude that it causes: against a large displacement times the frequency of its mode.
+    Large are a radian, the size of the scene in m and what moves a body by its size in modal units; these a second; and
+    the energy of such speeds. A modal speed counts in the amplitude that it causes: against a large displacement times
+    the frequency of its mode.
     """
     n, m = model.coordinate_count, model.free_count
     displacements = displacement_scales(model)
@@ -66,4 +67,5 @@ def state_scales(model: Model) -> tuple[Vector, Vector]:
             scales[at], frequencies[at] = displacements[speed], modal[speed]
     scales[n : n + m] = displacements * np.maximum(1.0, modal)
     frequencies[n : n + m] = modal
+    scales[n + m :] = scene_energy(model, scene_length(model))
     return scales, frequencies
