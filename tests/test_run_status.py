@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -161,6 +162,21 @@ def test_steps_that_do_not_get_on_are_a_failure_and_no_hang(monkeypatch: pytest.
     assert stepper.statistics["steps"] < 200
 
 
+def test_a_run_that_would_take_days_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    choice = Choice("scripted", "for the test", lambda dynamics: ScriptedStepper(2.0**-7), {})
+    monkeypatch.setattr("kanefe.integrate.run.choose", lambda *arguments: choice)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        straight_line().simulate((0.0, 1.0))
+    monkeypatch.setattr("kanefe.integrate.loop.PATIENCE", 0.0)
+    monkeypatch.setattr("kanefe.integrate.loop.LONGEST", 0.0)
+    expected = r"steps of scripted are 0\.0078 s long: at this pace the run takes .* h more\. Remedy: check loads"
+    with pytest.warns(kf.SimulationWarning, match=expected) as told:
+        assert straight_line().simulate((0.0, 1.0)).status.is_finished
+    assert len(told) == 1
+    assert told[0].filename == __file__
+
+
 def test_a_chunk_is_limited_and_one_step_long_where_events_are_watched(monkeypatch: pytest.MonkeyPatch) -> None:
     stepper = ScriptedStepper(1e-5)
     scripted(monkeypatch, stepper, output_step=1.0)
@@ -288,3 +304,8 @@ def test_a_partial_result_is_saved_and_loaded_with_its_status_and_events(tmp_pat
     }
     np.testing.assert_array_equal(loaded.position("second"), result.position("second"))
     assert loaded.statistics == result.statistics
+
+
+def test_the_options_of_a_scene_are_those_of_a_model() -> None:
+    ours, theirs = (list(signature(f).parameters.values())[1:] for f in (kf.System.simulate, integrate))
+    assert [(p.name, p.default, p.kind) for p in ours] == [(p.name, p.default, p.kind) for p in theirs]

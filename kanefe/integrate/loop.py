@@ -31,6 +31,9 @@ SMALLEST_STEP = 1e-12
 
 SOME_STEPS = 20
 
+PATIENCE, LONGEST = 60.0, 24 * 3600.0
+"""Seconds after which a run is warned of that would take more than so many at its pace."""
+
 COUNTED = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
 """What the statistics of every run tell, zero where a method has no such thing."""
 
@@ -92,7 +95,8 @@ class RunLoop:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._start, self._span = stepper.t, float(times[-1]) - stepper.t
-        self._began = time.monotonic()
+        self._began, self._from = time.monotonic(), stepper.t
+        self._is_warned = False
         self._chunk = 1 if watch or isinstance(stepper, TellsAccelerations) else 16
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
@@ -132,6 +136,7 @@ class RunLoop:
         self._before = {name: value - now.get(name, 0) for name, value in progress.statistics.items()}
         self._clock.seconds = dict(progress.seconds)
         self._mark = (int(now["steps"]), self._stepper.t)
+        self._from = self._stepper.t
         self._bar.update(self._stepper.t - self._start)
 
     def go(self, file: CheckpointFile | None = None) -> RunStatus:
@@ -170,6 +175,7 @@ class RunLoop:
                     with self._clock.part("outputs"):
                         self._store_accelerations(stored, self.stored)
                 self._check_progress()
+                self._check_pace()
                 if self._watch and (stopped := self._events(self._watch)) is not None:
                     return stopped
             except StepFailure as failure:
@@ -215,6 +221,23 @@ class RunLoop:
                     "check loads for jumps or growth without bound there, or loosen rtol",
                 )
             self._mark = steps, t
+
+    def _check_pace(self) -> None:
+        """Warn once of a run that gets on too slowly to be waited for."""
+        elapsed = time.monotonic() - self._began
+        if self._is_warned or elapsed < PATIENCE:
+            return
+        self._is_warned = True
+        t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
+        left = elapsed * (self._times[-1] - t) / max(t - self._from, 1e-300)
+        if left > LONGEST:
+            warnings.warn(
+                f"at t = {t:.6g} s the steps of {self._stepper.name} are {step:.2g} s long: at this pace the run takes "
+                f"{left / 3600.0:.2g} h more. Remedy: check loads for noise and jumps, loosen rtol, or a method for "
+                "stiff scenes such as 'extrapolation'",
+                SimulationWarning,
+                stacklevel=6,
+            )
 
     def _events(self, watch: EventWatch) -> RunStatus | None:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""

@@ -139,16 +139,19 @@ def scaled_size(
 
     Allowed is the absolute tolerance and the relative one of the larger of two states.
     Of a mode of frequency w it is more by ``1 + (h w)^2`` with the filter step h, so that vibrations which an implicit
-    method damps away, since its step does not resolve them, do not hold it down.
+    method damps away, since its step does not resolve them, do not hold it down. The worst that is told is a coordinate
+    or a speed: energies only follow.
     """
     largest, square = 0.0, reals[FILTER_STEP] * reals[FILTER_STEP]
+    moving = integers[COORDINATES] + integers[SPEEDS]
     for i in range(len(error)):
         allowed = vectors[SCALE, i] + reals[RELATIVE] * max(abs(a[i]), abs(b[i]))
         allowed *= 1.0 + square * vectors[FILTER, i]
         size = abs(error[i]) / allowed
         if not size <= largest:
             largest = size
-            integers[WORST] = i
+            if i < moving:
+                integers[WORST] = i
             if not size < np.inf:
                 return np.inf
     return largest
