@@ -174,7 +174,7 @@ class Dynamics:
 
     @cached_property
     def _scales(self) -> Vector:
-        return state_scales(self.model)[0]
+        return state_scales(self.model)
 
     def powers(self, t: float, q: Vector, u: Vector, du: Vector) -> Vector:
         """Return the rates of the quadratures, in W; nothing is computed where nothing exchanges energy."""

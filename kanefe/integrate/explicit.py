@@ -53,7 +53,7 @@ class ExplicitStepper:
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
         self._dynamics, self._start, self._stop = dynamics, start, stop
-        self._rtol, self._atol = max(control.rtol, 3e-14), control.atol * state_scales(dynamics.model)[0]
+        self._rtol, self._atol = max(control.rtol, 3e-14), control.atol * state_scales(dynamics.model)
         self._looser = 1.0
         self._smallest = SMALLEST_STEP * (stop - start)
         self._usual_step, self._usual_weakest = 0.0, 0.0

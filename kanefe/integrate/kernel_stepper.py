@@ -14,7 +14,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit import BESIDE
 from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
-from kanefe.integrate.scales import coordinate_moves, state_scales
+from kanefe.integrate.scales import coordinate_moves, modal_frequencies, state_scales
 from kanefe.integrate.stepper import StepFailure
 from kanefe.joints import Free
 from kanefe.kernels import extrapolation
@@ -26,10 +26,10 @@ from kanefe.kernels.stepping import (
     EVALUATIONS,
     FACTORISATIONS,
     FAILED,
-    FILTER,
     HAS_LOOPS,
     IMPLICIT,
     IS_FIXED,
+    IS_STIFF,
     JACOBIAN,
     JACOBIAN_ROW,
     JACOBIANS,
@@ -43,6 +43,7 @@ from kanefe.kernels.stepping import (
     NO_CONVERGENCE,
     NO_NUMBERS,
     PROJECT,
+    PUSH_DAMPING,
     PUSH_STIFFNESS,
     RATES,
     REASON,
@@ -77,6 +78,12 @@ if TYPE_CHECKING:
 
 SMALLEST_STEP = 1e-12
 """Share of the span below which a step means that the run cannot go on."""
+
+FIRST_PERIODS = 20.0
+"""Radians of the lowest mode over which the trial step brings vibrations to rest."""
+
+UNSEEN = 10.0
+"""Of the absolute tolerance: vibrations that an implicit method may damp in its first step."""
 
 LEAST_STEPS = 30
 """Steps of a run at least, where loads or drives are functions: they then are looked at a hundred times at least, since
@@ -115,6 +122,7 @@ class KernelStepper:
         integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
         integers[HAS_LOOPS] = bool(model.constraints)
         integers[KEEPS_MOMENTA] = method.keeps_balance and flies_freely(model)
+        integers[IS_STIFF] = any(body.flexible is not None or body.has_coordinate_forces for body in model.bodies)
         for place, value in method.integers.items():
             integers[place] = value
         reals[TIME] = reals[TIME_OLD] = start
@@ -131,9 +139,9 @@ class KernelStepper:
             integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
         self._no_answer: tuple[float, KanefeError] | None = None
         self._vectors[STATE] = dynamics.initial_state(start)
-        scales, frequencies = state_scales(model)
-        reals[RELATIVE], self._vectors[SCALE] = rtol, atol * scales
-        self._vectors[FILTER] = frequencies**2
+        reals[RELATIVE], self._vectors[SCALE] = rtol, atol * state_scales(model)
+        if method.name == "extrapolation" and control.step is None:
+            reals[NEXT_STEP] = self._first_step()
 
     @property
     def t(self) -> float:
@@ -183,7 +191,9 @@ class KernelStepper:
         self._vectors[STATE] = y
         reals[TIME] = reals[TIME_OLD] = t
         integers[COMMAND], integers[STAGE] = START, 0
-        if not integers[IS_FIXED]:
+        if self.name == "extrapolation" and not integers[IS_FIXED]:
+            reals[NEXT_STEP] = min(float(reals[NEXT_STEP]), self._first_step())
+        elif not integers[IS_FIXED]:
             reals[NEXT_STEP] *= 0.1
 
     def snapshot(self) -> dict[str, np.ndarray]:
@@ -228,6 +238,31 @@ class KernelStepper:
         for i in range(stored if dynamics.model.constraints else 0):
             states[i] = dynamics.projected(float(times[i]), states[i])
         return stored
+
+    def _first_step(self) -> float:
+        """Return the first step of the extrapolation: a long one would damp all vibrations, unseen by the estimate.
+
+        A trial step over some periods of the lowest mode brings the deflections close to where they would come to
+        rest; their change is the size of the vibrations. Where that is within the tolerance, the step may be long.
+        """
+        model, reals, vectors = self._dynamics.model, self._reals, self._vectors
+        long = 0.05 * float(reals[STOP] - reals[TIME])
+        rates = modal_frequencies(model)
+        if not np.any(rates > 0.0):
+            return long
+        h = min(long, FIRST_PERIODS / float(rates[rates > 0.0].min()))
+        n, m = model.coordinate_count, model.free_count
+        vectors[AT] = vectors[STATE]
+        vectors[PUSH_DAMPING] = 0.0
+        vectors[PUSH_STIFFNESS, n : n + m] = -h * vectors[STATE, n : n + m]
+        self._dynamics.implicit_rate(float(reals[TIME]), vectors[: PUSH_STIFFNESS + 1], h, h * h)
+        for turns, at, speed in coordinate_moves(model):
+            if turns or rates[speed] == 0.0:
+                continue
+            allowed = UNSEEN * vectors[SCALE, at] + reals[RELATIVE] * abs(vectors[STATE, at])
+            if h * abs(vectors[STATE, n + speed] + h * vectors[SLOPE, n + speed]) > allowed:
+                return min(long, 1.0 / float(rates.max()))
+        return long
 
     def _command(self, run: Run, is_compiled: bool) -> int:
         """Return what the method wants that is no evaluation: evaluations are done here."""

@@ -20,7 +20,7 @@ LARGEST_EXPLICIT_STEPS = 2000.0
 
 DEFAULT_RTOL = 1e-6
 
-ATOL_SHARE = 1e-3
+ATOL_SHARE = 0.1
 """Of rtol: the absolute tolerance where none is given."""
 
 

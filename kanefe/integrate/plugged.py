@@ -50,7 +50,7 @@ class PluggedStepper(ABC):
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
         self.name = name
         self._dynamics, self._stop = dynamics, stop
-        self._rtol, self._atol = control.rtol, control.atol * state_scales(dynamics.model)[0]
+        self._rtol, self._atol = control.rtol, control.atol * state_scales(dynamics.model)
         self._smallest = SMALLEST_STEP * (stop - start)
         self._largest = (stop - start) / LEAST_STEPS if dynamics.calls_functions else stop - start
         self._steps = self._rejected = self._jacobians = 0

@@ -45,8 +45,20 @@ def coordinate_moves(model: Model) -> list[tuple[bool, int, int]]:
     return moves
 
 
-def state_scales(model: Model) -> tuple[Vector, Vector]:
-    """Return what counts as a large value of each component of (q, u, works), and its frequency in rad/s; 0: none.
+def modal_frequencies(model: Model) -> Vector:
+    """Return the frequency in rad/s of the mode behind each free speed, alone; zero for what is no mode."""
+    frequencies = np.zeros(model.free_count)
+    for body in model.bodies:
+        if body.flexible:
+            k = body.flexible.body.free_count
+            stiffness = np.diag(body.flexible.body.stiffness)[:k]
+            mass = np.diag(body.flexible.body.moments.elastic_mass)[:k]
+            frequencies[body.flexible.speeds] = np.sqrt(np.maximum(stiffness, 0.0) / mass)
+    return frequencies
+
+
+def state_scales(model: Model) -> Vector:
+    """Return what counts as a large value of each component of (q, u, works).
 
     Large are a radian, the size of the scene in m and what moves a body by its size in modal units; these a second; and
     the energy of such speeds. A modal speed counts in the amplitude that it causes: against a large displacement times
@@ -54,18 +66,10 @@ def state_scales(model: Model) -> tuple[Vector, Vector]:
     """
     n, m = model.coordinate_count, model.free_count
     displacements = displacement_scales(model)
-    modal = np.zeros(m)
-    for body in model.bodies:
-        if body.flexible:
-            k = body.flexible.body.free_count
-            stiffness = np.diag(body.flexible.body.stiffness)[:k]
-            mass = np.diag(body.flexible.body.moments.elastic_mass)[:k]
-            modal[body.flexible.speeds] = np.sqrt(np.maximum(stiffness, 0.0) / mass)
-    scales, frequencies = np.ones(n + m + WORKS), np.zeros(n + m + WORKS)
+    scales = np.ones(n + m + WORKS)
     for turns, at, speed in coordinate_moves(model):
         if not turns:
-            scales[at], frequencies[at] = displacements[speed], modal[speed]
-    scales[n : n + m] = displacements * np.maximum(1.0, modal)
-    frequencies[n : n + m] = modal
+            scales[at] = displacements[speed]
+    scales[n : n + m] = displacements * np.maximum(1.0, modal_frequencies(model))
     scales[n + m :] = scene_energy(model, scene_length(model))
-    return scales, frequencies
+    return scales

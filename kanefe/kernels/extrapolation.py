@@ -22,10 +22,12 @@ from kanefe.kernels.stepping import (
     DONE,
     ERROR,
     FAILED,
-    FILTER_STEP,
     IMPLICIT,
     IS_FIXED,
+    IS_STIFF,
     LAST_STEP,
+    MAP,
+    MAP_SIZE,
     NEXT_OUTPUT,
     NEXT_STEP,
     OF_METHOD,
@@ -41,9 +43,11 @@ from kanefe.kernels.stepping import (
     SMALLEST,
     SPEEDS,
     STAGE,
+    START,
     STATE,
     STEP,
     STOP,
+    STRAIGHT,
     TIME,
     TIME_AT,
     TIME_OLD,
@@ -54,6 +58,7 @@ from kanefe.kernels.stepping import (
     clip,
     move,
     scaled_size,
+    turn,
 )
 from kanefe.kernels.vectors import copy
 
@@ -63,19 +68,23 @@ LARGEST_BESIDE_KINKS = 6
 """Columns of scenes whose forces have kinks: across one, the differences of further columns say nothing of errors."""
 
 # Integers of the method: column in work and its substep, columns aimed at, columns of the last step, whether the step
-# before was rejected, whether forces have kinks
-COLUMN, SUBSTEP, AIM, TAKEN, WAS_REJECTED, HAS_KINKS = range(OF_METHOD, OF_METHOD + 6)
+# before was rejected, how often the error has been filtered, whether forces have kinks
+COLUMN, SUBSTEP, AIM, TAKEN, WAS_REJECTED, FILTERINGS, HAS_KINKS = range(OF_METHOD, OF_METHOD + 7)
 
-# Reals of the method: error and proposed step of each column
-ERRORS = REALS_OF_METHOD
-PROPOSED = REALS_OF_METHOD + LARGEST_COLUMNS + 2
+# Reals of the method: proposed step of each column
+PROPOSED = REALS_OF_METHOD
 
-# Rows of the method: difference of the last two results, results of the tableau, states of the substeps
+# Rows of the method: difference of the last two results, slope of the first substep, results of the tableau, states of
+# the substeps
 DIFFERENCE = ROWS_OF_METHOD
-TABLEAU = DIFFERENCE + 1
+FIRST_SLOPE = DIFFERENCE + 1
+TABLEAU = FIRST_SLOPE + 1
 SUBSTATES = TABLEAU + LARGEST_COLUMNS + 1
 
-BEGIN, MOVING, AFTER, LOOKING = range(4)
+BEGIN, MOVING, FILTERING, LOOKING, AFTER = range(5)
+
+MOST_FILTERINGS = 2
+"""Of an error: each divides vibrations that the substeps do not resolve by their frequency times the substep."""
 
 KINK = 100.0
 """Of the tolerance: by how much the rates at the end of a step, over the step, may differ from those of its dense
@@ -116,6 +125,8 @@ def _ask_substep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -
 def _take_substep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
     n, at, slope, step = integers[COORDINATES], vectors[AT], vectors[SLOPE], vectors[PUSH_STIFFNESS]
     h = reals[STEP] / integers[COLUMN]
+    if integers[SUBSTEP] == 0:
+        copy(slope, vectors[FIRST_SLOPE])
     for i in range(n, len(at)):
         at[i] += h * slope[i]
         step[i] = h * at[i]
@@ -141,13 +152,47 @@ def _extrapolate(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -
     copy(new, vectors[TABLEAU + column - 1])
     if column == 1:
         return np.inf
-    reals[FILTER_STEP] = reals[STEP] / column
+    integers[FILTERINGS] = 0
     return scaled_size(integers, reals, vectors, difference, vectors[STATE], new)
 
 
 @kernel
 def _most_columns(integers: np.ndarray) -> int:
     return LARGEST_BESIDE_KINKS if integers[HAS_KINKS] else LARGEST_COLUMNS
+
+
+@kernel
+def _ask_filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+    """Ask for the sweep of the first substep again, with pushes that belong to the last difference."""
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    h = reals[STEP] / integers[COLUMN]
+    difference, state = vectors[DIFFERENCE], vectors[STATE]
+    copy(state, vectors[AT])
+    for i in range(n, n + m):
+        vectors[PUSH_DAMPING, i] = h * difference[i]
+        vectors[PUSH_STIFFNESS, i] = h * (h * difference[i] - state[i])
+    for row in range(integers[MAP_SIZE]):
+        if integers[MAP + 3 * row] == STRAIGHT:
+            vectors[PUSH_STIFFNESS, n + integers[MAP + 3 * row + 2]] += h * difference[integers[MAP + 3 * row + 1]]
+    reals[TIME_AT] = reals[TIME]
+    return ask(integers, IMPLICIT, FILTERING)
+
+
+@kernel
+def _filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
+    """Replace the difference (a, b) of coordinates and speeds by what a substep makes of it; return its size.
+
+    That is ``b' = (M + h C + h^2 K)^-1 (M b - h K a)`` and ``a' = a + h b'``: slow motions stay, vibrations which the
+    substep does not resolve are damped. They are damped in the result too, so that they need not hold the step down
+    (as in Hairer & Wanner 1996, IV.8, for RADAU5).
+    """
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    h = reals[STEP] / integers[COLUMN]
+    difference, slope, first = vectors[DIFFERENCE], vectors[SLOPE], vectors[FIRST_SLOPE]
+    for i in range(n, n + m):
+        difference[i] -= slope[i] - first[i]
+    turn(integers, vectors[STATE], h, difference, n, difference)
+    return scaled_size(integers, reals, vectors, difference, vectors[STATE], vectors[TABLEAU + integers[COLUMN] - 1])
 
 
 @kernel
@@ -236,55 +281,84 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
         column = integers[COLUMN]
         if integers[SUBSTEP] < column:
             return _ask_substep(integers, reals, vectors)
-        error = _extrapolate(integers, reals, vectors)
-        aim = integers[AIM]
+        reals[ERROR] = _extrapolate(integers, reals, vectors)
         if integers[IS_FIXED]:
-            if column < aim:
+            if column < integers[AIM]:
                 return _begin_column(integers, reals, vectors, column + 1)
             return _finish(integers, reals, vectors)
         if column == 1:
             return _begin_column(integers, reals, vectors, 2)
-        reals[ERRORS + column] = reals[ERROR] = error
-        bounded = min(max(error, 1e-12), 1e12)
-        reals[PROPOSED + column] = reals[STEP] * min(10.0, max(0.02, 0.94 * (0.65 / bounded) ** (1.0 / column)))
-        if error <= 1.0 and column >= aim - 1:
-            return _look_ahead(integers, reals, vectors) if integers[HAS_KINKS] else _finish(integers, reals, vectors)
-        # the error that the columns to come would have to take away
-        hopeless = 1.0
-        for j in range(column + 1, aim + 2):
-            hopeless *= j
-        is_last = column >= min(aim + 1, _most_columns(integers))
-        if not is_last and ((column < aim - 1 and error < 1e8) or error <= 4.0 * hopeless):
-            return _begin_column(integers, reals, vectors, column + 1)
-        integers[REJECTED] += 1
-        integers[WAS_REJECTED] = 1
-        best = min(max(min(aim, column), 2), _most_columns(integers) - 1)
-        if best > 2 and column >= best and _work_per_time(reals, best - 1) < 0.8 * _work_per_time(reals, best):
-            best -= 1
-        integers[AIM] = best
-        reals[NEXT_STEP] = min(reals[PROPOSED + best], 0.7 * reals[STEP])
-        if reals[NEXT_STEP] < reals[SMALLEST]:
-            integers[REASON] = TOO_SMALL
-            return ask(integers, FAILED, AFTER)
+        if _is_to_be_filtered(integers, reals):
+            return _ask_filter(integers, reals, vectors)
+        command = _judge(integers, reals, vectors)
+    elif stage == FILTERING:
+        reals[ERROR] = _filter(integers, reals, vectors)
+        integers[FILTERINGS] += 1
+        if _is_to_be_filtered(integers, reals):
+            return _ask_filter(integers, reals, vectors)
+        command = _judge(integers, reals, vectors)
     elif stage == LOOKING:
         if _kink(integers, reals, vectors) <= KINK:
             return _accept_last(integers, reals, vectors)
-        integers[REJECTED] += 1
-        integers[WAS_REJECTED] = 1
-        reals[NEXT_STEP] = 0.2 * reals[STEP]
-        if reals[NEXT_STEP] < reals[SMALLEST]:
-            integers[REASON] = TOO_SMALL
-            return ask(integers, FAILED, AFTER)
-    elif stage == BEGIN:
-        if reals[NEXT_STEP] <= 0.0:
-            # long at first: vibrations which it does not resolve are damped by it, and hold up one that grows
-            reals[NEXT_STEP] = 0.05 * (reals[STOP] - reals[TIME])
-        if integers[AIM] == 0:
+        command = _reject(integers, reals, 0.2)
+    else:
+        if stage == BEGIN and integers[AIM] == 0:
             integers[AIM] = min(6, _most_columns(integers) - 1)
+        command = START
+    if command != START:
+        return command
     if reals[TIME] >= reals[STOP]:
         return ask(integers, DONE, AFTER)
     clip(integers, reals, reals[NEXT_STEP])
     return _begin_column(integers, reals, vectors, 1)
+
+
+@kernel
+def _is_to_be_filtered(integers: np.ndarray, reals: np.ndarray) -> bool:
+    """Tell whether the error decides on the step, and could be one of vibrations only."""
+    return (
+        1.0 < reals[ERROR] < np.inf
+        and integers[COLUMN] >= integers[AIM] - 1
+        and integers[IS_STIFF] == 1
+        and integers[FILTERINGS] < MOST_FILTERINGS
+    )
+
+
+@kernel
+def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+    """Accept the last result, go on to the next column, or give the step up and return START."""
+    column, aim, error = integers[COLUMN], integers[AIM], reals[ERROR]
+    bounded = min(max(error, 1e-12), 1e12)
+    reals[PROPOSED + column] = reals[STEP] * min(10.0, max(0.02, 0.94 * (0.65 / bounded) ** (1.0 / column)))
+    if error <= 1.0 and column >= aim - 1:
+        return _look_ahead(integers, reals, vectors) if integers[HAS_KINKS] else _finish(integers, reals, vectors)
+    # the error that the columns to come would have to take away
+    hopeless = 1.0
+    for j in range(column + 1, aim + 2):
+        hopeless *= j
+    is_last = column >= min(aim + 1, _most_columns(integers))
+    if not is_last and ((column < aim - 1 and error < 1e8) or error <= 4.0 * hopeless):
+        return _begin_column(integers, reals, vectors, column + 1)
+    best = min(max(min(aim, column), 2), _most_columns(integers) - 1)
+    is_cheaper = best > 2 and column >= best and _work_per_time(reals, best - 1) < 0.8 * _work_per_time(reals, best)
+    if is_cheaper and integers[IS_STIFF] == 0:
+        best -= 1
+    integers[AIM] = best
+    # an error of vibrations hardly falls with the step until it resolves them: the longer steps are tried first
+    least = 0.25 if integers[IS_STIFF] else 0.02
+    return _reject(integers, reals, min(max(reals[PROPOSED + best] / reals[STEP], least), 0.7))
+
+
+@kernel
+def _reject(integers: np.ndarray, reals: np.ndarray, share: float) -> int:
+    """Give the step up for a share of it, and return START, or FAILED."""
+    integers[REJECTED] += 1
+    integers[WAS_REJECTED] = 1
+    reals[NEXT_STEP] = share * reals[STEP]
+    if reals[NEXT_STEP] < reals[SMALLEST]:
+        integers[REASON] = TOO_SMALL
+        return ask(integers, FAILED, AFTER)
+    return START
 
 
 @kernel

@@ -49,7 +49,8 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     MAP_SIZE,
     JACOBIAN_ROW,
     KEEPS_MOMENTA,
-) = range(19)
+    IS_STIFF,
+) = range(20)
 OF_METHOD = 20  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
@@ -75,20 +76,19 @@ STRAIGHT, TURNING = 0, 1
     ERROR,
     WEAKEST,
     LARGEST,
-    FILTER_STEP,
     LARGEST_OF_DRIVES,
-) = range(16)
+) = range(15)
 
 # What BALANCE writes to `reals`: energies, the second the sum of the sizes of its parts; and where KEEPS_MOMENTA is set
 # the mass of the scene, its centre, its momentum, its angular momentum about the centre with that of rotors, that of
 # rotors, and the inertia about the centre as of one rigid body
-ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(16, 20)
-CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(20, 33, 3)
-REALS_OF_METHOD = 38
+ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
+CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
+REALS_OF_METHOD = 37
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
-AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE, FILTER = range(8)
-ROWS_OF_METHOD = 8
+AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE = range(7)
+ROWS_OF_METHOD = 7
 RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
 
 Advance = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], int]
@@ -138,15 +138,11 @@ def scaled_size(
     """Return the largest component of an error, of what is allowed there; infinite if it is not finite.
 
     Allowed is the absolute tolerance and the relative one of the larger of two states.
-    Of a mode of frequency w it is more by ``1 + (h w)^2`` with the filter step h, so that vibrations which an implicit
-    method damps away, since its step does not resolve them, do not hold it down. The worst that is told is a coordinate
-    or a speed: energies only follow.
+    The worst that is told is a coordinate or a speed: energies only follow.
     """
-    largest, square = 0.0, reals[FILTER_STEP] * reals[FILTER_STEP]
-    moving = integers[COORDINATES] + integers[SPEEDS]
+    largest, moving = 0.0, integers[COORDINATES] + integers[SPEEDS]
     for i in range(len(error)):
         allowed = vectors[SCALE, i] + reals[RELATIVE] * max(abs(a[i]), abs(b[i]))
-        allowed *= 1.0 + square * vectors[FILTER, i]
         size = abs(error[i]) / allowed
         if not size <= largest:
             largest = size
@@ -247,6 +243,22 @@ def move(integers: np.ndarray, q: np.ndarray, step: np.ndarray, first: int, move
         moved[at + 1] = e0 * x + e1 * c + e2 * z - e3 * y
         moved[at + 2] = e0 * y - e1 * z + e2 * c + e3 * x
         moved[at + 3] = e0 * z + e1 * y - e2 * x + e3 * c
+
+
+@kernel
+def turn(integers: np.ndarray, q: np.ndarray, h: float, speeds: np.ndarray, first: int, changes: np.ndarray) -> None:
+    """Add to small changes of the coordinates q those of speeds ``speeds[first:]`` in a time h, to first order."""
+    for row in range(integers[MAP_SIZE]):
+        kind, at, speed = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], first + integers[MAP + 3 * row + 2]
+        if kind == STRAIGHT:
+            changes[at] += h * speeds[speed]
+            continue
+        x, y, z = 0.5 * h * speeds[speed], 0.5 * h * speeds[speed + 1], 0.5 * h * speeds[speed + 2]
+        e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
+        changes[at] -= e1 * x + e2 * y + e3 * z
+        changes[at + 1] += e0 * x + e2 * z - e3 * y
+        changes[at + 2] += e0 * y - e1 * z + e3 * x
+        changes[at + 3] += e0 * z + e1 * y - e2 * x
 
 
 @entry
