@@ -19,7 +19,6 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import kanefe as kf
-from benchmarks import engine_scenes
 from benchmarks.exact_accelerations import exact_accelerations
 from kanefe.assembly import project_positions, project_speeds
 from kanefe.integrate.dynamics import NEAR_SINGULAR
@@ -29,6 +28,7 @@ from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.model import Model
 from kanefe.order_n import OrderN
+from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene
 from loop_scenes import four_bar, spatial_loop
 from random_loops import LoopScene, closed_state, constraint_jacobian
 from random_scenes import Recipe, elastic_body, planar_model, random_model, recipes
@@ -221,8 +221,8 @@ def test_jacobian_equals_differences(make: Callable[[], Model]) -> None:
 def test_a_chain_of_a_thousand_links_is_right() -> None:
     count = 1000
     q, u = np.random.default_rng(1000).standard_normal((2, count))
-    exact, bound = exact_accelerations(engine_scenes.chain_links(count), engine_scenes.GRAVITY, q, u)
-    found = engine_scenes.chain_scene(count).freeze().rhs(0.0, np.concatenate((q, u)))[count:]
+    exact, bound = exact_accelerations(chain_links(count), GRAVITY, q, u)
+    found = chain_scene(count).freeze().rhs(0.0, np.concatenate((q, u)))[count:]
     # the goal of the project; the judge's own error is counted
     assert float(abs(found - exact).max() / abs(exact).max()) + bound < 1e-9
 

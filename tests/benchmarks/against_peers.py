@@ -9,7 +9,10 @@ from typing import Any
 from benchmarks import engine_scenes as ours
 from kanefe_fem.bench.clocks import Race, check_agreement, fill, microseconds, repeated, seconds
 from kanefe_fem.bench.goals import Figure, Goal
+from kanefe_fem.bench.peer_curves import save_matrices
 from kanefe_fem.bench.peer_process import Peers
+from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene, chain_start
+from kanefe_fem.bench.steel_bar import FREE_MODES, bar_model, free_start
 
 # By the number of links. The peer needs some 0.1 s for each run of so many steps.
 CHAIN_STEPS = {1: 40000, 5: 10000, 20: 2000, 100: 50}
@@ -18,7 +21,7 @@ CHAIN_GOALS = {
     for count, limit in ((1, 1.5), (5, 0.7), (20, 0.3), (100, 0.04))
 }
 CALL_GOALS = {count: Goal(f"S1 right-hand side, N={count}: time / Pinocchio's aba", 1.2) for count in (20, 100)}
-BODY_GOAL = Goal(f"S4 tumbling body, {ours.FREE_MODES} modes: time of an RK4 step / Exudyn's", 0.3)
+BODY_GOAL = Goal(f"S4 tumbling body, {FREE_MODES} modes: time of an RK4 step / Exudyn's", 0.3)
 
 BAR_CELLS = (10, 2, 1)
 BAR_STEP = 5e-5
@@ -28,7 +31,7 @@ def rigid_chains(peers: Peers, rounds: int) -> list[Figure]:
     """Compare steps of the chain with the peer's tree in joint coordinates, both with the same method and step."""
     figures = []
     for count, steps in CHAIN_STEPS.items():
-        model = ours.chain_scene(count).freeze()
+        model = chain_scene(count).freeze()
         name = f"chain {count}"
         _build_chain(peers, name, count)
         check_agreement(
@@ -48,7 +51,7 @@ def articulated_bodies(peers: Peers, rounds: int) -> list[Figure]:
     """Compare one right-hand side of the chain with Pinocchio's forward dynamics, both called from Python."""
     figures = []
     for count, goal in CALL_GOALS.items():
-        model = ours.chain_scene(count).freeze()
+        model = chain_scene(count).freeze()
         evaluate = ours.evaluation(model)
         name = f"chain {count}"
         _build_chain(peers, name, count)
@@ -66,19 +69,19 @@ def articulated_bodies(peers: Peers, rounds: int) -> list[Figure]:
 
 def tumbling_body(peers: Peers, rounds: int) -> list[Figure]:
     """Compare steps of a free flexible body with the peer's floating frame with as many modes of the same matrices."""
-    full = ours.bar_model(BAR_CELLS)
+    full = bar_model(BAR_CELLS)
     model = ours.free_bar(full)
-    velocity, omega = ours.free_bar_start()
+    velocity, omega = free_start()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "bar.npz"
-        ours.save_matrices(full, file)
+        save_matrices(full, file)
         peers.ask(
             "build_flexible",
             name="bar",
             file=str(file),
-            modes=ours.FREE_MODES,
-            velocity=velocity.tolist(),
-            omega=omega.tolist(),
+            modes=FREE_MODES,
+            velocity=velocity,
+            omega=omega,
         )
     run: dict[str, Any] = {"name": "bar", "h": BAR_STEP}
     check_agreement("bar", ours.run(model, 400, BAR_STEP)[:3], peers.ask("solve", steps=400, **run)["end"])
@@ -96,9 +99,9 @@ def _build_chain(peers: Peers, name: str, count: int) -> None:
     peers.ask(
         "build_chain",
         name=name,
-        links=ours.chain_links(count),
-        gravity=list(ours.GRAVITY),
-        q=ours.chain_start(count),
+        links=chain_links(count),
+        gravity=list(GRAVITY),
+        q=chain_start(count),
     )
 
 

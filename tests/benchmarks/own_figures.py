@@ -12,8 +12,11 @@ from benchmarks.exact_accelerations import exact_accelerations, is_extended
 from kanefe.kernels.elastic import transposed_product
 from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
 from kanefe.model import Model
+from kanefe.system import System
 from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
 from kanefe_fem.bench.goals import Figure, Goal, median
+from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene
+from kanefe_fem.bench.steel_bar import FREE_MODES, bar_model
 
 # Cells of quadratic hexahedra, and the nodes they make.
 SMALL_BAR, LARGE_BAR = (21, 4, 3), (54, 12, 6)
@@ -21,7 +24,7 @@ MODES = (8, 16, 32)
 
 GROWTH = Goal("rigid chain: t(N=1000) / t(N=100)", 11.0)
 ACCURACY = Goal("rigid chain, N=1000: largest error of du / largest du", 1e-9)
-PRODUCTS = Goal(f"S4, {ours.FREE_MODES} modes: right-hand side / its own k x k products", 4.0)
+PRODUCTS = Goal(f"S4, {FREE_MODES} modes: right-hand side / its own k x k products", 4.0)
 MESHES = {modes: Goal(f"S3, {modes} modes: right-hand side on 35k nodes / on 2.7k nodes", 1.05) for modes in MODES}
 MANY_MODES = Goal("S3: right-hand side with 32 modes / with 8 modes", 5.0)
 FLEXIBLE = Goal("chain of flexible bodies, 12 modes each: t(50) / t(10)", 5.5)
@@ -34,7 +37,7 @@ TAKEN = 2000
 
 def growth(rounds: int) -> list[Figure]:
     """Compare steps of the chain of 1000 links with those of 100."""
-    race = _steps_of(ours.chain_scene(1000).freeze(), ours.chain_scene(100).freeze(), (50, 500), rounds)
+    race = _steps_of(chain_scene(1000).freeze(), chain_scene(100).freeze(), (50, 500), rounds)
     remark = f"{microseconds(race.ours)} and {microseconds(race.theirs)} a step"
     return [GROWTH.figure(race.ratio, remark)]
 
@@ -46,15 +49,15 @@ def long_chain_accuracy(rounds: int) -> list[Figure]:
     count = 1000
     rng = np.random.default_rng(1000)
     q, u = rng.standard_normal((2, count))
-    exact, bound = exact_accelerations(ours.chain_links(count), ours.GRAVITY, q, u)
-    found = ours.chain_scene(count).freeze().rhs(0.0, np.concatenate((q, u)))[count:]
+    exact, bound = exact_accelerations(chain_links(count), GRAVITY, q, u)
+    found = chain_scene(count).freeze().rhs(0.0, np.concatenate((q, u)))[count:]
     error = float(abs(found - exact).max() / abs(exact).max())
     return [ACCURACY.figure(error + bound, f"the judge's own error is {bound:.2g}, and counted")]
 
 
 def own_products(rounds: int) -> list[Figure]:
     """Compare a step of S4 with the products of matrices and vectors that its four evaluations cannot do without."""
-    model = ours.free_bar(ours.bar_model((10, 2, 1)))
+    model = ours.free_bar(bar_model((10, 2, 1)))
     steps = 4000
     products = _products(model)
     products(1)
@@ -69,7 +72,7 @@ def own_products(rounds: int) -> list[Figure]:
 
 def mesh_independence(rounds: int) -> list[Figure]:
     """Compare evaluations of S3 on a coarse and a fine mesh, and with many and few modes."""
-    coarse, fine = ours.bar_model(SMALL_BAR), ours.bar_model(LARGE_BAR)
+    coarse, fine = bar_model(SMALL_BAR), bar_model(LARGE_BAR)
     small = {modes: ours.hinged_bar(coarse, modes) for modes in MODES}
     figures = []
     for modes, goal in MESHES.items():
@@ -109,10 +112,10 @@ def freezing(rounds: int) -> list[Figure]:
     """Time `freeze` and the tables of the kernels for 100 bodies."""
     times = []
     for _ in range(2 * rounds + 1):
-        scene = ours.chain_scene(100)
+        scene = chain_scene(100)
         gc.collect()
 
-        def freeze(scene: ours.kf.System = scene) -> object:
+        def freeze(scene: System = scene) -> object:
             return scene.freeze().order_n
 
         times.append(seconds(freeze))
