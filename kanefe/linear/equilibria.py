@@ -27,8 +27,12 @@ LARGEST_ITERATIONS = 200
 
 LARGEST_HALVINGS = 12
 
-PATIENCE = 20
-"""Iterations without a better balance after which the search ends: what swings half a turn takes some twelve."""
+PATIENCE = {True: 80, False: 20}
+"""Iterations without a better balance after which a search ends, of one that settles and of one that does not: what
+settles may go through worse."""
+
+STILL = 1e-14
+"""Step, in rad or scene lengths, after which nothing is left that moves."""
 
 LARGEST_STEP = 0.3
 """Of one iteration, in rad or scene lengths."""
@@ -245,13 +249,14 @@ class _Search:
         (q, u), best = start, self.imbalance(*start)
         state, improved = start, 0
         for count in range(LARGEST_ITERATIONS):
-            if best.ratio <= POLISHED or count - improved > PATIENCE:
+            if best.ratio <= POLISHED or count - improved > PATIENCE[settles]:
+                break
+            z, du = self._step(q, u, settles)
+            if _length(self.model, z) < STILL and not du.any():
                 break
             self.iterations += 1
-            q_new, u_new, now = self._advanced(q, u, *self._step(q, u, settles), settles)
-            if best.ratio <= BALANCED and not now.ratio < 0.5 * best.ratio:
-                break
-            if not np.isfinite(now.ratio) or (np.array_equal(q_new, q) and np.array_equal(u_new, u)):
+            q_new, u_new, now = self._advanced(q, u, z, du, settles)
+            if not np.isfinite(now.ratio) or (best.ratio <= BALANCED and not now.ratio < 0.5 * best.ratio):
                 break
             q, u = q_new, u_new
             if now.ratio < 0.99 * best.ratio:
@@ -290,9 +295,7 @@ class _Search:
 
         Too far to settle: where the forces push back harder than they pushed on. Else: where accelerations are larger.
         """
-        share = 1.0
-        if z.any():
-            share = min(1.0, LARGEST_STEP / DIFFERENCE_STEP * float(tangent_steps(self.model, z[:, None])[0]))
+        share = LARGEST_STEP / max(_length(self.model, z), LARGEST_STEP)
         before, pushed = self._size(q, u, z)
         for _ in range(LARGEST_HALVINGS):
             q_new, u_new = self._closed(self.model.advance(q, share * z), u + share * du)
@@ -319,6 +322,11 @@ class _Search:
             f"{text} after {self.iterations} iterations. Remedy: start=..., a state nearer to the balance (such as "
             "the end of a damped run), or loads and speeds raised in steps, each from the last state"
         )
+
+
+def _length(model: Model, z: Vector) -> float:
+    """Return how far a tangent goes where it goes farthest, in rad or scene lengths."""
+    return DIFFERENCE_STEP / float(tangent_steps(model, z[:, None])[0]) if z.any() else 0.0
 
 
 def _solved(H: Matrix, right: Vector) -> Vector:
