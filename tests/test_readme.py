@@ -3,7 +3,11 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import kanefe as kf
+from kanefe.verify.rotors import point_on_springs
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
@@ -29,4 +33,15 @@ def test_the_loop_closes(capsys):
     assert "pin" in capsys.readouterr().out
     # five rows in space hold what two do in the plane
     assert (report.rows, report.rank) == (5, 2)
-    assert len(SCRIPTS) == 2
+
+
+def test_small_motions_of_a_scene(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("control")
+    monkeypatch.chdir(tmp_path)
+    scene = kf.System(gravity=(0, 0, -9.81))
+    scene.add_rigid_body("tip", 2.0, joint=kf.Prismatic("y", forces=kf.CoordinateForce(stiffness=50.0, damping=1.0)))
+    names = {"np": np, "kf": kf, "scene": scene, "rotor": point_on_springs}
+    exec(compile(SCRIPTS[2], "README.md", "exec"), names)
+    assert {path.name for path in tmp_path.iterdir()} == {"response.png", "campbell.png"}
+    assert "frequency [Hz]" in capsys.readouterr().out
+    assert len(SCRIPTS) == 3

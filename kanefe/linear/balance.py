@@ -96,10 +96,12 @@ def force_sizes(model: Model, t: float, q: Vector, u: Vector) -> Vector:
             lever, mass = float(np.linalg.norm(terms.body.nodes, axis=1).max()), terms.body.mass
             eta, deta = elastic_state(terms, q, full, False)
             gravity = frame.A_NF.T @ model.gravity * body.has_gravity
-            _, F = flexible_inertia(terms, frame, gravity, eta, deta)
+            M, F = flexible_inertia(terms, frame, gravity, eta, deta)
             k = terms.body.free_count
             own = np.abs(F[terms.speeds]) + np.abs(elastic_forces(terms, eta, deta))
             sizes[terms.speeds] += own + np.abs(terms.body.stiffness[:k, :k]) @ np.abs(eta)
+            # what the field of a mode may feel of it (Cauchy and Schwarz), also one that by symmetry feels nothing
+            sizes[terms.speeds] += np.sqrt(mass * np.diag(M)[terms.speeds]) * (pull + spin * lever)
         force = mass * (pull + spin * lever)
         sizes += np.linalg.norm(frame.V, axis=0) * force + np.linalg.norm(frame.W, axis=0) * force * lever
         if body.has_coordinate_forces:
