@@ -203,6 +203,13 @@ class Model(EquationsOfMotion):
         )
 
     @property
+    def has_stops(self) -> bool:
+        """Whether stops or dry friction act along coordinates of joints."""
+        return any(
+            force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
+        )
+
+    @property
     def has_interactions(self) -> bool:
         """Whether springs or bushings act between markers."""
         return bool(self.springs or self.bushings)

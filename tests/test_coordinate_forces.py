@@ -10,6 +10,8 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError
+from kanefe.integrate.methods import choose
+from kanefe.stress.bodies import tripod
 from scenes import derivatives
 
 STOPPED = {"limits": (-0.5, 1.0), "limit_stiffness": 100.0, "limit_damping": 8.0}
@@ -109,6 +111,15 @@ def test_no_step_goes_through_a_stop(method: str, is_function: bool) -> None:
     assert result.velocity("mass")[-1, 0] == pytest.approx(-1.0, rel=1e-3)
     # it turns after 1 ms and half a period
     assert result.position("mass")[-1, 0] == pytest.approx(1e-3 - (0.01 - 1e-3 - math.pi * 1e-3), rel=1e-3)
+
+
+@pytest.mark.parametrize("forces", [None, kf.CoordinateForce(limits=(-1.0, 1.0), limit_stiffness=1e6)])
+def test_auto_leaves_stops_to_methods_that_see_them(forces: kf.CoordinateForce | None) -> None:
+    scene = kf.System()
+    hub = scene.add_rigid_body("hub", 1.0, 0.1, joint=kf.Revolute("z", forces=forces))
+    scene.add_flexible_body("bar", tripod((1.0, 1e3, 1e4), np.eye(3)), parent=hub)
+    chosen = choose(scene.freeze(), "auto", 0.0, 10.0).name
+    assert chosen == ("extrapolation" if forces is None else "generalised-alpha")
 
 
 def test_a_damped_stop_takes_energy() -> None:

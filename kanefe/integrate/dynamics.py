@@ -60,10 +60,8 @@ class Dynamics:
 
     @property
     def has_kinks(self) -> bool:
-        """Whether forces may begin at once: those of stops and friction of joints, and functions of the state."""
-        forces = (force for body in self.model.bodies for force in body.joint.coordinate_forces)
-        is_felt = self._order_n is None or self._order_n.inputs.needs_state
-        return is_felt or any(force is not None and force.is_varying for force in forces)
+        """Whether forces may jump or begin at once: those of stops and friction, and functions of the user."""
+        return self.calls_functions or self.model.has_stops
 
     @property
     def is_tree_in_order_n(self) -> bool:

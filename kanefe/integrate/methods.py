@@ -218,7 +218,7 @@ def _chosen(model: Model, method: str, start: float, stop: float) -> tuple[str, 
     # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2
     if (stop - start) * rate / 2.0 > LARGEST_EXPLICIT_STEPS:
         reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
-        if model.order_n is not None and not (model.constraints or model.has_interactions):
+        if model.order_n is not None and not (model.constraints or model.has_interactions or model.has_stops):
             return "extrapolation", reason
         return GeneralisedAlphaStepper.name, reason
     return ExplicitStepper.name, "no stiff elastic modes"

@@ -64,15 +64,17 @@ from kanefe.kernels.vectors import copy
 
 LARGEST_COLUMNS = 12
 
-LARGEST_BESIDE_KINKS = 6
-"""Columns of scenes whose forces have kinks: across one, the differences of further columns say nothing of errors."""
+LEAST_BESIDE_KINKS, LARGEST_BESIDE_KINKS = 4, 6
+"""Columns of scenes whose forces have kinks: across one, the differences of many columns say nothing of errors, and
+those of few are too easily small."""
 
 # Integers of the method: column in work and its substep, columns aimed at, columns of the last step, whether the step
 # before was rejected, how often the error has been filtered, whether forces have kinks
 COLUMN, SUBSTEP, AIM, TAKEN, WAS_REJECTED, FILTERINGS, HAS_KINKS = range(OF_METHOD, OF_METHOD + 7)
 
-# Reals of the method: proposed step of each column
-PROPOSED = REALS_OF_METHOD
+# Reals of the method: error of the column before, proposed step of each column
+ERROR_BEFORE = REALS_OF_METHOD
+PROPOSED = REALS_OF_METHOD + 1
 
 # Rows of the method: difference of the last two results, slope of the first substep, results of the tableau, states of
 # the substeps
@@ -85,6 +87,9 @@ BEGIN, MOVING, FILTERING, LOOKING, AFTER = range(5)
 
 MOST_FILTERINGS = 2
 """Of an error: each divides vibrations that the substeps do not resolve by their frequency times the substep."""
+
+NEAR = 30.0
+"""Of the tolerance: an error below it beside kinks is believed if that of the column before was near it."""
 
 KINK = 100.0
 """Of the tolerance: by how much the rates at the end of a step, over the step, may differ from those of its dense
@@ -218,6 +223,8 @@ def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
         best = min(column + 1, most)
     if column == 2:
         best = 3
+    if integers[HAS_KINKS]:
+        best = max(best, LEAST_BESIDE_KINKS)
     if integers[WAS_REJECTED]:
         best = min(best, column)
         proposed = min(step, reals[PROPOSED + best])
@@ -330,8 +337,14 @@ def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
     column, aim, error = integers[COLUMN], integers[AIM], reals[ERROR]
     bounded = min(max(error, 1e-12), 1e12)
     reals[PROPOSED + column] = reals[STEP] * min(10.0, max(0.02, 0.94 * (0.65 / bounded) ** (1.0 / column)))
+    before, reals[ERROR_BEFORE] = reals[ERROR_BEFORE], error
     if error <= 1.0 and column >= aim - 1:
-        return _look_ahead(integers, reals, vectors) if integers[HAS_KINKS] else _finish(integers, reals, vectors)
+        if not integers[HAS_KINKS]:
+            return _finish(integers, reals, vectors)
+        if column > 2 and before < NEAR:
+            return _look_ahead(integers, reals, vectors)
+        if column < LARGEST_BESIDE_KINKS:
+            return _begin_column(integers, reals, vectors, column + 1)
     # the error that the columns to come would have to take away
     hopeless = 1.0
     for j in range(column + 1, aim + 2):
@@ -343,7 +356,7 @@ def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
     is_cheaper = best > 2 and column >= best and _work_per_time(reals, best - 1) < 0.8 * _work_per_time(reals, best)
     if is_cheaper and integers[IS_STIFF] == 0:
         best -= 1
-    integers[AIM] = best
+    integers[AIM] = max(best, LEAST_BESIDE_KINKS) if integers[HAS_KINKS] else best
     # an error of vibrations hardly falls with the step until it resolves them: the longer steps are tried first
     least = 0.25 if integers[IS_STIFF] else 0.02
     return _reject(integers, reals, min(max(reals[PROPOSED + best] / reals[STEP], least), 0.7))
