@@ -11,10 +11,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from kanefe.errors import SimulationError
-from kanefe.integrate.methods import METHODS
+from kanefe.integrate.methods import METHODS, own_methods
 from kanefe.stress.case import Effort, Finding, StressCase
 from kanefe.stress.random_scenes import random_description
-from kanefe.stress.runs import follow, method_names
+from kanefe.stress.runs import follow
 
 SEEDS = (0, 1, 2, 3)
 SPAN, STEP, RTOL = 0.3, 1e-3, 1e-6
@@ -24,7 +24,7 @@ def fingerprints(seeds: tuple[int, ...]) -> list[str]:
     """Return a hash of the states of random scenes with every method, made anew."""
     found = []
     for seed in seeds:
-        for method in method_names():
+        for method in own_methods():
             model = random_description(seed).build().freeze()
             control = {"rtol": RTOL} if METHODS[method].has_error_control else {"step": STEP}
             run = follow(model, SPAN, method=method, output_step=0.1, **control)
@@ -37,7 +37,7 @@ def determinism(effort: Effort) -> Iterator[Finding]:
     """Compare runs bit by bit."""
     seeds = SEEDS[: effort.count(4, 1)]
     first, again = fingerprints(seeds), fingerprints(seeds)
-    what = f"random scenes with every method ({', '.join(method_names())}), built and run"
+    what = f"random scenes with every method ({', '.join(own_methods())}), built and run"
     yield Finding(
         f"{what} again in one process", len(first), "runs that differ in a bit",
         float(sum(a != b for a, b in zip(first, again, strict=True))), 0.0, "the same input, the same bits",

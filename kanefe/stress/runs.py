@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
-from kanefe.integrate.methods import METHODS, choose
+from kanefe.integrate.methods import METHODS, choose, own_methods
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.model import Model
@@ -26,20 +26,15 @@ LONGEST = 900.0
 """Seconds after which a run counts as hanging."""
 
 
-def method_names() -> tuple[str, ...]:
-    """Return the names of kanefe's own methods."""
-    return tuple(name for name in METHODS if not METHODS[name].is_plugged)
-
-
 def controlled_methods(model: Model | None = None) -> tuple[str, ...]:
     """Return the methods that choose their steps; those that suit a scene."""
-    names = tuple(name for name in method_names() if METHODS[name].has_error_control)
+    names = tuple(name for name in own_methods() if METHODS[name].has_error_control)
     return names if model is None else tuple(name for name in names if suits(name, model))
 
 
 def stepped_methods() -> tuple[str, ...]:
     """Return the methods that can take steps of a given size."""
-    return tuple(name for name in method_names() if METHODS[name].has_fixed_steps)
+    return tuple(name for name in own_methods() if METHODS[name].has_fixed_steps)
 
 
 def implicit_methods() -> tuple[str, ...]:
