@@ -60,7 +60,7 @@ class RunMethods(Scene):
         rtol : float, optional
             Relative error of a step, default 1e-6; see below.
         atol : float, optional
-            Absolute error of a step, default 1e-3 rtol; see below.
+            Absolute error of a step, default 0.1 rtol; see below.
         step : float, optional
             Fixed step in s, in place of the tolerances. The first step after an event that acts begins there.
         output_step : float, optional
