@@ -54,16 +54,15 @@ def _findings(model: Model, run: Trajectory, count: int, span: float, method: st
     # the bars lie on a line where the cranks lie along the ground
     passes = int(np.count_nonzero(np.diff(np.sign(np.cos(cranks[0])))))
     what = f"N-four-bar (A02), N = {count}, {span:g} s"
-    if method == "extrapolation" and np.ptp(cranks, axis=0).max() > 1.0:
-        yield Finding(
-            what, passes, "other branches taken", 1.0, 1.0,
-            "known limit: its long steps may leave a singular position on another branch; auto never takes it for loops",
-            method,
-        )  # fmt: skip
+    spread = float(np.ptp(cranks, axis=0).max())
+    if method == "extrapolation" and spread > 1.0:
+        # the rest would only say so again
+        reason = "known limit: long steps leave a singular position on another branch; auto never takes it for loops"
+        yield Finding(what, passes, "cranks out of parallel [rad]", spread, 2.0 * np.pi * passes, reason, method)
         return
     yield Finding(
-        what, passes, "cranks out of parallel [rad]", float(np.ptp(cranks, axis=0).max()), 1e-6,
-        "another branch would be a turn away", f"{method}; counted: singular positions passed",
+        what, passes, "cranks out of parallel [rad]", spread, 1e-6, "another branch would be a turn away",
+        f"{method}; counted: singular positions passed",
     )  # fmt: skip
     energy = result.energy
     yield Finding(
