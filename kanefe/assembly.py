@@ -10,6 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kanefe.closing_limits import (
+    LARGEST_ITERATIONS,
+    LARGEST_OPENING,
+    LARGEST_STEP,
+    MOST_HALVINGS,
+    TOLERANCE,
+)
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
@@ -19,17 +26,6 @@ from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.kane.tangents import elastic_stiffness
 from kanefe.model import Model
 from kanefe.scene_length import joint_scales, scene_length
-
-TOLERANCE = 1e-12
-"""Largest opening of a loop that counts as closed: of the scene's length, or in rad. Some hundred times round-off."""
-
-LARGEST_OPENING = 1e-7
-"""Opening during a run, on the same scale, that means a loop cannot be closed. At a singular position round-off leaves
-its root, some 1e-8; a drive beyond the reach of a mechanism leaves more after its first step."""
-
-LARGEST_ITERATIONS = 80
-LARGEST_STEP = 0.4
-"""Of one iteration, in rad or scene lengths: the loops are linear over less than that."""
 
 
 @dataclass(slots=True)
@@ -191,7 +187,7 @@ def _shortened(
     before = float(position.openings @ position.openings)
     full = np.zeros(model.free_count)
     # what is closed but for round-off gets better by a whole step or not at all
-    for _ in range(12 if position.worst > TOLERANCE else 1):
+    for _ in range(MOST_HALVINGS if position.worst > TOLERANCE else 1):
         full[columns] = step
         moved = model.advance(q, full)
         found = _position(model, t, moved)

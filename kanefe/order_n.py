@@ -20,6 +20,7 @@ from kanefe.joints import Planar
 from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kernels._numba import filler
 from kanefe.kernels.balance import balance
+from kanefe.kernels.closing import CLOSED, close_loops
 from kanefe.kernels.derivatives import derivatives
 from kanefe.kernels.equations import march
 from kanefe.kernels.frames_of_rows import frames_of_rows
@@ -90,7 +91,7 @@ class OrderN:
         """Whether no Python function is called in a run, so that whole runs can be compiled."""
         calls_python = not self.inputs.is_constant and self._fill is None
         has_python_motions = bool(self._drives) and self._motions is None
-        return not (calls_python or has_python_motions) and self.loops is None
+        return not (calls_python or has_python_motions)
 
     def drives(self, t: float) -> np.ndarray:
         """Return position, speed and acceleration of the driven coordinates, (driven, 3)."""
@@ -188,6 +189,19 @@ class OrderN:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.balance`."""
         scene = self.tables, self.flexible, self.between
         balance(*scene, self.drives(float(run.reals[TIME_AT])), run.integers, run.reals, vectors)
+
+    def closed(self, t: float, q: Vector, u: Vector, share_stiffness: float = 0.0) -> tuple[Vector, Vector] | None:
+        """Return the nearest coordinates at which the loops are closed, and speeds that keep them so.
+
+        The nearest in the metric ``M + r K`` with a share r (s2) of the stiffness of modes and joints. None if the
+        literal route has to find them: it can, where something has no inertia of its own, or names the loops that stay
+        open.
+        """
+        if self.loops is None:
+            return q, u
+        q, u = q.copy(), u.copy()
+        ended, _ = close_loops(self.tables, self.flexible, self.loops, self.drives(t), share_stiffness, q, u)
+        return (q, u) if ended == CLOSED else None
 
     def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool = False) -> int:
         """Go on with a run without leaving compiled code; return what its method wants that is not to be had there.

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import kanefe as kf
 from benchmarks.exact_accelerations import exact_accelerations
 from kanefe.assembly import project_positions, project_speeds
-from kanefe.integrate.dynamics import NEAR_SINGULAR
+from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.balance import joint_reactions
 from kanefe.kane.coupling import recovered_forces

@@ -8,22 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.assembly import consistent_start, project_positions, project_speeds
+from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.scales import state_scales
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
+from kanefe.kane.tangents import elastic_stiffness
 from kanefe.model import Model
 
 if TYPE_CHECKING:
     from kanefe.kernels.stepping import Run
 
-NEAR_SINGULAR = 1e-2
-"""Weakest constraint, see `ConstrainedSolver.weakest`, below which the rates are those of the nearest closed state.
-
-The stages of an explicit method leave the loops open by some error. Towards a singular position it is divided by powers
-of the distance from it, and error control would creep up to the position and never pass it.
-"""
 
 DIFFERENCE = 1e-5
 """Of what is large: how far central differences go. Truncation and cancellation are both some 1e-10 then."""
@@ -97,14 +93,21 @@ class Dynamics:
         """Return y at the start, consistent with the loops at that time (s)."""
         return np.concatenate((*consistent_start(self.model, start), np.zeros(WORKS)))
 
-    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None) -> Vector:
+    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
 
-        `stiffness`, (free, free), is added to the mass matrix, in whose metric the state is the nearest.
+        `stiffness`, (free, free), or a share (s2) of that of modes and joints, is added to the mass matrix, in whose
+        metric the state is the nearest.
         """
         if not self.model.constraints:
             return y
         q, u = self.parts(y)
+        if self._order_n is not None and stiffness is None and self.model.free_count:
+            found = self._order_n.closed(t, q, u, share)
+            if found is not None:
+                return np.concatenate((*found, y[len(q) + len(u) :]))
+        if share > 0.0:
+            stiffness = share * elastic_stiffness(self.model)
         q_closed = project_positions(self.model, t, q, stiffness)
         u_closed = project_speeds(self.model, t, q_closed, u, stiffness)
         if q_closed is q and u_closed is u:
@@ -123,6 +126,8 @@ class Dynamics:
             rates, self.weakest = self._order_n.held_rates(t, y)
             if self.weakest >= NEAR_SINGULAR:
                 return rates
+            if self.weakest > 0.0:
+                return self._order_n.rates(t, self.projected(t, y))
         q, u = self.parts(y)
         if self.model.constraints:
             du, _, self.weakest = held_accelerations(self.model, t, q, u)

@@ -19,9 +19,9 @@ from kanefe.equations_of_motion import WORKS
 from kanefe.errors import KanefeError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.explicit import BESIDE
 from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, no_step
 from kanefe.integrate.scales import displacement_scales
+from kanefe.integrate.stepper import BESIDE
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward

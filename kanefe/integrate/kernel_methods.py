@@ -18,6 +18,7 @@ from kanefe.kernels.explicit_steps import (
     EXTRA,
     FIRST_RATE,
     ORDER,
+    REALS,
     STAGES,
     advance_explicitly,
     interpolate_explicitly,
@@ -129,7 +130,7 @@ def kernel_method(name: str) -> KernelMethod:
         advance_explicitly,
         interpolate_explicitly,
         rows,
-        stepping.REALS_OF_METHOD,
+        REALS,
         integers,
         tableau.table,
     )

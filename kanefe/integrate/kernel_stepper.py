@@ -12,10 +12,9 @@ from kanefe.equations_of_motion import WORKS
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.explicit import BESIDE
 from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
 from kanefe.integrate.scales import coordinate_moves, modal_frequencies, state_scales
-from kanefe.integrate.stepper import StepFailure
+from kanefe.integrate.stepper import BESIDE, StepFailure
 from kanefe.joints import Free
 from kanefe.kernels import extrapolation
 from kanefe.kernels.stepping import (
@@ -27,8 +26,10 @@ from kanefe.kernels.stepping import (
     FACTORISATIONS,
     FAILED,
     HAS_LOOPS,
+    HELD,
     IMPLICIT,
     IS_FIXED,
+    IS_LEFT_OPEN,
     IS_STIFF,
     JACOBIAN,
     JACOBIAN_ROW,
@@ -66,6 +67,7 @@ from kanefe.kernels.stepping import (
     TIME_AT,
     TIME_OLD,
     WANTS_DENSE,
+    WEAKEST,
     WORST,
     Run,
     interpolated,
@@ -166,8 +168,8 @@ class KernelStepper:
         return JACOBIAN_ROW in self._method.integers
 
     def state(self) -> Vector:
-        """Return the state at t."""
-        return self._vectors[STATE].copy()
+        """Return the state at t, its loops closed."""
+        return self._dynamics.projected(self.t, self._vectors[STATE]).copy()
 
     def states(self, times: np.ndarray) -> np.ndarray:
         """Return the states at times of the last step, shape (times, state)."""
@@ -180,9 +182,9 @@ class KernelStepper:
                 interpolated(
                     self._method.pointers[1], self._integers, self._reals, self._vectors, self._method.table, t, row
                 )
-                row[:] = self._dynamics.projected(float(t), row)
             else:
                 row[:] = self._vectors[STATE]
+            row[:] = self._dynamics.projected(float(t), row)
         return found
 
     def restart(self, t: float, y: Vector) -> None:
@@ -208,13 +210,13 @@ class KernelStepper:
     def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
         integers, reals, vectors = self._integers, self._reals, self._vectors
-        integers[STORED], integers[WANTS_DENSE] = 0, most_steps == 1
+        integers[STORED], integers[IS_LEFT_OPEN], integers[WANTS_DENSE] = 0, 0, most_steps == 1
         reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
         run = Run(*self._method.pointers, integers, reals, self._method.table, times, states, most)
         dynamics = self._dynamics
         is_compiled = dynamics.is_autonomous
-        before = int(integers[EVALUATIONS])
+        before, evaluations = int(integers[EVALUATIONS]), dynamics.evaluations
         while True:
             try:
                 with np.errstate(over="ignore", invalid="ignore"):  # of states too far ahead, which are not kept
@@ -223,7 +225,7 @@ class KernelStepper:
                 self._answer_nothing(error)
                 continue
             if command == PROJECT:
-                vectors[STATE] = dynamics.projected(self.t, vectors[STATE])
+                vectors[STATE] = dynamics.projected(self.t, vectors[STATE], share=float(reals[SHARE_STIFFNESS]))
             elif command == JACOBIAN:
                 found = dynamics.tangent_derivatives(self.t, vectors[STATE])
                 first = integers[JACOBIAN_ROW]
@@ -233,10 +235,11 @@ class KernelStepper:
             else:
                 break
         if is_compiled:
-            dynamics.evaluations += int(integers[EVALUATIONS]) - before
+            dynamics.evaluations = evaluations + int(integers[EVALUATIONS]) - before
         stored = int(integers[STORED])
-        for i in range(stored if dynamics.model.constraints else 0):
-            states[i] = dynamics.projected(float(times[i]), states[i])
+        if dynamics.model.constraints and (integers[IS_LEFT_OPEN] or not is_compiled):
+            for i in range(stored):
+                states[i] = dynamics.projected(float(times[i]), states[i])
         return stored
 
     def _first_step(self) -> float:
@@ -269,10 +272,12 @@ class KernelStepper:
         dynamics, reals, vectors = self._dynamics, self._reals, self._vectors
         while True:
             if is_compiled:
-                return dynamics.go_on(run, vectors, self._method.is_implicit, self._method.keeps_balance)
-            command = next_command(run, vectors)
+                command = dynamics.go_on(run, vectors, self._method.is_implicit, self._method.keeps_balance)
+            else:
+                command = next_command(run, vectors)
             if command == RATES:
                 vectors[SLOPE] = dynamics.rate(float(reals[TIME_AT]), vectors[AT])
+                reals[WEAKEST] = dynamics.weakest
             elif command == IMPLICIT:
                 shares = float(reals[SHARE_DAMPING]), float(reals[SHARE_STIFFNESS])
                 dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: PUSH_STIFFNESS + 1], *shares)
@@ -298,6 +303,11 @@ class KernelStepper:
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * span:
             return self._no_answer[1]
         worst = int(self._integers[WORST])
+        if self._integers[REASON] == HELD:
+            return StepFailure(
+                "the mechanism is at a singular position and does not pass it",
+                "check that driven joints stay within its reach",
+            )
         if self._integers[REASON] == NO_NUMBERS:
             return StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
         if self._integers[REASON] == NO_CONVERGENCE:

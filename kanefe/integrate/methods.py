@@ -9,7 +9,6 @@ from functools import partial
 
 from kanefe.errors import ModelError
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.explicit import ExplicitStepper
 from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper, stiffest_rate
 from kanefe.integrate.generalised_alpha_unreduced import UnreducedStepper
 from kanefe.integrate.stepper import Stepper
@@ -99,13 +98,6 @@ def _kernel(name: str) -> Callable[[Dynamics, float, float, StepControl], Steppe
     return make
 
 
-def _order_8(dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
-    # closed loops need more care than a step: see the singular positions of `ExplicitStepper`
-    if dynamics.model.constraints and control.step is None:
-        return ExplicitStepper(dynamics, start, stop, control)
-    return _kernel("dop853")(dynamics, start, stop, control)
-
-
 def _scipy(name: str) -> Method:
     def make(dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
         from kanefe.integrate.scipy_solvers import ScipyStepper
@@ -125,7 +117,7 @@ METHODS: dict[str, Method] = {
     method.name: method
     for method in (
         Method("dopri5", _kernel("dopri5"), has_fixed_steps=True, takes_atol=True),
-        Method("dop853", _order_8, has_fixed_steps=True, takes_atol=True),
+        Method("dop853", _kernel("dop853"), has_fixed_steps=True, takes_atol=True),
         Method("rk4", _kernel("rk4"), has_error_control=False, has_fixed_steps=True),
         Method("extrapolation", _kernel("extrapolation"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-9),
         Method("radau5", _kernel("radau5"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-12),
@@ -221,7 +213,7 @@ def _chosen(model: Model, method: str, start: float, stop: float) -> tuple[str, 
         if model.order_n is not None and not (model.constraints or model.has_interactions or model.has_stops):
             return "extrapolation", reason
         return GeneralisedAlphaStepper.name, reason
-    return ExplicitStepper.name, "no stiff elastic modes"
+    return "dop853", "no stiff elastic modes"
 
 
 def _check_energy_momentum(model: Model) -> None:

@@ -10,6 +10,9 @@ import numpy as np
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 
+BESIDE = 1e-6
+"""Of the span: how near the place at which the equations had no answer a run that ends is ended by that."""
+
 
 class StepFailure(SimulationError):
     """A stepper cannot go on from the time it has reached; the run loop makes a status of it.

@@ -1,4 +1,4 @@
-"""One row of a constraint between two markers: its wrenches and its remainder. Kernels of `kanefe.constraints.rows`."""
+"""One row of a constraint between two markers: residual, wrenches, remainder. Kernels of `kanefe.constraints.rows`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ POINT_ROW, DIRECTION_ROW, DISTANCE_ROW, SCREW_ROW, ROLLING_ROW, COUPLER_ROW = ra
 Motion = tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]
 """Of a marker in N: position, axes, velocity, angular velocity, Z and Y."""
 
+Place = tuple[Numbers, Numbers]
+"""Of a marker in N: position and axes."""
+
 
 @kernel
 def row_terms(
@@ -21,7 +24,7 @@ def row_terms(
 ) -> tuple[Numbers, Numbers, Numbers, Numbers, Any]:
     """Return force and moment on a and on b of a unit multiplier, about the markers' origins, and the remainder.
 
-    `numbers` holds for row n: e and f in the markers' axes, and a length, lead or radius.
+    `numbers` holds for row n: e and f in the markers' axes, and a length, lead, radius or cosine.
     """
     p_a, A_a, v_a, w_a, Z_a, Y_a = a
     p_b, A_b, v_b, w_b, Z_b, Y_b = b
@@ -58,6 +61,32 @@ def row_terms(
         remainder -= pitch * (dot(e, minus(Y_b, Y_a)) + dot(turning, minus(w_b, w_a)))
         moment_a, moment_b = plus(moment_a, times(pitch, e)), times(-pitch, e)
     return times(-1.0, e), moment_a, e, moment_b, remainder
+
+
+@kernel
+def row_residual(kind: int, numbers: np.ndarray, n: int, is_ball: bool, a: Place, b: Place) -> Any:
+    """Return g of a row that holds places, in its unit; numbers as for `row_terms`, of a screw f is its side."""
+    (p_a, A_a), (p_b, A_b) = a, b
+    d = minus(p_b, p_a)
+    if kind == DISTANCE_ROW:
+        return np.sqrt(dot(d, d)) - numbers[n, 6]
+    e = rotated(A_a, (numbers[n, 0], numbers[n, 1], numbers[n, 2]))
+    f = (numbers[n, 3], numbers[n, 4], numbers[n, 5])
+    if kind == DIRECTION_ROW:
+        return dot(e, rotated(A_b, f)) - numbers[n, 6]
+    if kind == ROLLING_ROW:
+        zero = 0.0 * d[0]
+        still = (zero, zero, zero)
+        spoke, _ = _spoke(
+            numbers[n, 6], is_ball, (p_a, A_a, still, still, still, still), (p_b, A_b, still, still, still, still)
+        )
+        return dot((A_a[2], A_a[5], A_a[8]), plus(d, spoke))
+    if kind == SCREW_ROW:
+        side, turned = rotated(A_a, f), rotated(A_b, f)
+        angle = np.arctan2(dot(turned, cross(e, side)), dot(turned, side))
+        open_turns = dot(e, d) / numbers[n, 6] - angle / (2.0 * np.pi)
+        return (open_turns - np.rint(open_turns)) * numbers[n, 6]
+    return dot(e, d)
 
 
 @inlined

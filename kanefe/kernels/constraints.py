@@ -46,16 +46,19 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.loads import push
 from kanefe.kernels.markers import axes_of, lever_of, motion_of
+from kanefe.kernels.pivoted import factor, solve
 from kanefe.kernels.vectors import Numbers, cross, dot, matrix, plus, put, rotated_back, vector
 
 # Columns of the integers of a row
-KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT = range(6)
-CONSTRAINT_INTEGERS = 6
+KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE = range(8)
+CONSTRAINT_INTEGERS = 8
 # Columns of the room of a row
 FORCE_A, MOMENT_A, FORCE_B, MOMENT_B = 0, 3, 6, 9
 WRENCHES = 12
-# Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.kane.constraints.ROUND_OFF`
-ROUND_OFF = 1e-16
+# Places of the limits of a scene
+RANK_TOLERANCE, LENGTH = range(2)
+# Square of the share of its reach below which a row moves nothing: below the square of round-off, 1e-31, for all rows
+LEAST_SHARE = 1e-29
 
 
 class Loops(NamedTuple):
@@ -64,15 +67,20 @@ class Loops(NamedTuple):
     Attributes
     ----------
     rows : ndarray of int, shape (m, CONSTRAINT_INTEGERS)
-        Kind, rows of both markers (-1: N), is a ball, first term and number of terms of a coupler.
+        Kind, rows of both markers (-1: N), is a ball, first term and number of terms of a coupler, whether it holds
+        coordinates and not speeds alone, whether its residual is an angle.
     markers : ndarray, shape (2 m, MARKER_NUMBERS)
     numbers : ndarray, shape (m, 7)
-        e, f, and a length, lead or radius.
+        e, f (of a screw: its side), and a length, lead, radius, cosine or constant.
     speeds : ndarray of int
         Speed of each term of couplers.
     coefficients : ndarray
-    tolerance : ndarray, shape (1,)
-        Pivot, of a row of unit length, below which it depends on others.
+    coordinates : ndarray of int
+        Coordinate of each term of couplers; -1 - drive if it is driven.
+    moves : ndarray, shape (free,)
+        Largest step of an iteration that closes the loops, along each free speed.
+    limits : ndarray, shape (2,)
+        Pivot, of a row of unit length, below which it depends on others; a length of the scene, m.
     """
 
     rows: np.ndarray
@@ -80,13 +88,74 @@ class Loops(NamedTuple):
     numbers: np.ndarray
     speeds: np.ndarray
     coefficients: np.ndarray
-    tolerance: np.ndarray
+    coordinates: np.ndarray
+    moves: np.ndarray
+    limits: np.ndarray
+
+
+class Answers(NamedTuple):
+    """What the constraints do to the speeds at one configuration.
+
+    Attributes
+    ----------
+    wrenches : ndarray, shape (m, WRENCHES)
+        Of each row's unit multiplier, about the origins of its rows.
+    answers : ndarray, shape (m, n)
+        Accelerations that they cause, and driving forces.
+    A : ndarray, shape (m, m)
+        Lower triangle of ``J M^-1 J^T``.
+    L, inverses, order : ndarray, shapes (m, m), (m,), (m,)
+        Its factors, see `kanefe.kernels.pivoted`.
+    scale : ndarray, shape (m,)
+        With which a row is of unit length if it points along the motion of its ends; 0: it moves nothing.
+    rest, column : ndarray, shape (m,)
+    J, reach : ndarray, shape (n,)
+        Room.
+    """
+
+    wrenches: np.ndarray
+    answers: np.ndarray
+    A: np.ndarray
+    L: np.ndarray
+    inverses: np.ndarray
+    order: np.ndarray
+    scale: np.ndarray
+    rest: np.ndarray
+    column: np.ndarray
+    J: np.ndarray
+    reach: np.ndarray
 
 
 @inlined
 def hold_size(m: int, n: int) -> int:
     """Return how many numbers `hold` needs room for, with m rows and n free and driven speeds."""
-    return m * (WRENCHES + n + m + 3) + 2 * n
+    return m * (WRENCHES + n + 2 * m + 5) + 2 * n
+
+
+@inlined
+def answers_in(room: np.ndarray, m: int, n: int) -> Answers:
+    """Return the parts of a room of `hold_size`."""
+    at = m * WRENCHES
+    wrenches = room[:at].reshape(m, WRENCHES)
+    answers = room[at : at + m * n].reshape(m, n)
+    at += m * n
+    A = room[at : at + m * m].reshape(m, m)
+    at += m * m
+    L = room[at : at + m * m].reshape(m, m)
+    room = room[at + m * m :]
+    return Answers(
+        wrenches,
+        answers,
+        A,
+        L,
+        room[:m],
+        room[m : 2 * m],
+        room[2 * m : 3 * m],
+        room[3 * m : 4 * m],
+        room[4 * m : 5 * m],
+        room[5 * m : 5 * m + n],
+        room[5 * m + n : 5 * m + 2 * n],
+    )
 
 
 @kernel
@@ -114,23 +183,68 @@ def hold(
     multipliers : ndarray, shape (m,)
         On return: of each row.
     room : ndarray, shape (`hold_size`,)
+    is_implicit : bool
+        Whether the inertias are those of a linearly implicit sweep.
     """
-    m, n, count = len(loops.rows), len(applied), len(du)
-    wrenches = room[: m * WRENCHES].reshape(m, WRENCHES)
-    room = room[m * WRENCHES :]
-    answers = room[: m * n].reshape(m, n)
-    room = room[m * n :]
-    A = room[: m * m].reshape(m, m)
-    room = room[m * m :]
-    scale, rest, order = room[:m], room[m : 2 * m], room[2 * m : 3 * m]
-    J, reach = room[3 * m : 3 * m + n], room[3 * m + n : 3 * m + 2 * n]
+    m, count = len(loops.rows), len(du)
+    kept = answers_in(room, m, len(applied))
     for j in range(m):
-        remainder = _write_row(loops, j, tables.gravity, drives, count, work, wrenches)
-        rest[j] = remainder + _along(loops, j, work, wrenches, du)
-        multipliers[j] = 0.0
+        remainder = write_row(loops, j, tables.gravity, drives, count, work, kept.wrenches)
+        kept.rest[j] = -remainder - _along(loops, j, work, kept.wrenches, du)
+    answer_rows(loops, tables, flexible, applied, work, modal, border, is_implicit, count, kept)
+    rank, weakest = factor(
+        kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
+    )
+    solve(kept.L, kept.inverses, kept.order, rank, kept.scale, kept.rest, kept.column, multipliers)
+    for j in range(m):
+        if multipliers[j] != 0.0:
+            for i in range(count):
+                du[i] += multipliers[j] * kept.answers[j, i]
+            for i in range(len(driving)):
+                driving[i] += multipliers[j] * kept.answers[j, count + i]
+    return weakest
+
+
+@kernel
+def answer_rows(
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    count: int,
+    kept: Answers,
+) -> None:
+    """Write what the unit multiplier of each row causes, and A; the rows are written and the inertias eliminated.
+
+    Parameters
+    ----------
+    applied : ndarray, shape (free + driven,)
+        Room.
+    count : int
+        Of free speeds.
+    """
+    m, driven, J, reach = len(loops.rows), len(applied) - count, kept.J, kept.reach
     for j in range(m):
         J[:] = 0.0
         reach[:] = 0.0
+        if loops.rows[j, KIND_OF] == COUPLER_ROW:
+            for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
+                J[loops.speeds[term]] += loops.coefficients[term]
+                reach[loops.speeds[term]] += abs(loops.coefficients[term])
+        else:
+            for end in range(2):
+                force, moment = vector(kept.wrenches, j, 6 * end), vector(kept.wrenches, j, 6 * end + 3)
+                _walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
+        share = _row_scale(J, reach, work, count)
+        # its pivot would be below all that count, and its sweeps would be for nothing
+        kept.scale[j] = share if share.real > LEAST_SHARE else 0.0 * share
+    for j in range(m):
+        if kept.scale[j] == 0.0:
+            continue
         for i in range(len(tables.rows)):
             clear_forces(work, i)
         if flexible is not None:
@@ -139,39 +253,28 @@ def hold(
         applied[:] = 0.0
         if loops.rows[j, KIND_OF] == COUPLER_ROW:
             for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-                speed = loops.speeds[term]
-                applied[speed] += loops.coefficients[term]
-                J[speed] += loops.coefficients[term]
-                reach[speed] += abs(loops.coefficients[term])
+                applied[loops.speeds[term]] += loops.coefficients[term]
         else:
             for end in range(2):
-                row = loops.rows[j, ROW_A + end]
-                force, moment = vector(wrenches, j, 6 * end), vector(wrenches, j, 6 * end + 3)
-                push(tables.rows, flexible, row, force, moment, work, modal)
-                _walk_inward(tables, flexible, row, force, moment, work, modal, J, reach)
-        scale[j] = _row_scale(J, reach, work, count)
-        answer = answers[j, :count]  # the driven entries keep the answer of the driving forces
+                force, moment = vector(kept.wrenches, j, 6 * end), vector(kept.wrenches, j, 6 * end + 3)
+                push(tables.rows, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal)
+        answer = kept.answers[j, :count]  # the driven entries keep the answer of the driving forces
         sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
         sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, answer)
-        if len(driving) > 0:
-            put_driving_forces(tables, applied, work, answers[j, count:])
-        for i in range(m):
-            A[i, j] = _along(loops, i, work, wrenches, answer)
+        if driven > 0:
+            put_driving_forces(tables, applied, work, kept.answers[j, count:])
+        for i in range(j, m):
+            if kept.scale[i] != 0.0:
+                kept.A[i, j] = _along(loops, i, work, kept.wrenches, answer)
     for j in range(m):
         # a row of unit length if it pointed along the motion of its ends
-        size = A[j, j].real
-        scale[j] = np.sqrt(scale[j] / size) if size > 0.0 else 0.0 * scale[j]
-    weakest = _solve_pivoted(A, scale, rest, order, multipliers, loops.tolerance[0])
-    for j in range(m):
-        for i in range(count):
-            du[i] += multipliers[j] * answers[j, i]
-        for i in range(len(driving)):
-            driving[i] += multipliers[j] * answers[j, count + i]
-    return weakest
+        if kept.scale[j] != 0.0:
+            size = kept.A[j, j].real
+            kept.scale[j] = np.sqrt(kept.scale[j] / size) if size > 0.0 else 0.0 * kept.scale[j]
 
 
 @kernel
-def _write_row(
+def write_row(
     loops: Loops, j: int, gravity: np.ndarray, drives: np.ndarray, count: int, work: np.ndarray, wrenches: np.ndarray
 ) -> Any:
     """Write the wrenches of a row about the origins of its rows; return its remainder."""
@@ -302,40 +405,3 @@ def _row_scale(J: np.ndarray, reach: np.ndarray, work: np.ndarray, count: int) -
         full += reach[i].real * reach[i].real
     share = 0.0 * work[0, R]
     return share + (own / full if full > 0.0 else 0.0)
-
-
-@kernel
-def _solve_pivoted(
-    A: np.ndarray, scale: np.ndarray, rest: np.ndarray, order: np.ndarray, multipliers: np.ndarray, tolerance: float
-) -> Any:
-    """Write lambda of ``A lambda = -rest``, leaving out rows that depend on others; return the smallest pivot used."""
-    m = len(rest)
-    for i in range(m):
-        rest[i] *= scale[i]
-        order[i] = 0.0
-        for j in range(m):
-            A[i, j] *= scale[i] * scale[j]
-    largest, weakest = ROUND_OFF, 1.0
-    # Gauss and Jordan on the diagonal: A is symmetric and not negative
-    for _ in range(m):
-        best = -1
-        for i in range(m):
-            if order[i].real == 0.0 and (best < 0 or A[i, i].real > A[best, best].real):
-                best = i
-        pivot = A[best, best]
-        largest = max(largest, pivot.real)
-        if pivot.real <= tolerance * largest:
-            if pivot.real > 1e-3 * tolerance * largest:
-                weakest = pivot.real / largest
-            break
-        weakest = min(weakest, pivot.real / largest)
-        order[best] = 1.0
-        for i in range(m):
-            if i != best and A[i, best] != 0.0:
-                factor = A[i, best] / pivot
-                for j in range(m):
-                    A[i, j] -= factor * A[best, j]
-                rest[i] -= factor * rest[best]
-    for i in range(m):
-        multipliers[i] = -scale[i] * rest[i] / A[i, i] if order[i].real > 0.0 else 0.0 * rest[i]
-    return weakest

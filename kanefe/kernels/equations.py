@@ -6,10 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.kernels._numba import entry, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.balance import put_balance
-from kanefe.kernels.constraints import Loops, hold, hold_size
+from kanefe.kernels.closing import close_size, close_state
+from kanefe.kernels.constraints import Loops, hold
 from kanefe.kernels.drives import Drives, put_drives
 from kanefe.kernels.elastic import span, total
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
@@ -46,22 +48,27 @@ from kanefe.kernels.stepping import (
     AT,
     BALANCE,
     IMPLICIT,
+    IS_LEFT_OPEN,
     LARGEST_OF_DRIVES,
     NO_INERTIA,
     NOT_FINITE,
+    PROJECT,
     PUSH_DAMPING,
     PUSH_STIFFNESS,
     RATES,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
     SLOPE,
+    STATE,
+    STORED,
+    TIME,
     TIME_AT,
     WEAKEST,
     Run,
     go_on,
     is_finite,
 )
-from kanefe.kernels.vectors import put_euler_rates, three
+from kanefe.kernels.vectors import copy, put_euler_rates, three
 
 
 @kernel
@@ -150,19 +157,22 @@ def march(
     -------
     command : int
         Of one evaluation RATES, or NO_INERTIA along a joint, or rates that are NOT_FINITE. Of a run: what the method
-        wants, ACCEPTED where the outputs or the steps have come to their end.
+        wants, ACCEPTED where the outputs or the steps have come to their end; RATES, IMPLICIT or PROJECT where the
+        loops could not be closed, or only they hold what has no inertia.
     weakest : float
         Smallest pivot of a constraint met, of 1: it falls to zero towards a singular position.
     """
     sizes = tables.sizes
     n, m = sizes[COORDINATES], sizes[SPEEDS]
-    speeds, rows, modes, borders, held, weakest = m + sizes[DRIVES], WORK * len(tables.rows), 0, 0, 0, 1.0
+    speeds, rows, modes, borders, held, closings = m + sizes[DRIVES], WORK * len(tables.rows), 0, 0, 0, 0
     if flexible is not None:
         modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     if loops is not None:
         held = len(loops.rows)
-    closings = hold_size(held, speeds)
-    room = np.empty(rows + modes + borders + 2 * speeds + held + closings + sizes[DRIVES], dtype=vectors.dtype)
+        closings = close_size(held, speeds, n)
+    size = rows + modes + borders + 2 * speeds + held + closings + sizes[DRIVES]
+    room = np.empty(size + len(vectors[AT]), dtype=vectors.dtype)
+    asked, room = room[size:], room[:size]
     work = room[:rows].reshape(-1, WORK)
     modal = room[rows : rows + modes]
     border = room[rows + modes : rows + modes + borders]
@@ -173,10 +183,25 @@ def march(
     driving = room[held + closings :]
     at, slope = vectors[AT], vectors[SLOPE]
     q, u, du, powers = at[:n], at[n : n + m], slope[n : n + m], slope[n + m :]
-    is_implicit = len(vectors) > PUSH_STIFFNESS
+    is_implicit, is_beside, weakest, command = len(vectors) > PUSH_STIFFNESS, False, 1.0, RATES
+    stored = 0 if run is None else run.integers[STORED]
     while True:
-        if run is not None:
+        if run is not None and not is_beside:
             command = go_on(run, vectors)
+            if loops is not None:
+                share = run.reals[SHARE_STIFFNESS]
+                while stored < run.integers[STORED]:
+                    if not close_state(
+                        tables, flexible, loops, motions, drives, run.times[stored], share, run.states[stored],
+                        work, modal, border, closing,
+                    ):  # fmt: skip
+                        run.integers[IS_LEFT_OPEN] = 1
+                    stored += 1
+                if command == PROJECT and close_state(
+                    tables, flexible, loops, motions, drives, run.reals[TIME], share, vectors[STATE],
+                    work, modal, border, closing,
+                ):  # fmt: skip
+                    continue
             if command != RATES and command != IMPLICIT and command != BALANCE:
                 return command, weakest
             is_implicit = command == IMPLICIT
@@ -222,7 +247,19 @@ def march(
             )  # fmt: skip
             weakest = min(weakest, pivot)
             if run is not None:
-                run.reals[WEAKEST] = pivot
+                if is_beside:
+                    copy(asked, at)
+                    is_beside = False
+                else:
+                    run.reals[WEAKEST] = pivot
+                    if pivot < NEAR_SINGULAR or not is_regular:
+                        copy(at, asked)
+                        is_beside = is_regular and close_state(
+                            tables, flexible, loops, motions, drives, t, 0.0, at, work, modal, border, closing
+                        )
+                        if is_beside:
+                            continue
+                        return command, weakest
         for i in range(len(driving)):
             powers[1] += driving[i] * drives[i, 1]
         if not is_regular:

@@ -17,6 +17,7 @@ from kanefe.kernels.stepping import (
     ERROR,
     FAILED,
     HAS_LOOPS,
+    HELD,
     IS_FIXED,
     LAST_STEP,
     NEXT_OUTPUT,
@@ -24,8 +25,10 @@ from kanefe.kernels.stepping import (
     OF_METHOD,
     PROJECT,
     RATES,
+    REALS_OF_METHOD,
     REASON,
     REJECTED,
+    RELATIVE,
     ROWS_OF_METHOD,
     SLOPE,
     SMALLEST,
@@ -39,6 +42,7 @@ from kanefe.kernels.stepping import (
     TIME_OLD,
     TOO_SMALL,
     WANTS_DENSE,
+    WEAKEST,
     WORST,
     accept,
     ask,
@@ -51,11 +55,22 @@ from kanefe.kernels.vectors import copy
 # Integers of the method
 STAGES, EXTRA, ESTIMATES, DENSE, ORDER = range(OF_METHOD, OF_METHOD + 5)
 
+# Reals of the method: usual step and usual pivot of the constraints, and by how much the tolerance has grown
+USUAL_STEP, USUAL_WEAKEST, LOOSER = range(REALS_OF_METHOD, REALS_OF_METHOD + 3)
+REALS = REALS_OF_METHOD + 3
+
 # Rows of the method: the new state, the error, and the rates
 NEW, DIFFERENCE, FIRST_RATE = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 3)
 
 # Where to go on, besides the number of a stage
-BEGIN, FIRST, GUESS, AFTER, PROJECTED, NEXT = 0, -1, -2, -3, -4, -5
+BEGIN, FIRST, AFTER, PROJECTED, CLOSED, NEXT = 0, -1, -2, -3, -4, -5
+
+# Share of the usual pivot below which a step that falls to a tenth creeps up to a singular position
+SINGULAR = 1e-3
+# Share of the usual step below which a mechanism is held for good: at a dead centre its speeds grow without bound
+SMALLEST_CREEP = 1e-5
+# To which the relative tolerance may grow there: the error of one step
+LARGEST_RELATIVE = 1e-6
 
 
 @inlined
@@ -87,16 +102,42 @@ def _size(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: n
     error = vectors[DIFFERENCE]
     error[:] = 0.0
     weigh(vectors, table[first], stages + 1, h, error)
-    size = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW])
+    looser = max(1.0, reals[LOOSER])
+    size = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW]) / looser
     if integers[ESTIMATES] < 2 or size == 0.0 or not size < np.inf:
         return size
     worst = integers[WORST]  # the component that counts is that of the first estimate
     error[:] = 0.0
     weigh(vectors, table[first + 1], stages + 1, h, error)
-    low = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW])
+    low = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW]) / looser
     integers[WORST] = worst
     ratio = 0.1 * low / size  # of squares, those of small errors would vanish
     return size / np.sqrt(1.0 + ratio * ratio)
+
+
+@inlined
+def _is_near_singular(reals: np.ndarray) -> bool:
+    return reals[WEAKEST] < SINGULAR * reals[USUAL_WEAKEST]
+
+
+@kernel
+def _passes_singular_position(reals: np.ndarray) -> bool:
+    """Let the error grow tenfold with every step that creeps up to a singular position, and take it back behind.
+
+    Beside such a position the rates have an error of round-off divided by the square of the distance, which no step is
+    small enough for. The position itself is passed by the momentum of the step. False: the mechanism is held there.
+    """
+    step = reals[TIME] - reals[TIME_OLD]
+    if _is_near_singular(reals) and step <= SMALLEST_CREEP * reals[USUAL_STEP]:
+        return False
+    reals[USUAL_WEAKEST] = max(reals[USUAL_WEAKEST], reals[WEAKEST])
+    if not _is_near_singular(reals):
+        reals[USUAL_STEP] = step
+    if _is_near_singular(reals) and step < 0.1 * reals[USUAL_STEP]:
+        reals[LOOSER] = min(10.0 * max(1.0, reals[LOOSER]), LARGEST_RELATIVE / reals[RELATIVE])
+    else:
+        reals[LOOSER] = 1.0
+    return True
 
 
 def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
@@ -105,6 +146,7 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
     if stage == BEGIN:
         copy(vectors[STATE], vectors[AT])
         reals[TIME_AT] = reals[TIME]
+        reals[LOOSER] = 1.0
         return ask(integers, RATES, FIRST)
     if stage == FIRST:
         copy(vectors[SLOPE], vectors[FIRST_RATE])
@@ -114,11 +156,15 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
     elif stage == PROJECTED:
         copy(vectors[STATE], vectors[AT])
         reals[TIME_AT] = reals[TIME]
-        return ask(integers, RATES, FIRST)
+        return ask(integers, RATES, CLOSED)
+    elif stage == CLOSED:
+        copy(vectors[SLOPE], vectors[FIRST_RATE])
+        if not integers[IS_FIXED] and not _passes_singular_position(reals):
+            integers[REASON] = HELD
+            return ask(integers, FAILED, CLOSED)
+        stage = NEXT
     elif stage == AFTER:
         if integers[HAS_LOOPS]:
-            if reals[TIME] >= reals[STOP]:
-                return ask(integers, DONE, AFTER)
             return ask(integers, PROJECT, PROJECTED)
         copy(vectors[FIRST_RATE + stages], vectors[FIRST_RATE])
         stage = NEXT
@@ -138,7 +184,7 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
                 factor = max(0.2, 0.9 * error ** (-1.0 / integers[ORDER])) if error < np.inf else 0.1
                 reals[NEXT_STEP] = reals[STEP] * factor
                 if reals[NEXT_STEP] < reals[SMALLEST]:
-                    integers[REASON] = TOO_SMALL
+                    integers[REASON] = HELD if _is_near_singular(reals) else TOO_SMALL
                     return ask(integers, FAILED, NEXT)
                 clip(integers, reals, reals[NEXT_STEP])
                 return _stage(integers, reals, vectors, table, 1)

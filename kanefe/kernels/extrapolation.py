@@ -22,6 +22,7 @@ from kanefe.kernels.stepping import (
     DONE,
     ERROR,
     FAILED,
+    HAS_LOOPS,
     IMPLICIT,
     IS_FIXED,
     IS_STIFF,
@@ -31,6 +32,7 @@ from kanefe.kernels.stepping import (
     NEXT_OUTPUT,
     NEXT_STEP,
     OF_METHOD,
+    PROJECT,
     PUSH_DAMPING,
     PUSH_STIFFNESS,
     REALS_OF_METHOD,
@@ -83,7 +85,7 @@ FIRST_SLOPE = DIFFERENCE + 1
 TABLEAU = FIRST_SLOPE + 1
 SUBSTATES = TABLEAU + LARGEST_COLUMNS + 1
 
-BEGIN, MOVING, FILTERING, LOOKING, AFTER = range(5)
+BEGIN, MOVING, FILTERING, LOOKING, AFTER, PROJECTED = range(6)
 
 MOST_FILTERINGS = 2
 """Of an error: each divides vibrations that the substeps do not resolve by their frequency times the substep."""
@@ -308,6 +310,10 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
         if _kink(integers, reals, vectors) <= KINK:
             return _accept_last(integers, reals, vectors)
         command = _reject(integers, reals, 0.2)
+    elif stage == AFTER and integers[HAS_LOOPS]:
+        h = reals[STEP] / integers[TAKEN]
+        reals[SHARE_STIFFNESS] = h * h  # in a metric of masses alone the loops would push stiff modes
+        return ask(integers, PROJECT, PROJECTED)
     else:
         if stage == BEGIN and integers[AIM] == 0:
             integers[AIM] = min(6, _most_columns(integers) - 1)

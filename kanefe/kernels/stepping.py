@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels._numba import entry, inlined, kernel
+from kanefe.kernels.advance import put_turned
 from kanefe.kernels.vectors import copy
 
 # Commands
@@ -21,7 +22,7 @@ START = 0
 RATES = 1  # write dy/dt of the state AT at the time TIME_AT to SLOPE
 IMPLICIT = 2  # the same with (M + s C + r K) in place of M, see `Reals`, and forces C, K times the pushes
 ACCEPTED = 3  # a step has been taken: TIME and STATE are further
-PROJECT = 4  # put STATE onto the loops
+PROJECT = 4  # put STATE onto the loops, to the nearest place in the metric M + r K
 JACOBIAN = 5  # write derivatives of the rates of STATE at TIME to the rows from JACOBIAN_ROW on: see `derivatives`
 FAILED = 6  # no step is small enough, or a solution could not be found
 DONE = 7  # TIME is STOP
@@ -50,12 +51,13 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     JACOBIAN_ROW,
     KEEPS_MOMENTA,
     IS_STIFF,
-) = range(20)
-OF_METHOD = 20  # from here on a method has its own
+    IS_LEFT_OPEN,
+) = range(21)
+OF_METHOD = 24  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
 # Why a method failed
-TOO_SMALL, NO_CONVERGENCE, NO_NUMBERS = 1, 2, 3
+TOO_SMALL, NO_CONVERGENCE, NO_NUMBERS, HELD = 1, 2, 3, 4
 
 # How coordinates move
 STRAIGHT, TURNING = 0, 1
@@ -228,21 +230,7 @@ def move(integers: np.ndarray, q: np.ndarray, step: np.ndarray, first: int, move
         if kind == STRAIGHT:
             moved[at] = q[at] + step[speed]
             continue
-        x, y, z = 0.5 * step[speed], 0.5 * step[speed + 1], 0.5 * step[speed + 2]
-        square = x * x + y * y + z * z
-        if square < 1e-8:  # of the series the next terms are below round-off
-            c, s = 1.0 - square * (0.5 - square / 24.0), 1.0 - square * (1.0 / 6.0 - square / 120.0)
-        else:
-            angle = np.sqrt(square)
-            c, s = np.cos(angle), np.sin(angle) / angle
-        x, y, z = s * x, s * y, s * z
-        e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
-        length = 1.0 / np.sqrt(e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3)
-        c, x, y, z = c * length, x * length, y * length, z * length
-        moved[at] = e0 * c - e1 * x - e2 * y - e3 * z
-        moved[at + 1] = e0 * x + e1 * c + e2 * z - e3 * y
-        moved[at + 2] = e0 * y - e1 * z + e2 * c + e3 * x
-        moved[at + 3] = e0 * z + e1 * y - e2 * x + e3 * c
+        put_turned(moved, at, q, step[speed], step[speed + 1], step[speed + 2])
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.assembly import LARGEST_OPENING
+from kanefe.closing_limits import LARGEST_OPENING
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kane.assemble import all_speeds

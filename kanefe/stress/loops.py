@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.assembly import TOLERANCE
+from kanefe.closing_limits import TOLERANCE
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_residuals

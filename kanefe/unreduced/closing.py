@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.assembly import LARGEST_OPENING, TOLERANCE, consistent_start
+from kanefe.assembly import consistent_start
+from kanefe.closing_limits import LARGEST_OPENING, TOLERANCE
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector

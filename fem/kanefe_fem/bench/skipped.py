@@ -121,7 +121,9 @@ def constraints(rounds: int) -> Skip:
         numbers=np.zeros((0, 7)),
         speeds=np.zeros(0, dtype=np.int64),
         coefficients=np.zeros(0),
-        tolerance=np.zeros(1),
+        coordinates=np.zeros(0, dtype=np.int64),
+        moves=np.ones(model.free_count),
+        limits=np.ones(2),
     )
     start = np.concatenate((model.initial_state, np.zeros(WORKS)))
     calls = [partial(order_n.rates, 0.0, start) for order_n in (sparing, full)]
