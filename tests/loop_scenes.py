@@ -62,6 +62,16 @@ def spatial_loop(seed: int) -> kf.System:
     return scene
 
 
+def sprung_loop(seed: int) -> Model:
+    """Return a loop with a flexible arm, and a spring in a joint."""
+    scene = spatial_loop(seed)
+    scene.add_rigid_body(
+        "weight", 0.3, 0.02, com=(0.1, 0, 0), parent=scene.ground,
+        joint=kf.Revolute("z", forces=kf.CoordinateForce(stiffness=200.0)),
+    )  # fmt: skip
+    return scene.freeze()
+
+
 def marker_place(model: Model, name: str, t: float, q: np.ndarray, point: tuple) -> np.ndarray:
     """Return the position in N of a point of a rigid body."""
     speeds = np.zeros(model.free_count + model.driven_count + model.fixed_count)

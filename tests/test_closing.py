@@ -21,7 +21,7 @@ from kanefe.kane.assemble import all_speeds, held_accelerations
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.kinematics import sweep_outward
 from kanefe.model import Model
-from loop_scenes import four_bar, parallelogram, spatial_loop
+from loop_scenes import four_bar, parallelogram, sprung_loop
 from random_loops import LoopScene, closed_state
 from random_scenes import Recipe, recipes
 
@@ -69,7 +69,9 @@ def is_closed_as_literally(recipe: Recipe, loops: int, size: float) -> bool:
     # both close the loops with answers of places that are `size` apart or less: they differ by what those miss
     apart = max(100.0 * size**2, 1e-12) / weakest
     np.testing.assert_allclose(q_closed, expected, rtol=0, atol=apart)
-    np.testing.assert_allclose(u_closed, project_speeds(model, 0.0, q_closed, u), rtol=0, atol=apart * abs(u).max())
+    np.testing.assert_allclose(
+        u_closed, project_speeds(model, 0.0, q_closed, u), rtol=0, atol=apart * max(1e-3, abs(u).max())
+    )
     assert assembly._position(model, 0.0, q_closed).worst <= TOLERANCE
     assert slips(model, 0.0, q_closed, u_closed) < 1e-11 / weakest
     return True
@@ -85,16 +87,6 @@ def test_rigid_loops(recipe: Recipe, loops: int, size: float) -> None:
 @given(recipes(bodies=8, loads=0, elastic=0.4), st.integers(1, 2))
 def test_loops_with_flexible_bodies(recipe: Recipe, loops: int) -> None:
     assume(is_closed_as_literally(recipe, loops, 1e-6))
-
-
-def sprung_loop(seed: int) -> Model:
-    """Return a loop with an elastic member, and a stiff spring in a joint."""
-    scene = spatial_loop(seed)
-    scene.add_rigid_body(
-        "weight", 0.3, 0.02, com=(0.1, 0, 0), parent=scene.ground,
-        joint=kf.Revolute("z", forces=kf.CoordinateForce(stiffness=200.0)),
-    )  # fmt: skip
-    return scene.freeze()
 
 
 @pytest.mark.parametrize("seed", range(3))
