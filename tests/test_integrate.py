@@ -244,10 +244,6 @@ def test_a_scene_at_rest_stays_at_rest() -> None:
         ({"method": "rk4", "step": 2.0}, r"step must be above zero s and within the span, not 2\.0"),
         ({"method": "rk4", "step": 0.1, "rtol": 1e-6}, "rtol has no meaning for rk4, whose steps are fixed"),
         ({"method": "rk4", "step": 0.1, "atol": 1e-6}, "atol has no meaning for rk4, which has no error control"),
-        (
-            {"method": "generalised-alpha", "step": 0.1},
-            "step has no meaning for generalised-alpha, which chooses its own",
-        ),
         ({"method": "extrapolation", "rtol": 1e-10}, "rtol=1e-10 is below the round-off of extrapolation"),
         ({"output_step": 0.0}, r"output_step must be above zero s, not 0\.0"),
         ({"output_step": np.nan}, "output_step must be above zero s, not nan"),

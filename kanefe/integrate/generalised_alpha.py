@@ -1,4 +1,4 @@
-"""Generalised-alpha on the rotation group, order 2 (Chung & Hulbert 1993; Bruels, Cardona & Arnold 2012).
+"""Generalised-alpha and HHT on the rotation group, order 2 (Chung & Hulbert 1993; Bruels, Cardona & Arnold 2012).
 
 Stable for elastic modes of any frequency, which are damped where the step does not resolve them. The Newton matrix is
 ``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies and of springs, dampers, friction and stops; all
@@ -21,7 +21,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, no_step
 from kanefe.integrate.scales import displacement_scales
-from kanefe.integrate.stepper import BESIDE
+from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
@@ -33,6 +33,11 @@ if TYPE_CHECKING:
 
 SPECTRAL_RADIUS = 0.8
 """Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step."""
+
+FORMULA = GeneralisedAlpha(SPECTRAL_RADIUS)
+
+FIXED_RTOL = 1e-7
+"""Where the step is fixed: what the iteration converges to a thousandth of."""
 
 LARGEST_ITERATIONS = 8
 
@@ -50,17 +55,29 @@ class GeneralisedAlphaStepper:
         s.
     control : StepControl
         rtol: error of a step relative to 1 rad, to the size of the bodies (m), and for modal coordinates to the
-        amplitude that moves a body by its own size.
+        amplitude that moves a body by its own size. Or a fixed step.
+    formula : GeneralisedAlpha
     """
 
     name = "generalised-alpha"
 
-    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
-        self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        start: float,
+        stop: float,
+        control: StepControl,
+        formula: GeneralisedAlpha = FORMULA,
+    ) -> None:
+        self._formula = formula
+        if formula.is_hht:
+            self.name = "hht"
         self._dynamics, self._model = dynamics, dynamics.model
-        self._scales = control.rtol * displacement_scales(self._model)
+        self._stop, self._fixed = stop, control.step
+        rtol = control.rtol if control.step is None else FIXED_RTOL
+        self._scales = rtol * displacement_scales(self._model)
         self._stiffness, self._damping = iteration_matrices(self._model)
-        self._h = 1e-4 * (stop - start)
+        self._h = control.step or 1e-4 * (stop - start)
         self._span, self._smallest = stop - start, 1e-12 * (stop - start)
         self._no_answer: tuple[float, KanefeError] | None = None
         self._steps = self._rejected = self._factorisations = 0
@@ -81,11 +98,11 @@ class GeneralisedAlphaStepper:
         """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
         passed = 0
         while passed < len(times) and most_steps > 0:
-            self._advance(float(times[passed]))
+            self._advance(self._stop if self._fixed else float(times[passed]))
             most_steps -= 1
-            if self.t >= times[passed]:
-                states[passed] = self._state
-                passed += 1
+            reached = int(np.searchsorted(times, self.t, side="right"))
+            states[passed:reached] = self.states(times[passed:reached])
+            passed = reached
         return passed
 
     def state(self) -> Vector:
@@ -112,7 +129,8 @@ class GeneralisedAlphaStepper:
         self._state = self._before = y.copy()
         q, u = self._dynamics.parts(y)
         self._du = accelerations(self._model, t, q, u)
-        self._a = self._du.copy()
+        self._a, self._begun, self._h_of_a = self._du.copy(), self._du, 0.0
+        self._jerk: Vector | None = None
         self._move = np.zeros_like(u)
         self._power = self._dynamics.powers(t, q, u, self._du)
         self._kept: _Kept | None = None
@@ -121,18 +139,20 @@ class GeneralisedAlphaStepper:
         """Return what is needed to go on; of the kept matrices those that are factored."""
         kept = self._kept
         return {
-            "numbers": np.array((self.t, self._h, 0.0 if kept is None else kept.h)),
+            "numbers": np.array((self.t, self._h, self._h_of_a, 0.0 if kept is None else kept.h)),
             "state": self._state.copy(),
             "du": self._du.copy(),
             "a": self._a.copy(),
+            **({} if self._jerk is None else {"jerk": self._jerk.copy()}),
             "power": self._power.copy(),
             **({} if kept is None else {"mass": kept.mass.copy(), "matrix": kept.matrix.copy()}),
         }
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Go on from a snapshot."""
-        t, self._h, h = snapshot["numbers"].tolist()
+        t, self._h, h_of_a, h = snapshot["numbers"].tolist()
         self.restart(t, snapshot["state"])
+        self._h_of_a, self._jerk = h_of_a, np.array(snapshot["jerk"]) if "jerk" in snapshot else None
         self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
         if "matrix" in snapshot:
             self._kept = _factored(h, np.array(snapshot["mass"]), np.array(snapshot["matrix"]))
@@ -142,14 +162,21 @@ class GeneralisedAlphaStepper:
         while True:
             rest = target - self.t
             # two even steps to the target are better than one full and one sliver
-            h = rest if self._h >= rest * (1 - 1e-9) else min(self._h, 0.5 * rest) if self._h > 0.5 * rest else self._h
+            is_long = self._h > 0.5 * rest and not self._fixed
+            h = rest if self._h >= rest * (1 - 1e-9) else min(self._h, 0.5 * rest) if is_long else self._h
             trial = None
             try:
+                self._begun = self._begin(h)
                 trial = self._try(h)
             except KanefeError as problem:  # too far ahead: up to where the equations hold, there are smaller steps
+                if self._fixed:
+                    raise beyond(problem) from problem
                 self._kept, self._no_answer = None, (self.t, problem)
-            if trial is not None and trial[0] <= 1.0:
+            if trial is not None and (trial[0] <= 1.0 or self._fixed):
                 break
+            if self._fixed:
+                reason = f"the Newton iteration of {self.name} does not converge with steps of {h:.3g} s"
+                raise StepFailure(reason, "a smaller step, or rtol in its place", self._worst)
             self._rejected += 1
             self._h = 0.25 * h if trial is None else h * max(0.2, 0.9 * trial[0] ** (-1 / 3))
             if self._h < self._smallest:
@@ -158,7 +185,8 @@ class GeneralisedAlphaStepper:
                 raise no_step(trial is not None, "loosen rtol, or use method='dop853'", self._worst)
         error, q, u, du, a = trial
         self._before, self.t_old = self._state, self.t
-        self._move = self._formula.move(h, self._dynamics.parts(self._state)[1], self._a, a)
+        self._move = self._formula.move(h, self._dynamics.parts(self._state)[1], self._begun, a)
+        self._jerk, self._h_of_a = (a - self._begun) / h, h
         self._steps += 1
         power = self._dynamics.powers(self.t + h, q, u, du)
         works = self._state[-len(power) :] + 0.5 * h * (self._power + power)
@@ -167,8 +195,34 @@ class GeneralisedAlphaStepper:
         self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
         self._du, self._a, self._power = du, a, power
         self.t = target if h == rest else self.t + h
+        if self._fixed:
+            return
         grown = h * min(2.0, 0.9 * max(error, 1e-6) ** (-1 / 3))
         self._h = max(grown, self._h) if h < self._h and error < 1.0 else grown
+
+    def _begin(self, h: float) -> Vector:
+        """Return the algorithmic acceleration at the start of a step of h: that of the last step if it was as long."""
+        if h == self._h_of_a or not self._model.free_count:
+            return self._a
+        if self._jerk is None:
+            self._jerk = self._filtered_jerk(h)
+        return self._a + (self._formula.delay(h) - self._formula.delay(self._h_of_a)) * self._jerk
+
+    def _filtered_jerk(self, h: float) -> Vector:
+        """Return d(du)/dt at the start, without what the step does not resolve."""
+        model, n, t, (q, u) = self._model, self._model.free_count, self.t, self._dynamics.parts(self._state)
+        e = 1e-4 * h
+        after = accelerations(model, t + e, model.advance(q, e * u + 0.5 * e * e * self._du), u + e * self._du)
+        jerk = (after - self._du) / e
+        full = all_speeds(model, t, u)
+        motions = sweep_outward(model, t, q, full)
+        mass = mass_matrix(model, motions, q, full)[:n, :n]
+        matrix = self._iteration_matrix(h, mass, motions, q, u)
+        self._factorisations += 1
+        if not model.constraints:
+            return _factored(h, mass, matrix).solve(mass @ jerk)
+        rows = constraint_rates(model, motions, q, full).over(slice(n))
+        return constrained_solver(model, matrix, rows).solve(mass @ jerk, -rows.J @ jerk)[0]
 
     def _try(self, h: float) -> tuple[float, Vector, Vector, Vector, Vector] | None:
         """Return (error, q, u, du, a) after a step of h, or None if the iteration does not converge."""
@@ -199,7 +253,7 @@ class GeneralisedAlphaStepper:
         kept = self._kept
         if kept is None:
             raise TypeError("an iteration leaves its matrices behind")
-        filtered = kept.solve(kept.mass @ self._formula.error(h, self._a, a))
+        filtered = kept.solve(kept.mass @ self._formula.error(h, self._begun, a))
         if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents or self._model.constraints:
             self._kept = None
         return self._size(filtered), q, u, du, a
@@ -213,10 +267,10 @@ class GeneralisedAlphaStepper:
     def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
         """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
         q0, u0 = self._dynamics.parts(self._state)
-        a = self._formula.algorithmic(self._du, self._a, du)
+        a = self._formula.algorithmic(self._du, self._begun, du)
         return (
-            self._model.advance(q0, self._formula.move(h, u0, self._a, a)),
-            self._formula.speeds(h, u0, self._a, a),
+            self._model.advance(q0, self._formula.move(h, u0, self._begun, a)),
+            self._formula.speeds(h, u0, self._begun, a),
             a,
         )
 

@@ -39,7 +39,7 @@ def no_step(converges: bool, other_remedy: str, component: int | None = None) ->
 
 @dataclass(frozen=True)
 class GeneralisedAlpha:
-    """The method of one spectral radius.
+    """The method of one spectral radius, or that of Hilber, Hughes & Taylor (1977), which is the one with alpha_m = 0.
 
     With the true accelerations du and the algorithmic ones a, ``(1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) du1 +
     alpha_f du0``, a step is ``u1 = u0 + h ((1 - gamma) a0 + gamma a1)`` and a move of the coordinates by
@@ -48,20 +48,22 @@ class GeneralisedAlpha:
     Attributes
     ----------
     radius : float
-        Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step.
+        Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step; of HHT from 0.5 to 1.
+    is_hht : bool
     """
 
     radius: float
+    is_hht: bool = False
 
     @cached_property
     def alpha_m(self) -> float:
         """Weight of the earlier algorithmic acceleration."""
-        return (2 * self.radius - 1) / (self.radius + 1)
+        return 0.0 if self.is_hht else (2 * self.radius - 1) / (self.radius + 1)
 
     @cached_property
     def alpha_f(self) -> float:
         """Weight of the earlier true acceleration."""
-        return self.radius / (self.radius + 1)
+        return (1 - self.radius if self.is_hht else self.radius) / (self.radius + 1)
 
     @cached_property
     def gamma(self) -> float:
@@ -98,6 +100,14 @@ class GeneralisedAlpha:
             h * self.gamma, u0 + h * (1 - self.gamma) * a0,
             h * h * self.beta, h * u0 + h * h * (0.5 - self.beta) * a0,
         )  # fmt: skip
+
+    def delay(self, h: float) -> float:
+        """Return by how much the time of the algorithmic acceleration is after that of the state, s; below zero.
+
+        So chosen at the start and where the step changes, it leaves order 2 to speeds, accelerations and constraint
+        forces from the first step on (Arnold, Bruels & Cardona 2015).
+        """
+        return (self.alpha_m - self.alpha_f) * h
 
     def damping_share(self, h: float) -> float:
         """Return the factor of C in the iteration matrix of du1, s."""

@@ -14,7 +14,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
 from kanefe.integrate.scales import coordinate_moves, modal_frequencies, state_scales
-from kanefe.integrate.stepper import BESIDE, StepFailure
+from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.joints import Free
 from kanefe.kernels import extrapolation
 from kanefe.kernels.stepping import (
@@ -331,9 +331,3 @@ def flies_freely(model: Model) -> bool:
         and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
         and all(min(a.body, b.body) >= 0 for a, b in ends)
     )
-
-
-def beyond(error: KanefeError) -> StepFailure:
-    """Return the failure of a fixed step that leads to where the equations do not hold."""
-    reason, _, remedy = str(error).partition(". Remedy: ")
-    return StepFailure(f"the fixed step is too long: {reason}", f"a smaller step{', or ' + remedy if remedy else ''}")

@@ -9,7 +9,8 @@ from functools import partial
 
 from kanefe.errors import ModelError
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha import GeneralisedAlphaStepper, stiffest_rate
+from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper, stiffest_rate
+from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.integrate.generalised_alpha_unreduced import UnreducedStepper
 from kanefe.integrate.stepper import Stepper
 from kanefe.model import Model
@@ -113,6 +114,8 @@ def _sundials(dynamics: Dynamics, start: float, stop: float, control: StepContro
     return CvodeStepper(dynamics, start, stop, control)
 
 
+HHT = GeneralisedAlpha(SPECTRAL_RADIUS, is_hht=True)
+
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
@@ -122,7 +125,8 @@ METHODS: dict[str, Method] = {
         Method("extrapolation", _kernel("extrapolation"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-9),
         Method("radau5", _kernel("radau5"), has_fixed_steps=True, takes_atol=True, least_rtol=1e-12),
         Method("energy-momentum", _kernel("energy-momentum"), has_error_control=False, has_fixed_steps=True),
-        Method(GeneralisedAlphaStepper.name, GeneralisedAlphaStepper),
+        Method(GeneralisedAlphaStepper.name, GeneralisedAlphaStepper, has_fixed_steps=True),
+        Method("hht", partial(GeneralisedAlphaStepper, formula=HHT), has_fixed_steps=True),
         _scipy("scipy-bdf"),
         _scipy("scipy-radau"),
         _scipy("scipy-lsoda"),
@@ -172,6 +176,8 @@ def choose(
         raise ModelError(f"step must be above zero s and within the span, not {step!r}")
     name, reason = _chosen(model, method, start, stop)
     _check_options(METHODS[name], rtol, atol, step)
+    if model.has_unreduced and step is not None:
+        raise ModelError("step has no meaning for unreduced bodies, whose run chooses its own. Remedy: rtol")
     rtol = DEFAULT_RTOL if rtol is None else rtol
     control = StepControl(rtol, ATOL_SHARE * rtol if atol is None else atol, step)
     make = UnreducedStepper if model.has_unreduced else METHODS[name].make

@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from kanefe.errors import SimulationError
+from kanefe.errors import KanefeError, SimulationError
 from kanefe.frames import Vector
 
 BESIDE = 1e-6
@@ -30,6 +30,12 @@ class StepFailure(SimulationError):
     def __init__(self, reason: str, remedy: str, component: int | None = None) -> None:
         super().__init__(f"{reason}. Remedy: {remedy}")
         self.reason, self.remedy, self.component = reason, remedy, component
+
+
+def beyond(error: KanefeError) -> StepFailure:
+    """Return the failure of a fixed step that leads to where the equations do not hold."""
+    reason, _, remedy = str(error).partition(". Remedy: ")
+    return StepFailure(f"the fixed step is too long: {reason}", f"a smaller step{', or ' + remedy if remedy else ''}")
 
 
 class Stepper(Protocol):
