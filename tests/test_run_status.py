@@ -118,6 +118,16 @@ def test_the_modes_of_a_flexible_body_are_named() -> None:
     assert np.all(np.isfinite(result.modal_coordinates("arm")))
 
 
+@pytest.mark.parametrize("method", ["dopri5", "dop853"])
+def test_what_moves_is_named_and_not_the_work_that_follows_it(method: str) -> None:
+    """The speed of the wheel grows like a logarithm, the work of its torque faster."""
+    scene = kf.System()
+    wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))
+    scene.add_torque(wheel, lambda t: (0.0, 0.0, 1.0 / (0.5 - t) if t < 0.5 else 1e300))
+    with pytest.warns(kf.SimulationWarning, match="the worst is 'wheel: rate"):
+        assert scene.simulate((0.0, 1.0), method=method).status.time == pytest.approx(0.5, abs=1e-9)
+
+
 def test_an_error_of_the_equations_is_a_status_too(monkeypatch: pytest.MonkeyPatch) -> None:
     error = kf.SimulationError("spring 's' has no length at t = 0.32 s. Remedy: keep its ends apart")
     result = scripted(monkeypatch, ScriptedStepper(0.1, {3: error}))
