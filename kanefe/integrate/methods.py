@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from functools import partial
 
 from kanefe.errors import ModelError
+from kanefe.integrate.choice import suited
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper, stiffest_rate
+from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper
 from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.integrate.generalised_alpha_unreduced import UnreducedStepper
 from kanefe.integrate.stepper import Stepper
 from kanefe.model import Model
-
-LARGEST_EXPLICIT_STEPS = 2000.0
-"""Steps that the explicit method would need for the elastic modes, above which "auto" takes the implicit one."""
 
 DEFAULT_RTOL = 1e-6
 
@@ -174,7 +172,7 @@ def choose(
             raise ModelError(f"{name} must {bounds}, not {value!r}")
     if step is not None and not (math.isfinite(step) and 0 < step <= stop - start):
         raise ModelError(f"step must be above zero s and within the span, not {step!r}")
-    name, reason = _chosen(model, method, start, stop)
+    name, reason = _chosen(model, method, start, stop, rtol)
     _check_options(METHODS[name], rtol, atol, step)
     if model.has_unreduced and step is not None:
         raise ModelError("step has no meaning for unreduced bodies, whose run chooses its own. Remedy: rtol")
@@ -195,7 +193,7 @@ def _made(
     return make(dynamics, start, stop, control)
 
 
-def _chosen(model: Model, method: str, start: float, stop: float) -> tuple[str, str]:
+def _chosen(model: Model, method: str, start: float, stop: float, rtol: float | None) -> tuple[str, str]:
     if method != "auto":
         if model.has_unreduced and method != UnreducedStepper.name:
             raise ModelError(
@@ -210,16 +208,7 @@ def _chosen(model: Model, method: str, start: float, stop: float) -> tuple[str, 
         if method == "energy-momentum":
             _check_energy_momentum(model)
         return method, "asked for"
-    if model.has_unreduced:
-        return UnreducedStepper.name, "the highest modes of an unreduced body are stiff"
-    rate = stiffest_rate(model, start)
-    # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2
-    if (stop - start) * rate / 2.0 > LARGEST_EXPLICIT_STEPS:
-        reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
-        if model.order_n is not None and not (model.constraints or model.has_interactions or model.has_stops):
-            return "extrapolation", reason
-        return GeneralisedAlphaStepper.name, reason
-    return "dop853", "no stiff elastic modes"
+    return suited(model, start, stop, DEFAULT_RTOL if rtol is None else rtol)
 
 
 def _check_energy_momentum(model: Model) -> None:
