@@ -24,9 +24,9 @@ LEAST_RTOL_UNDAMPED = 5e-7
 def suited(model: Model, start: float, stop: float, rtol: float) -> tuple[str, str]:
     """Return the name of the method that suits a scene, and the reason in words.
 
-    Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs in the
-    order-n sweep. Where something stiff is outside it (loops, springs between frames), or the tolerance is too tight for
-    it, Radau's method; and where that is too much work, generalised-alpha.
+    Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs within the
+    order-n sweep. Where something stiff is outside it (loops, stops, springs between frames), or the tolerance is too
+    tight for it, Radau's method; and where that is too much work, generalised-alpha.
     """
     if model.has_unreduced:
         return "generalised-alpha", "the highest modes of an unreduced body are stiff"
