@@ -25,7 +25,7 @@ def suited(model: Model, start: float, stop: float, rtol: float) -> tuple[str, s
     """Return the name of the method that suits a scene, and the reason in words.
 
     Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs within the
-    order-n sweep. Where something stiff is outside it (loops, stops, springs between frames), or the tolerance is too
+    order-n sweep. Where something stiff is outside it (stops, springs between frames), or the tolerance is too
     tight for it, Radau's method; and where that is too much work, generalised-alpha.
     """
     if model.has_unreduced:
@@ -35,7 +35,6 @@ def suited(model: Model, start: float, stop: float, rtol: float) -> tuple[str, s
         return "dop853", "no stiff elastic modes"
     reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
     beyond = {
-        "closed loops": bool(model.constraints),
         "springs between frames": model.has_interactions,
         "stops": model.has_stops,
         "bodies in the nodal form": model.order_n is None,
