@@ -21,7 +21,7 @@ from kanefe.verify.references import load_references
 SPAN = 10.0
 
 MOST_STEPS = 2000
-"""Of a method that creeps."""
+"""Of a method that is slow there."""
 
 COARSE = "rtol 1e-6 over some thousand steps, all on one side"
 
@@ -56,7 +56,7 @@ def singular_positions(effort: Effort) -> Iterator[Finding]:
         yield Finding(
             f"N-four-bar (A02), N = 2, {span:g} s", most, "time not run in so many steps, relative",
             float(1.0 - run.times[-1] / span), 1.0,
-            "known limit: it creeps up to a singular position, where its Jacobian is without bound", method,
+            "known limit: it is slow at singular positions; how far it comes is shown, not tested", method,
         )  # fmt: skip
 
 
