@@ -14,7 +14,7 @@ from kanefe_fem.bench.peer_curves import PeerScene, peer_curve, peer_run, peer_s
 from kanefe_fem.bench.references import reference
 from kanefe_fem.bench.runs import Point, run
 from kanefe_fem.bench.scene import BenchScene, Setting
-from kanefe_fem.bench.settings import AUTO, method_names
+from kanefe_fem.bench.settings import AUTO, method_names, settings_of, steps_of
 from kanefe_fem.bench.work_precision import Limits, curve, settled
 
 HINGED = {8: "S3", 16: "S3-16", 32: "S3-32"}
@@ -73,11 +73,17 @@ def _against_peer(machine: Machine, scene: BenchScene, goals: dict[float, Goal])
     """Return the figures of a scene: the best settings for each error are found first, and then run side by side."""
     peers, model = machine.peer(), scene.build()
     exact = reference(scene, model)
-    ours = list(curve(scene, AUTO, exact, machine.limits))
+    limits = machine.limits
+    # the peer's steps are fixed: so may ours be
+    ours = [
+        p
+        for settings in (settings_of(scene, AUTO, limits.quick), steps_of(scene, AUTO, limits.quick))
+        for p in curve(scene, settings, exact, limits)
+    ]
     theirs = [
         (variant, p)
         for variant in peer_scenes(peers, scene, exact)
-        for p in peer_curve(peers, variant, scene, exact, machine.limits)
+        for p in peer_curve(peers, variant, scene, exact, limits)
     ]
     figures = []
     for error, goal in goals.items():
@@ -95,7 +101,7 @@ def _auto_figure(scene: BenchScene, goal: Goal, rounds: int) -> Figure:
     """Return the worst ratio over errors that auto reaches."""
     model, limits = scene.build(), Limits(quick=True)
     exact = reference(scene, model)
-    points = [p for method in method_names() for p in curve(scene, method, exact, limits)]
+    points = [p for name in method_names() for p in curve(scene, settings_of(scene, name, True), exact, limits)]
     ratios = []
     for error in AUTO_ERRORS:
         best, auto = settled([p for p in points if p.method != AUTO], error), settled(_of(points, AUTO), error)

@@ -39,8 +39,13 @@ def chosen_methods(names: Sequence[str]) -> list[str]:
 def settings_of(scene: BenchScene, method: str, quick: bool = False) -> list[Setting]:
     """Return the runs of a method, the coarsest first: over steps where it has no error control, else tolerances."""
     if method != AUTO and not METHODS[method].has_error_control:
-        found = [Setting(method, step=scene.largest_step / 2**i) for i in range(HALVINGS)]
-    else:
-        least = 0.0 if method == AUTO else METHODS[method].least_rtol
-        found = [Setting(method, rtol=rtol) for rtol in TOLERANCES if rtol >= 0.999 * least]
+        return steps_of(scene, method, quick)
+    least = 0.0 if method == AUTO else METHODS[method].least_rtol
+    found = [Setting(method, rtol=rtol) for rtol in TOLERANCES if rtol >= 0.999 * least]
+    return found[::2] if quick else found
+
+
+def steps_of(scene: BenchScene, method: str, quick: bool = False) -> list[Setting]:
+    """Return the runs of a method with fixed steps, the coarsest first."""
+    found = [Setting(method, step=scene.largest_step / 2**i) for i in range(HALVINGS)]
     return found[::2] if quick else found

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from kanefe.errors import MissingDependency, ModelError
 from kanefe_fem.bench.references import Reference
 from kanefe_fem.bench.runs import MOST_RUNS, Point, point, warm_up
-from kanefe_fem.bench.scene import BenchScene
-from kanefe_fem.bench.settings import settings_of
+from kanefe_fem.bench.scene import BenchScene, Setting
 
 LONGEST, LONGEST_QUICK = 10.0, 1.0
 """CPU time of a run in s, above which a curve ends."""
@@ -48,10 +47,9 @@ class Limits:
         return 3 if self.quick else MOST_RUNS
 
 
-def curve(scene: BenchScene, method: str, exact: Reference, limits: Limits) -> Iterator[Point]:
-    """Yield the points of a method, from coarse to fine, until it is as good as the reference or takes too long."""
+def curve(scene: BenchScene, settings: Sequence[Setting], exact: Reference, limits: Limits) -> Iterator[Point]:
+    """Yield the points of the settings of a method until one is as good as the reference or takes too long."""
     model, failures, slow = scene.build(), 0, 0
-    settings = settings_of(scene, method, limits.quick)
     for setting in settings:
         try:
             if setting is settings[0]:
@@ -70,14 +68,15 @@ def curve(scene: BenchScene, method: str, exact: Reference, limits: Limits) -> I
 
 
 def settled(points: Iterable[Point], error: float) -> Point | None:
-    """Return the fastest run that is at least this good, as all finer runs of its method are; None if there is none.
+    """Return the fastest run that is at least this good, as all finer runs of its curve are; None if there is none.
 
     A coarse run may be good by luck: a finer one that is worse shows that it was.
     """
-    kept: dict[str, list[Point]] = {}
+    kept: dict[tuple[str, bool], list[Point]] = {}
     for p in points:
+        of = p.method, p.step is None
         if p.is_good and p.error <= error:
-            kept.setdefault(p.method, []).append(p)
+            kept.setdefault(of, []).append(p)
         else:
-            kept[p.method] = []
+            kept[of] = []
     return min((p for good in kept.values() for p in good), key=lambda p: p.seconds, default=None)
