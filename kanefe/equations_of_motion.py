@@ -154,15 +154,9 @@ class EquationsOfMotion:
                 "the exact Jacobian is not offered for scenes with bodies in the nodal form (matrices of nodes that "
                 "rotate). Remedy: finite differences of rhs"
             )
-        step = 1e-30  # squares vanish: no truncation; and nothing is subtracted: no cancellation
-        n = len(y)
-        J = np.empty((n, n))
-        moved = np.concatenate((y, np.zeros(WORKS))).astype(complex)
-        for i in range(n):
-            moved[i] += 1j * step
-            J[:, i] = self.order_n.rates(t, moved)[:n].imag / step
-            moved[i] = y[i]
-        return J
+        size = len(y)
+        full = np.concatenate((y, np.zeros(WORKS)))
+        return self.order_n.derivatives(t, full, np.eye(size, size + WORKS))[:, :size].T
 
     def mass_matrix(self: Model, t: float, y: Vector) -> Matrix:  # type: ignore[misc]
         """Return M_sys over the free speeds, shape (free, free) (Eq. 18)."""

@@ -21,9 +21,6 @@ from kanefe.linear.forces import answers, load_columns, load_values
 from kanefe.model import BodyTerms, Model
 from kanefe.scene_length import joint_scales, scene_length
 
-COMPLEX_STEP = 1e-30
-"""Its square vanishes: no truncation; and nothing is subtracted: no cancellation."""
-
 DIFFERENCE_STEP = 1e-3
 """Of central differences of the fourth order, in rad or scene lengths: both of their errors are some 1e-12."""
 
@@ -97,9 +94,8 @@ class Derivatives:
     def __init__(self, model: Model, t: float, q: Vector, u: Vector) -> None:
         self.model, self.t, self.q, self.u = model, t, q, u
         order_n = model.order_n
-        state = np.concatenate((q, u, np.zeros(WORKS)))
-        self.is_exact = order_n is not None and order_n.held_rates(t, state)[1] > 0.0
-        self._state = state.astype(complex)
+        self._state = np.concatenate((q, u, np.zeros(WORKS)))
+        self.is_exact = order_n is not None and order_n.held_rates(t, self._state)[1] > 0.0
         self._loads: Matrix | None = None
         if order_n is not None and self.is_exact and order_n.inputs.needs_state:
             self._loads = answers(model, t, q, u, load_columns(model, t, q, u))
@@ -108,18 +104,19 @@ class Derivatives:
         """Return the rates of change of the accelerations along tangents z and speeds du, each (free, k)."""
         model, t, q = self.model, self.t, self.q
         n, m = model.coordinate_count, model.free_count
-        found = np.empty((m, z.shape[1]))
-        steps = self._steps(z, du)
-        for i in range(z.shape[1]):
-            if self.is_exact and model.order_n is not None:
-                moved = self._state.copy()
-                moved[:n] += 1j * COMPLEX_STEP * model.coordinate_rates(q, z[:, i])
-                moved[n : n + m] += 1j * COMPLEX_STEP * du[:, i]
-                found[:, i] = model.order_n.rates(t, moved)[n : n + m].imag / COMPLEX_STEP
-                if self._loads is not None:
-                    found[:, i] += self._loads @ difference(self._values(z[:, i], du[:, i]), steps[i])
-            else:
-                found[:, i] = difference(self._accelerations(z[:, i], du[:, i]), steps[i])
+        if model.order_n is None or not self.is_exact:
+            steps = self._steps(z, du)
+            changes = [difference(self._accelerations(*pair), h) for *pair, h in zip(z.T, du.T, steps, strict=True)]
+            return np.reshape(changes, (-1, m)).T
+        directions = np.zeros((z.shape[1], len(self._state)))
+        directions[:, n : n + m] = du.T
+        for direction, tangent in zip(directions, z.T, strict=True):
+            direction[:n] = model.coordinate_rates(q, tangent)
+        found = model.order_n.derivatives(t, self._state, directions)[:, n : n + m].T
+        if self._loads is not None:
+            steps = self._steps(z, du)
+            changes = [difference(self._values(*pair), h) for *pair, h in zip(z.T, du.T, steps, strict=True)]
+            found = found + self._loads @ np.reshape(changes, (len(changes), -1)).T
         return found
 
     def _steps(self, z: Matrix, du: Matrix) -> Vector:
