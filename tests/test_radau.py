@@ -12,10 +12,15 @@ import kanefe as kf
 from kanefe.equations_of_motion import WORKS
 from kanefe.errors import SimulationWarning
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.kernel_methods import kernel_method
+from kanefe.integrate.kernel_stepper import KernelStepper
+from kanefe.integrate.methods import StepControl
 from kanefe.integrate.run import integrate
 from kanefe.integrate.tableaus import radau_iia
+from kanefe.kernels import radau
 from kanefe.kernels._numba import IS_COMPILED
 from kanefe.kernels.lu import factorise, solve
+from kanefe.kernels.stepping import STATE, STEP
 from kanefe_fem.beams import beam_body, straight_beam
 from kanefe_fem.sections import Rectangle
 from loop_scenes import four_bar
@@ -107,7 +112,17 @@ def test_loops_stay_closed() -> None:
     assert run.coordinates == pytest.approx(exact.coordinates, abs=1e-7)
 
 
-def test_derivatives_along_tangents_are_those_of_moves_on_the_group() -> None:
+def from_python(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Kernels are called by kernels only."""
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    return numba.njit(lambda *arguments: function(*arguments))
+
+
+def flexible_body_in_flight() -> tuple[kf.Model, np.ndarray]:
+    """Return a scene with a rotation, modes and damping, and a state of it."""
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
     scene.add_flexible_body(
         "arm",
@@ -115,12 +130,42 @@ def test_derivatives_along_tangents_are_those_of_moves_on_the_group() -> None:
         joint=kf.Free(angular_velocity=(0.3, -2.0, 1.0), velocity=(1.0, 0.5, 0.2)),
     )
     model = scene.freeze()
-    n, m = model.coordinate_count, model.free_count
     rng = np.random.default_rng(1)
-    q = model.advance(model.initial_coordinates, 0.1 * rng.standard_normal(m))
-    u = model.initial_speeds + 0.1 * rng.standard_normal(m)
+    q = model.advance(model.initial_coordinates, 0.1 * rng.standard_normal(model.free_count))
+    u = model.initial_speeds + 0.1 * rng.standard_normal(model.free_count)
+    return model, np.concatenate((q, u, np.zeros(WORKS)))
+
+
+def test_systems_of_the_size_of_the_speeds_solve_those_of_the_state() -> None:
+    model, y = flexible_body_in_flight()
+    dynamics, control = Dynamics(model), StepControl(1e-6, 1e-9, None)
+    stepper = KernelStepper(dynamics, 0.0, 1.0, control, method=kernel_method("radau5"))
+    integers, reals, vectors = stepper.snapshot().values()
+    table, m, h = radau_iia(), model.free_count, 0.4
+    vectors[STATE] = y
+    vectors[radau.JACOBIAN_ROWS : radau.JACOBIAN_ROWS + m + WORKS, : 2 * m] = dynamics.tangent_derivatives(0.0, y)
+    reals[STEP] = h
+    J = dynamics.jacobian(0.0, y)
+    assert from_python(radau._factorise)(integers, reals, vectors, table)
+    r = np.random.default_rng(3).standard_normal((2, len(y)))
+    gamma, alpha, beta = table[8] / h
+    expected = np.linalg.solve(gamma * np.eye(len(y)) - J, r[0])
+    a = r[0].copy()
+    from_python(radau._solve_real)(integers, reals, vectors, table, a)
+    # condition numbers of 1e4, times round-off
+    assert a == pytest.approx(expected, abs=1e-11)
+    expected = np.linalg.solve((alpha + 1j * beta) * np.eye(len(y)) - J, r[0] + 1j * r[1])
+    a, b = r.copy()
+    from_python(radau._solve_complex)(integers, reals, vectors, table, a, b)
+    assert a + 1j * b == pytest.approx(expected, abs=1e-11)
+
+
+def test_derivatives_along_tangents_are_those_of_moves_on_the_group() -> None:
+    model, y = flexible_body_in_flight()
+    n, m = model.coordinate_count, model.free_count
+    q, u = y[:n], y[n : n + m]
     dynamics = Dynamics(model)
-    found = dynamics.tangent_derivatives(0.0, np.concatenate((q, u, np.zeros(WORKS))))
+    found = dynamics.tangent_derivatives(0.0, y)
     assert found.shape == (m + WORKS, 2 * m)
     h = 1e-5
     for i, unit in enumerate(np.eye(m)):
@@ -172,15 +217,6 @@ def test_the_coefficients_are_those_of_radau_iia() -> None:
     c = table[0]
     for k, rate in ((1, 1.0), (2, 0.0), (3, 0.0)):
         assert table[7] @ c**k + rate == pytest.approx(0.0, abs=1e-12)
-
-
-def from_python(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Kernels are called by kernels only."""
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    return numba.njit(lambda *arguments: function(*arguments))
 
 
 @pytest.mark.parametrize("kind", [float, complex])
