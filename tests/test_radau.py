@@ -55,6 +55,8 @@ def test_dense_output_is_of_order_four_within_a_step() -> None:
     errors = errors_of_steps(tumbling, times, [1 / 32])
     finer = errors_of_steps(tumbling, 0.25 * np.array([1, 2]) + 1 / 192, [1 / 64])
     assert np.log2(errors[0] / finer[0]) == pytest.approx(4.0, abs=0.3)
+    run = integrate(tumbling().freeze(), (0.0, 1.0), method="radau5", step=1 / 32, output_times=times)
+    assert np.linalg.norm(run.coordinates[:, 3:7], axis=1) == pytest.approx([1.0, 1.0], abs=1e-15)
     assert errors[0] < 1e-5
 
 
