@@ -17,7 +17,10 @@ import pytest
 
 from kanefe.errors import ModelError
 from kanefe.integrate.methods import METHODS
+from kanefe.joints import Prismatic
 from kanefe.kernels._numba import IS_COMPILED
+from kanefe.model import Model
+from kanefe.system import System
 from kanefe_fem.bench import catalogue, equal_error, long_runs, references, rigid_chain, work_precision
 from kanefe_fem.bench.bodies import Trial
 from kanefe_fem.bench.clocks import Disagreement
@@ -30,7 +33,8 @@ from kanefe_fem.bench.peer_curves import PEER, PeerScene, sampled
 from kanefe_fem.bench.peer_environment import NoPeers
 from kanefe_fem.bench.pictures import bodies_picture
 from kanefe_fem.bench.refined import refined
-from kanefe_fem.bench.runs import OURS, Point
+from kanefe_fem.bench.runs import OURS, Point, TookTooLong, run
+from kanefe_fem.bench.runs import point as run_point
 from kanefe_fem.bench.scene import BenchScene, Setting
 from kanefe_fem.bench.settings import settings_of
 from kanefe_fem.bench.skips import compared, skips_table
@@ -113,11 +117,11 @@ def test_references_are_made_once_and_again_when_the_scene_changes(
     short: BenchScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[str] = []
-    run = references.run
+    plain = references.run
 
     def counted(model: Any, scene: BenchScene, setting: Setting) -> Any:
         made.append(setting.text)
-        return run(model, scene, setting)
+        return plain(model, scene, setting)
 
     monkeypatch.setattr(references, "run", counted)
     first = references.reference(short, short.build())
@@ -165,6 +169,26 @@ def test_a_method_that_a_scene_cannot_have_leaves_its_curve_empty(
     monkeypatch.setattr(work_precision, "point", refuse)
     assert list(curve(short, settings_of(short, "dop853"), exact, Limits(quick=True))) == []
     assert "not for this scene" in capsys.readouterr().err
+
+
+def test_what_was_ended_for_its_time_is_neither_a_result_nor_a_failure(short: BenchScene) -> None:
+    model, setting = short.build(), Setting("rk4", step=1e-6)
+    run(model, short, Setting("rk4", step=1e-2))  # compiles
+    with pytest.raises(TookTooLong, match="limit"):
+        run(model, short, setting, most_seconds=1e-3)
+
+
+def test_a_run_that_fails_is_no_point_of_a_curve(short: BenchScene) -> None:
+    def build() -> Model:
+        scene = System()
+        mass = scene.add_rigid_body("mass", 1.0, joint=Prismatic("x", position=1.0))
+        scene.add_motor(mass, lambda t: 0.0 if t < 0.2 else np.nan)
+        return scene.freeze()
+
+    breaking = replace(short, build=build, measure=lambda model, t, q: q)
+    found = run_point(build(), breaking, Setting("rk4", step=0.1), np.ones((1, 1)))
+    assert not found.is_good
+    assert found.remark
 
 
 class KnownPeer:

@@ -33,7 +33,7 @@ from kanefe_fem.bench.peer_curves import (
     sampled,
 )
 from kanefe_fem.bench.peer_environment import NoPeers
-from kanefe_fem.bench.runs import run
+from kanefe_fem.bench.runs import TookTooLong, run
 from kanefe_fem.bench.scene import BenchScene, Setting
 from kanefe_fem.bench.settings import AUTO, settings_of
 
@@ -176,7 +176,7 @@ def _coarsest(settings: Iterable[Setting], error: Callable[[Setting], float], al
     for setting in settings:
         try:
             found = error(setting)
-        except (NoPeers, SimulationError):
+        except (NoPeers, SimulationError, TookTooLong):
             found = np.inf
         if not found <= allowed:
             before = None
