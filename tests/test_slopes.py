@@ -26,7 +26,7 @@ def angular_velocity(rate: np.ndarray, A: np.ndarray) -> np.ndarray:
     return -0.5 * axial(rate @ A.T)
 
 
-@pytest.mark.parametrize("measure", SLOPE_MEASURES.values(), ids=str)
+@pytest.mark.parametrize("measure", SLOPE_MEASURES.values(), ids=SLOPE_MEASURES.keys())
 @pytest.mark.parametrize("size", SIZES)
 def test_tangent_and_remainder_match_finite_differences(measure: SlopeMeasure, size: float) -> None:
     rng = np.random.default_rng(1)
@@ -43,7 +43,7 @@ def test_tangent_and_remainder_match_finite_differences(measure: SlopeMeasure, s
     assert measure.tangent(theta) @ rate2 + measure.remainder(theta, rate) == pytest.approx(alpha, abs=1e-10)
 
 
-@pytest.mark.parametrize("measure", SLOPE_MEASURES.values(), ids=str)
+@pytest.mark.parametrize("measure", SLOPE_MEASURES.values(), ids=SLOPE_MEASURES.keys())
 @pytest.mark.parametrize("seed", range(5))
 def test_slopes_come_back_from_euler_parameters(measure: SlopeMeasure, seed: int) -> None:
     e = np.random.default_rng(seed).standard_normal(4)
@@ -52,7 +52,7 @@ def test_slopes_come_back_from_euler_parameters(measure: SlopeMeasure, seed: int
     assert measure.rotation(measure.from_euler_parameters(e)) == pytest.approx(rotation_matrix(e), abs=1e-14)
 
 
-@pytest.mark.parametrize("measure", SLOPE_MEASURES.values(), ids=str)
+@pytest.mark.parametrize("measure", SLOPE_MEASURES.values(), ids=SLOPE_MEASURES.keys())
 def test_small_slopes_are_the_rotation_vector(measure: SlopeMeasure) -> None:
     theta = 1e-5 * np.array([1.0, -2.0, 3.0])
     # measures differ in second order: 3e-5 squared
