@@ -20,7 +20,7 @@ from kanefe_fem.bench.records import points_table, surroundings, write_csv, writ
 from kanefe_fem.bench.references import reference
 from kanefe_fem.bench.runs import Point
 from kanefe_fem.bench.scene import BenchScene
-from kanefe_fem.bench.settings import chosen_methods, settings_of
+from kanefe_fem.bench.settings import AUTO, chosen_methods, settings_of, steps_of
 from kanefe_fem.bench.work_precision import Limits, curve
 
 
@@ -88,7 +88,10 @@ def _scene_points(
     from kanefe_fem.bench.peer_curves import peer_curve, peer_scenes
 
     exact = reference(scene, scene.build())
-    found = [p for method in methods for p in curve(scene, settings_of(scene, method, limits.quick), exact, limits)]
+    curves = [settings_of(scene, method, limits.quick) for method in methods]
+    if AUTO in methods:
+        curves.append(steps_of(scene, AUTO, limits.quick))
+    found = [p for settings in curves for p in curve(scene, settings, exact, limits)]
     row = {"name": scene.name, "title": scene.title, "quantity": scene.quantity, "unit": scene.unit,
            "reference": list(exact.methods), "agreement": exact.agreement}  # fmt: skip
     if peers is not None:

@@ -38,9 +38,11 @@ def work_precision_picture(
             line = _curve(panel, [p for p in found if p.side == OURS and p.method == name], color=colors[name],
                           marker=MARKERS[i % len(MARKERS)])  # fmt: skip
             _keep(handles, name, line)
-        line = _curve(panel, [p for p in found if p.side == OURS and p.method == AUTO], color="black", marker="",
-                      linewidth=4.5, alpha=0.22)  # fmt: skip
-        _keep(handles, "auto: what kanefe takes by itself", line)
+        for name, of, width in ((f"{AUTO}, over tolerances", "rtol", 4.5), (f"{AUTO}, over fixed steps", "step", 2.5)):
+            auto = [p for p in found if p.method == AUTO and getattr(p, of) is not None]
+            line = _curve(panel, auto, color="black", marker="", linewidth=width, alpha=0.22 if of == "rtol" else 0.6,
+                          linestyle="-" if of == "rtol" else ":")  # fmt: skip
+            _keep(handles, name, line)
         for i, name in enumerate(peers):
             side = next(p.side for s in scenes for p in points[s.name] if p.method == name and p.side != OURS)
             line = _curve(panel, [p for p in found if p.side != OURS and p.method == name], color=PEER_COLOR,

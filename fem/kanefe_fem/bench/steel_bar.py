@@ -118,7 +118,7 @@ def hinged(modes: int, name: str) -> BenchScene:
             Setting("dop853", rtol=1e-10),
         ),
         agreement=3e-8,
-        largest_step=0.08,
+        largest_step=0.25,
         parameters=_parameters(HINGED_CELLS, modes=modes, ratio=RATIO, gravity=GRAVITY),
         needs="dolfinx",
     )
