@@ -181,7 +181,11 @@ class OrderN:
         inputs = self.values(t, y[:n], y[n : n + m])
         found = np.empty((len(directions), len(y)))
         scene = self.tables, self.flexible, self.between, self.loops
-        if not derivatives(*scene, self.drives(t), t, inputs, vectors, directions, found):
+        try:
+            is_regular = derivatives(*scene, self.drives(t), t, inputs, vectors, directions, found)
+        except ZeroDivisionError:  # numba divides complex numbers like Python, whatever its error model
+            is_regular = False
+        if not is_regular:
             self._explain(t, y[:n], y[n : n + m])
         return found
 
