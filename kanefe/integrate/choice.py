@@ -25,8 +25,8 @@ def suited(model: Model, start: float, stop: float, rtol: float) -> tuple[str, s
     """Return the name of the method that suits a scene, and the reason in words.
 
     Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs within the
-    order-n sweep. Where something stiff is outside it (stops, springs between frames), or the tolerance is too
-    tight for it, Radau's method; and where that is too much work, generalised-alpha.
+    order-n sweep. Where something stiff is outside it (springs between frames), or the tolerance is too tight for it,
+    Radau's method; where that is too much work, or forces have kinks, which both may step over, generalised-alpha.
     """
     if model.has_unreduced:
         return "generalised-alpha", "the highest modes of an unreduced body are stiff"
@@ -34,9 +34,10 @@ def suited(model: Model, start: float, stop: float, rtol: float) -> tuple[str, s
     if not _is_stiff(rate, start, stop):
         return "dop853", "no stiff elastic modes"
     reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
+    if model.has_stops:
+        return "generalised-alpha", f"{reason}, with stops or dry friction"
     beyond = {
         "springs between frames": model.has_interactions,
-        "stops": model.has_stops,
         "bodies in the nodal form": model.order_n is None,
     }
     names = [what for what, is_so in beyond.items() if is_so]
