@@ -34,10 +34,10 @@ def run(body):
     arm = scene.add_flexible_body("arm", body, parent=hub, at=(0.1, 0, 0))
     scene.add_rigid_body("tip", mass=0.5, inertia=1e-3, parent=arm.interface("tip"))
     scene.add_torque(hub, lambda t: 2.0 * np.sin(3 * t))
-    result = scene.simulate((0.0, 0.1), rtol=1e-3, output_step=0.001)
+    result = scene.simulate((0.0, 0.1), rtol=1e-6, output_step=0.001)
     energy = result.energy
     total = energy.kinetic + energy.elastic + energy.gravity + energy.dissipated - energy.work
-    # the work of an order-2 method at rtol 1e-3
+    # at looser tolerances the vibrations of the sudden start are damped
     assert abs(total - total[0]).max() < 1e-2 * abs(energy.work).max() + 1e-6, total
     force = result.coupling_force("arm", "root")
     assert force.shape == (101, 6) and np.all(np.isfinite(force))

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, numbers
+from kanefe.frames import Matrix, Vector, numbers
 from kanefe.linear.equilibria import equilibrium
 from kanefe.linear.linearisation import linearise
 from kanefe.linear.modes import Modes
@@ -86,7 +86,7 @@ class Campbell:
         for j, values in enumerate(self.eigenvalues.T):
             # squares: a frequency that falls to zero may go on as the growth of a divergence
             squares = -np.real(values**2) - (order * self.speeds) ** 2
-            turns = values.imag if order == 0.0 else squares
+            turns = _continued(values.imag) if order == 0.0 else squares
             for i in range(len(self.speeds) - 1):
                 (x, y), (a, b) = self.speeds[i : i + 2], turns[i : i + 2]
                 if a * b >= 0.0:
@@ -260,3 +260,13 @@ def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:
     cross = np.abs(a.conj().T @ M @ b) ** 2
     own_a, own_b = (np.einsum("ik,ij,jk->k", x.conj(), M, x).real for x in (a, b))
     return np.asarray(cross / np.maximum(np.outer(own_a, own_b), 1e-300))
+
+
+def _continued(frequencies: Vector) -> Vector:
+    """Return frequencies with the signs that continue them: each eigenvalue has a conjugate, told by its sign only."""
+    found = np.array(frequencies)
+    for i in range(1, len(found)):
+        expected = 2.0 * found[i - 1] - found[i - 2] if i > 1 else found[0]
+        if abs(found[i] + expected) < abs(found[i] - expected):
+            found[i] = -found[i]
+    return found
