@@ -59,6 +59,7 @@ from kanefe.kernels.stepping import (
     STAGE,
     START,
     STATE,
+    STATE_OLD,
     STEP,
     STEPS,
     STOP,
@@ -225,7 +226,7 @@ class KernelStepper:
                 self._answer_nothing(error)
                 continue
             if command == PROJECT:
-                vectors[STATE] = dynamics.projected(self.t, vectors[STATE], share=float(reals[SHARE_STIFFNESS]))
+                self._project()
             elif command == JACOBIAN:
                 found = dynamics.tangent_derivatives(self.t, vectors[STATE])
                 first = integers[JACOBIAN_ROW]
@@ -241,6 +242,17 @@ class KernelStepper:
             for i in range(stored):
                 states[i] = dynamics.projected(float(times[i]), states[i])
         return stored
+
+    def _project(self) -> None:
+        reals, vectors = self._reals, self._vectors
+        try:
+            vectors[STATE] = self._dynamics.projected(self.t, vectors[STATE], share=float(reals[SHARE_STIFFNESS]))
+        except KanefeError as error:
+            # what there is ends with the last state whose loops are closed
+            vectors[STATE], reals[TIME] = vectors[STATE_OLD], reals[TIME_OLD]
+            if self._integers[IS_FIXED]:
+                raise beyond(error) from error
+            raise
 
     def _first_step(self) -> float:
         """Return the first step of the extrapolation: a long one would damp all vibrations, unseen by the estimate.
