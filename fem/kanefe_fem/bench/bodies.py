@@ -80,7 +80,8 @@ def bar_trials(quick: bool) -> Iterator[Trial]:
         for cells in meshes
     ]
     variants += [
-        ("order 2, 21x4x3, modes", f"{modes}", partial(body, steel_bar.HINGED_CELLS, 2, modes)) for modes in MODES
+        ("order 2, 21x4x3, 0 to 16 modes", f"{modes}", partial(body, steel_bar.HINGED_CELLS, 2, modes))
+        for modes in MODES
     ]
     finest = partial(body, FINEST_BAR, 2, FINEST_MODES)
     yield from _trials(steel_bar.hinged(USUAL_MODES, "S3"), steel_bar.hinged_bar, variants, finest)
@@ -105,7 +106,7 @@ def arm_trials(quick: bool) -> Iterator[Trial]:
     if not quick:
         variants.append(("order 2, meshes", "halved", partial(body, halved, 2)))
     variants += [
-        ("order 2, given mesh, modes", f"{modes}", partial(body, given, 2, CraigBampton(modes=modes)))
+        ("order 2, given mesh, 0 to 16 modes", f"{modes}", partial(body, given, 2, CraigBampton(modes=modes)))
         for modes in MODES
     ]
     finest = partial(body, given if quick else halved, 2, CraigBampton(modes=FINEST_MODES))
@@ -113,6 +114,7 @@ def arm_trials(quick: bool) -> Iterator[Trial]:
 
 
 TRIALS = {"S3": bar_trials, "demo": arm_trials}
+TITLES = {"S3": "S3 · hinged bar", "demo": "demo · arm of the hub"}
 
 
 def _trials(

@@ -105,7 +105,7 @@ def _scene_points(
 
 
 def _bodies(options: Options) -> int:
-    from kanefe_fem.bench.bodies import TRIALS, Trial
+    from kanefe_fem.bench.bodies import TITLES, TRIALS, Trial
     from kanefe_fem.bench.pictures import bodies_picture
 
     rows: list[Trial] = []
@@ -119,11 +119,11 @@ def _bodies(options: Options) -> int:
             rows.append(trial)
             curves.setdefault(trial.curve, []).append(trial)
             print(
-                f"  {trial.curve:28} {trial.label:>8}  {trial.nodes:6d} nodes  {trial.coordinates:3d} coordinates  "
+                f"  {trial.curve:35} {trial.label:>8}  {trial.nodes:6d} nodes  {trial.coordinates:3d} coordinates  "
                 f"{trial.error:.1e}  {trial.body_seconds:7.3f}  {trial.run_seconds:7.3f}",
                 flush=True,
             )
-        panels.append((scene.title.partition(",")[0], f"error of {scene.quantity.partition(',')[0]} [m]", curves))
+        panels.append((TITLES[name], f"error of {scene.quantity.partition(',')[0]} [m]", curves))
     if options.json:
         write_rows([asdict(row) for row in rows], Path(options.json))
     if options.png:
