@@ -86,7 +86,7 @@ class Campbell:
         for j, values in enumerate(self.eigenvalues.T):
             # squares: a frequency that falls to zero may go on as the growth of a divergence
             squares = -np.real(values**2) - (order * self.speeds) ** 2
-            turns = _continued(values.imag) if order == 0.0 else squares
+            turns = _continued(self.speeds, values.imag) if order == 0.0 else squares
             for i in range(len(self.speeds) - 1):
                 (x, y), (a, b) = self.speeds[i : i + 2], turns[i : i + 2]
                 if a * b >= 0.0:
@@ -262,11 +262,14 @@ def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:
     return np.asarray(cross / np.maximum(np.outer(own_a, own_b), 1e-300))
 
 
-def _continued(frequencies: Vector) -> Vector:
+def _continued(speeds: Vector, frequencies: Vector) -> Vector:
     """Return frequencies with the signs that continue them: each eigenvalue has a conjugate, told by its sign only."""
     found = np.array(frequencies)
     for i in range(1, len(found)):
-        expected = 2.0 * found[i - 1] - found[i - 2] if i > 1 else found[0]
+        expected = found[0]
+        if i > 1:
+            slope = (found[i - 1] - found[i - 2]) / (speeds[i - 1] - speeds[i - 2])
+            expected = found[i - 1] + slope * (speeds[i] - speeds[i - 1])
         if abs(found[i] + expected) < abs(found[i] - expected):
             found[i] = -found[i]
     return found
