@@ -14,15 +14,12 @@ MOST_EXPLICIT_STEPS = 2000.0
 MOST_SPEEDS = 150
 """Of a scene that Radau's method, whose work grows with their cube, is taken for."""
 
-LEAST_RTOL_OF_SWEEPS = 1e-8
-"""Below which the extrapolation comes near its round-off."""
-
-LEAST_RTOL_UNDAMPED = 5e-7
-"""The same without damping: vibrations that have to be followed then grow by up to 2 % a step of the extrapolation."""
+LEAST_RTOL_OF_SWEEPS = 3e-6
+"""Below which vibrations have to be followed that the extrapolation resolves with more work than Radau's method."""
 
 
-def suited(model: Model, start: float, stop: float, rtol: float) -> tuple[str, str]:
-    """Return the name of the method that suits a scene, and the reason in words.
+def suited(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, str]:
+    """Return the name of the method that suits a scene, and the reason in words; for fixed steps without rtol.
 
     Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs within the
     order-n sweep. Where something stiff is outside it (springs between frames), or the tolerance is too tight for it,
@@ -41,12 +38,9 @@ def suited(model: Model, start: float, stop: float, rtol: float) -> tuple[str, s
         "bodies in the nodal form": model.order_n is None,
     }
     names = [what for what, is_so in beyond.items() if is_so]
-    is_undamped = any(body.flexible is not None and body.flexible.damping is None for body in model.bodies)
-    least = LEAST_RTOL_UNDAMPED if is_undamped else LEAST_RTOL_OF_SWEEPS
-    if not names and rtol >= least:
+    if not names and (rtol is None or rtol >= LEAST_RTOL_OF_SWEEPS):
         return "extrapolation", reason
-    undamped = " for vibrations without damping" if is_undamped else ""
-    reason += f", with {' and '.join(names)}" if names else f", and rtol={rtol:g} is tight{undamped}"
+    reason += f", with {' and '.join(names)}" if names else f", and rtol={rtol:g} follows their vibrations"
     if model.free_count <= MOST_SPEEDS:
         return "radau5", reason
     return "generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5"

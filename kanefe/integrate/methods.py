@@ -172,14 +172,14 @@ def choose(
             raise ModelError(f"{name} must {bounds}, not {value!r}")
     if step is not None and not (math.isfinite(step) and 0 < step <= stop - start):
         raise ModelError(f"step must be above zero s and within the span, not {step!r}")
-    name, reason = _chosen(model, method, start, stop, rtol)
+    allowed = DEFAULT_RTOL if rtol is None else rtol
+    name, reason = _chosen(model, method, start, stop, allowed if step is None else None)
     _check_options(METHODS[name], rtol, atol, step)
     if model.has_unreduced and step is not None:
         raise ModelError("step has no meaning for unreduced bodies, whose run chooses its own. Remedy: rtol")
-    rtol = DEFAULT_RTOL if rtol is None else rtol
-    control = StepControl(rtol, ATOL_SHARE * rtol if atol is None else atol, step)
+    control = StepControl(allowed, ATOL_SHARE * allowed if atol is None else atol, step)
     make = UnreducedStepper if model.has_unreduced else METHODS[name].make
-    followed = {"rtol": rtol} if step is None else {"step": step}
+    followed = {"rtol": allowed} if step is None else {"step": step}
     return Choice(name, reason, partial(_made, make, start, stop, control), followed)
 
 
@@ -208,7 +208,7 @@ def _chosen(model: Model, method: str, start: float, stop: float, rtol: float | 
         if method == "energy-momentum":
             _check_energy_momentum(model)
         return method, "asked for"
-    return suited(model, start, stop, DEFAULT_RTOL if rtol is None else rtol)
+    return suited(model, start, stop, rtol)
 
 
 def _check_energy_momentum(model: Model) -> None:
