@@ -113,12 +113,10 @@ BEGIN, REFERENCE, ITERATED, OF_MIDDLE, OF_Z, WEIGHED, NEXT = range(7)
 
 
 @kernel
-def _ask_middle(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
-    """Write the state at the end and the moves to it as far as they are known, and ask for z in the middle."""
+def _put_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
+    """Write the speeds in the middle and at the end and the move of the coordinates that follow from the unknowns."""
     n, m, h, b = integers[COORDINATES], integers[SPEEDS], reals[STEP], reals[SHARE]
-    state, at, z, new, s, half = (
-        vectors[STATE], vectors[AT], vectors[Z], vectors[NEW], vectors[MOVE], vectors[SLOPE],
-    )  # fmt: skip
+    state, at, z, new, s = vectors[STATE], vectors[AT], vectors[Z], vectors[NEW], vectors[MOVE]
     turn = 0.25 * b * h * h
     for i in range(n, n + m):
         pushed, shifted = h * z[i], -turn * z[i]
@@ -130,6 +128,15 @@ def _ask_middle(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) ->
         at[i] = (state[i] + 0.5 * pushed) / (1.0 - 0.5 * b)
         new[i] = 2.0 * at[i] - state[i]
         s[i] = h * at[i] + shifted
+
+
+@kernel
+def _ask_middle(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+    """Ask for z in the middle of the step."""
+    n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
+    state, at, z, s, half = vectors[STATE], vectors[AT], vectors[Z], vectors[MOVE], vectors[SLOPE]
+    _put_step(integers, reals, vectors)
+    for i in range(n, n + m):
         half[i] = 0.5 * s[i]
         vectors[PUSH_DAMPING, i] = 0.5 * h * z[i]
         vectors[PUSH_STIFFNESS, i] = 0.25 * h * h * z[i]
@@ -162,6 +169,7 @@ def _change(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> flo
 def _complete(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
     """Write coordinates and works at the end of the step."""
     n, m, new = integers[COORDINATES], integers[SPEEDS], vectors[NEW]
+    _put_step(integers, reals, vectors)
     move(integers, vectors[STATE], vectors[MOVE], n, new)
     for i in range(n + m, len(new)):
         new[i] = vectors[STATE, i] + reals[STEP] * vectors[SLOPE, i]
