@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels import energy_momentum, extrapolation, radau, stepping
+from kanefe.kernels import energy_momentum, extrapolation, kept_quantities, radau, stepping
 from kanefe.kernels._numba import pointer
 from kanefe.kernels.explicit_steps import (
     DENSE,
@@ -90,8 +90,8 @@ def kernel_method(name: str) -> KernelMethod:
             name,
             energy_momentum.advance_keeping,
             energy_momentum.interpolate_keeping,
-            energy_momentum.ROWS,
-            energy_momentum.REALS,
+            kept_quantities.ROWS,
+            kept_quantities.REALS,
             {},
             np.zeros((1, 1)),
             is_implicit=True,

@@ -16,7 +16,7 @@ from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
 from kanefe.integrate.scales import coordinate_moves, modal_frequencies, state_scales
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.joints import Free
-from kanefe.kernels import extrapolation
+from kanefe.kernels import extrapolation, kept_quantities
 from kanefe.kernels.stepping import (
     AT,
     BALANCE,
@@ -66,6 +66,7 @@ from kanefe.kernels.stepping import (
     STORED,
     TIME,
     TIME_AT,
+    TIME_EXCESS,
     TIME_OLD,
     WANTS_DENSE,
     WEAKEST,
@@ -137,6 +138,8 @@ class KernelStepper:
         if control.step is not None:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
             rtol, atol = ITERATED
+        if method.name == "energy-momentum":
+            self._vectors[kept_quantities.FREQUENCIES, n : n + m] = modal_frequencies(model)
         if method.name == "extrapolation":
             integers[extrapolation.HAS_KINKS] = dynamics.has_kinks
             integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
@@ -192,7 +195,7 @@ class KernelStepper:
         """Go on from another state, with a tenth of the step where it is not fixed."""
         integers, reals = self._integers, self._reals
         self._vectors[STATE] = y
-        reals[TIME] = reals[TIME_OLD] = t
+        reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
         integers[COMMAND], integers[STAGE] = START, 0
         if self.name == "extrapolation" and not integers[IS_FIXED]:
             reals[NEXT_STEP] = min(float(reals[NEXT_STEP]), self._first_step())

@@ -86,7 +86,8 @@ STRAIGHT, TURNING = 0, 1
 # rotors, and the inertia about the centre as of one rigid body
 ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
 CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
-REALS_OF_METHOD = 37
+TIME_EXCESS = 37  # by how much TIME is above the sum of the steps: taken off the next one
+REALS_OF_METHOD = 38
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
 AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE = range(7)
@@ -175,7 +176,12 @@ def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np
     copy(vectors[STATE], vectors[STATE_OLD])
     copy(new, vectors[STATE])
     reals[TIME_OLD] = reals[TIME]
-    reals[TIME] = reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
+    if integers[LAST_STEP]:
+        reals[TIME], reals[TIME_EXCESS] = reals[STOP], 0.0
+    else:  # Kahan's sum: a million rounded ones would pass an output by what is to be seen in quantities that are kept
+        step = reals[STEP] - reals[TIME_EXCESS]
+        reals[TIME] += step
+        reals[TIME_EXCESS] = (reals[TIME] - reals[TIME_OLD]) - step
     integers[STEPS] += 1
     return ACCEPTED
 
