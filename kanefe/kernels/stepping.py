@@ -86,7 +86,7 @@ STRAIGHT, TURNING = 0, 1
 # rotors, and the inertia about the centre as of one rigid body
 ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
 CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
-TIME_EXCESS = 37  # by how much TIME is above the sum of the steps: taken off the next one
+TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
 REALS_OF_METHOD = 38
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
@@ -177,8 +177,10 @@ def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np
     copy(new, vectors[STATE])
     reals[TIME_OLD] = reals[TIME]
     if integers[LAST_STEP]:
-        reals[TIME], reals[TIME_EXCESS] = reals[STOP], 0.0
-    else:  # Kahan's sum: a million rounded ones would pass an output by what is to be seen in quantities that are kept
+        reals[TIME] = reals[STOP]
+    elif not integers[IS_FIXED]:
+        reals[TIME] += reals[STEP]
+    else:  # Kahan's sum: a million rounded steps would end beside the outputs, and what is kept is so at their ends
         step = reals[STEP] - reals[TIME_EXCESS]
         reals[TIME] += step
         reals[TIME_EXCESS] = (reals[TIME] - reals[TIME_OLD]) - step
