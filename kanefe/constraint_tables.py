@@ -33,7 +33,7 @@ from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.load_tables import marker_numbers
 from kanefe.model import Model
-from kanefe.scene_length import joint_scales, scene_length
+from kanefe.scene_length import displacement_scales, joint_scales, scene_length
 
 if TYPE_CHECKING:
     from kanefe.tables import TableBuilder
@@ -71,6 +71,7 @@ def loop_tables(builder: TableBuilder) -> Loops | None:
         speeds=np.array(speeds, dtype=np.int64),
         coefficients=np.array(coefficients, dtype=float),
         coordinates=np.array(coordinates, dtype=np.int64),
+        extents=displacement_scales(model),
         moves=LARGEST_STEP * joint_scales(model, length),
         limits=np.array([RANK_TOLERANCE, length]),
     )

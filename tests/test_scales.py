@@ -66,13 +66,13 @@ def flexible_arm(length: float, mass: float) -> kf.System:
 
 
 def mechanism(length: float, mass: float) -> kf.System:
+    """Return a slider-crank off its axis, held by a pin with three rows too many."""
     scene = kf.System(gravity=(0.0, -9.81 * length, 0.0))
     one = scene.add_rigid_body("first", **bar(length, mass), joint=kf.Revolute("z", position=1.0))
     at = (length, 0.0, 0.0)
     two = scene.add_rigid_body("second", **bar(length, mass), parent=one, at=at, joint=kf.Revolute("z"))
-    slider = scene.add_rigid_body("slider", mass, at=(2 * length, 0.0, 0.0), joint=kf.Prismatic("x"))
-    # one row: of redundant ones round-off, which differs with the units, chooses those that are kept
-    scene.add_distance("rod", two.frame(at=at), slider, 0.5 * length)
+    slider = scene.add_rigid_body("slider", mass, at=(2.0 * length, 0.25 * length, 0.0), joint=kf.Prismatic("x"))
+    scene.add_loop_joint("pin", kf.Revolute("z"), two.frame(at=at), slider)
     return scene
 
 

@@ -20,13 +20,13 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha_formula import GeneralisedAlpha, no_step
-from kanefe.integrate.scales import displacement_scales
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
 from kanefe.model import Model
+from kanefe.scene_length import displacement_scales
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods import StepControl

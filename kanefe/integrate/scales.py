@@ -8,21 +8,7 @@ from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Vector
 from kanefe.joints import Free, Spherical
 from kanefe.model import Model
-from kanefe.scene_length import joint_scales, scene_energy, scene_length
-
-
-def displacement_scales(model: Model) -> np.ndarray:
-    """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
-    length = scene_length(model)
-    scales = joint_scales(model, length)
-    for body in model.bodies:
-        if body.flexible:
-            flexible = body.flexible.body
-            extent = float(np.ptp(flexible.nodes, axis=0).max()) or length
-            # kinetic energy 1/2 m_i deta^2: eta = sqrt(m / m_i) L moves the body by about its length
-            modal = np.diag(flexible.moments.elastic_mass)[: flexible.free_count]
-            scales[body.flexible.speeds] = extent * np.sqrt(flexible.mass / np.maximum(modal, 1e-300))
-    return scales
+from kanefe.scene_length import displacement_scales, scene_energy, scene_length
 
 
 def coordinate_moves(model: Model) -> list[tuple[bool, int, int]]:

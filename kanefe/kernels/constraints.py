@@ -77,6 +77,8 @@ class Loops(NamedTuple):
     coefficients : ndarray
     coordinates : ndarray of int
         Coordinate of each term of couplers; -1 - drive if it is driven.
+    extents : ndarray, shape (free,)
+        A large displacement along each free speed: rad, m, or modal units.
     moves : ndarray, shape (free,)
         Largest step of an iteration that closes the loops, along each free speed.
     limits : ndarray, shape (2,)
@@ -89,6 +91,7 @@ class Loops(NamedTuple):
     speeds: np.ndarray
     coefficients: np.ndarray
     coordinates: np.ndarray
+    extents: np.ndarray
     moves: np.ndarray
     limits: np.ndarray
 
@@ -239,7 +242,7 @@ def answer_rows(
             for end in range(2):
                 force, moment = vector(kept.wrenches, j, 6 * end), vector(kept.wrenches, j, 6 * end + 3)
                 _walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
-        share = _row_scale(J, reach, work, count)
+        share = _row_scale(J, reach, loops.extents, work)
         # its pivot would be below all that count, and its sweeps would be for nothing
         kept.scale[j] = share if share.real > LEAST_SHARE else 0.0 * share
     for j in range(m):
@@ -397,11 +400,12 @@ def _add_modal_row(
 
 
 @inlined
-def _row_scale(J: np.ndarray, reach: np.ndarray, work: np.ndarray, count: int) -> Any:
-    """Return the square of how much of its reach a row has, between 0 and 1."""
+def _row_scale(J: np.ndarray, reach: np.ndarray, extents: np.ndarray, work: np.ndarray) -> Any:
+    """Return the square of how much of its reach a row has, between 0 and 1, over displacements of the scene's size."""
     own = full = 0.0
-    for i in range(count):
-        own += J[i].real * J[i].real
-        full += reach[i].real * reach[i].real
+    for i in range(len(extents)):
+        moved, reached = extents[i] * J[i].real, extents[i] * reach[i].real
+        own += moved * moved
+        full += reached * reached
     share = 0.0 * work[0, R]
     return share + (own / full if full > 0.0 else 0.0)

@@ -122,6 +122,7 @@ def constraints(rounds: int) -> Skip:
         speeds=np.zeros(0, dtype=np.int64),
         coefficients=np.zeros(0),
         coordinates=np.zeros(0, dtype=np.int64),
+        extents=np.ones(model.free_count),
         moves=np.ones(model.free_count),
         limits=np.ones(2),
     )
