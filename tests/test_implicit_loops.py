@@ -7,12 +7,15 @@ import pytest
 from scipy.linalg import null_space
 
 from kanefe.assembly import project_speeds
+from kanefe.closing_limits import NEAR_SINGULAR
+from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.kinematics import sweep_outward
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
+from kanefe.verify.loops import parallelograms
 from loop_scenes import four_bar, sprung_loop
 
 
@@ -60,3 +63,21 @@ def test_extrapolation_runs_mechanisms_of_flexible_bodies(seed: int) -> None:
     run = integrate(model, (0.0, 0.3), method="extrapolation", rtol=1e-7, output_step=0.1)
     # some tens of steps
     np.testing.assert_allclose(run.coordinates, exact.coordinates, rtol=0, atol=1e-5)
+
+
+def test_near_a_singular_position_the_nearest_closed_state_is_taken() -> None:
+    """Without shares of C and K the evaluation is that of the explicit methods, also where the loops are open a bit."""
+    model = parallelograms(2)
+    dynamics = Dynamics(model)
+    y = dynamics.initial_state(0.0)
+    angle = 0.5 * np.pi + 0.05
+    y[: model.coordinate_count] = angle, angle, angle, -angle, -angle
+    open_y = dynamics.projected(0.0, y) + 1e-6 * np.sin(np.arange(len(y)))
+    vectors = np.zeros((PUSH_STIFFNESS + 1, len(y)))
+    vectors[AT] = open_y
+    dynamics.implicit_rate(0.0, vectors, 0.0, 0.0)
+    assert 0.0 < dynamics.weakest < NEAR_SINGULAR
+    expected = dynamics.rate(0.0, open_y)
+    np.testing.assert_array_equal(vectors[AT], open_y)
+    speeds = slice(model.coordinate_count, None)
+    np.testing.assert_allclose(vectors[SLOPE, speeds], expected[speeds], rtol=0, atol=1e-9 * abs(expected).max())

@@ -42,6 +42,7 @@ class Dynamics:
         self.evaluations = 0
         self.weakest = 1.0
         self._order_n = model.order_n
+        self._is_in_order_n = True  # but for evaluations with something that has inertia only through loops
 
     @property
     def is_autonomous(self) -> bool:
@@ -83,11 +84,27 @@ class Dynamics:
             self._order_n.values(t, *self.parts(y))
 
     def implicit_rate(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> None:
-        """Write a linearly implicit evaluation: see `OrderN.evaluate`."""
+        """Write a linearly implicit evaluation: see `OrderN.evaluate`.
+
+        That of the nearest closed state near a singular position, as in `rate`; where only loops hold something that
+        has no inertia, the plain rates, which a linearly implicit method may use as well.
+        """
         if self._order_n is None:
             raise TypeError("this scene needs the literal route")
         self.evaluations += 1
         self.weakest = self._order_n.evaluate(t, vectors, share_damping, share_stiffness)
+        self._is_in_order_n = self.weakest > 0.0
+        if self.weakest >= NEAR_SINGULAR:
+            return
+        from kanefe.kernels.stepping import AT, SLOPE  # it imports numba
+
+        if not self._is_in_order_n:
+            vectors[SLOPE] = self.rate(t, vectors[AT])
+        else:
+            asked = vectors[AT].copy()
+            vectors[AT] = self.projected(t, asked)
+            self._order_n.evaluate(t, vectors, share_damping, share_stiffness)
+            vectors[AT] = asked
 
     def initial_state(self, start: float) -> Vector:
         """Return y at the start, consistent with the loops at that time (s)."""
@@ -124,6 +141,7 @@ class Dynamics:
         self.evaluations += 1
         if self._order_n is not None:
             rates, self.weakest = self._order_n.held_rates(t, y)
+            self._is_in_order_n = self.weakest > 0.0
             if self.weakest >= NEAR_SINGULAR:
                 return rates
             if self.weakest > 0.0:
@@ -164,7 +182,8 @@ class Dynamics:
         differences.
         """
         order_n = self._order_n
-        if order_n is not None and not order_n.inputs.needs_state and self.weakest >= NEAR_SINGULAR:
+        is_exact = self._is_in_order_n and self.weakest >= NEAR_SINGULAR
+        if order_n is not None and not order_n.inputs.needs_state and is_exact:
             self.evaluations += len(directions)
             return order_n.derivatives(t, y, directions)
         reaches = DIFFERENCE / np.abs(directions / self._scales).max(axis=1)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 
 import numpy as np
 
+from kanefe.assembly import consistent_start
 from kanefe.joints import Free, Joint, Prismatic, Revolute, Spherical, Universal
 from kanefe.kane.assemble import accelerations
 from kanefe.model import Model
 from kanefe.results import Result
 from kanefe.stress.case import Effort, Finding, StressCase
-from kanefe.stress.runs import failure_of, follow
+from kanefe.stress.runs import controlled_methods, failure_of, follow, is_accurate, tolerance
 from kanefe.system import System
 
 RATIOS = tuple(10.0**k for k in range(-8, 9))
@@ -138,6 +139,41 @@ def massless_frames(effort: Effort) -> Iterator[Finding]:
         ("spherical pendulum of two hinges without mass and a point", swings),
     ):
         yield Finding.of(what, errors, "accelerations, relative", 1e-11, "round-off")
+    methods = controlled_methods(_slider_crank(True))
+    errors = [_error_of_rod(method) for method in methods if is_accurate(method)]
+    yield Finding.of(
+        "slider-crank whose rod has no mass, held by its loop alone, 2 s, by methods of high order", errors,
+        "angle of the crank against a distance held [rad]", 1e-6, "rtol 1e-8 a step over some hundred steps",
+    )  # fmt: skip
+    errors = [_error_of_rod(method) for method in methods if not is_accurate(method)]
+    yield Finding.of(
+        "slider-crank whose rod has no mass, held by its loop alone, 2 s, by methods of order 2", errors,
+        "angle of the crank against a distance held [rad]", 1e-2, "rtol 1e-6 a step over a thousand steps",
+    )  # fmt: skip
+
+
+def _slider_crank(has_rod: bool) -> Model:
+    """Return a crank and a slider, with a rod without mass between them or with what it does: it keeps a distance."""
+    scene = System(gravity=(0.0, -GRAVITY, 0.0))
+    crank = scene.add_rigid_body("crank", 1.0, 0.1, com=(0.2, 0.0, 0.0), joint=Revolute("z", position=0.7, speed=5.0))
+    slider = scene.add_rigid_body("slider", 0.5, 0.01, joint=Prismatic("x", position=1.3))
+    if has_rod:
+        joint = Revolute("z", position=-1.0)
+        rod = scene.add_rigid_body("rod", 0.0, 0.0, parent=crank, at=(0.4, 0.0, 0.0), joint=joint)
+        scene.add_loop_joint("pin", Spherical(), rod.frame(at=(1.0, 0.0, 0.0)), slider)
+    else:
+        scene.add_distance("rod", crank.frame(at=(0.4, 0.0, 0.0)), slider, 1.0)
+    return scene.freeze()
+
+
+def _error_of_rod(method: str) -> float:
+    # from the same place at the same speed: closing the loop from a guess would not take both there
+    with_rod = _slider_crank(True)
+    q, u = consistent_start(with_rod, 0.0)
+    held = replace(_slider_crank(False), initial_coordinates=q[:2], initial_speeds=u[:2])
+    exact = follow(held, 2.0, rtol=1e-11, method="dop853", output_step=0.1)
+    run = follow(with_rod, 2.0, rtol=tolerance(method, 1e-8, 1e-6), method=method, output_step=0.1)
+    return float(np.abs(run.coordinates[:, 0] - exact.coordinates[:, 0]).max())
 
 
 def _spread(values: Sequence[np.ndarray]) -> float:
