@@ -80,8 +80,9 @@ from kanefe.model import Model
 if TYPE_CHECKING:
     from kanefe.integrate.methods import StepControl
 
-SMALLEST_STEP = 1e-12
-"""Share of the span below which a step means that the run cannot go on."""
+SMALLEST_STEP = 16.0 * np.finfo(float).eps
+"""Of the largest time: below such a step, times lose their digits. A jump of a force or a power leaves an error in
+proportion to the step, so that nothing longer may do for a step across one; a run that creeps is ended by its loop."""
 
 FIRST_PERIODS = 20.0
 """Radians of the lowest mode over which the trial step brings vibrations to rest."""
@@ -130,7 +131,8 @@ class KernelStepper:
         for place, value in method.integers.items():
             integers[place] = value
         reals[TIME] = reals[TIME_OLD] = start
-        reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * (stop - start)
+        self._span = stop - start
+        reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
         reals[LARGEST_OF_DRIVES] = math.inf
@@ -314,8 +316,7 @@ class KernelStepper:
     def _failure(self) -> KanefeError:
         if self._dynamics.is_autonomous:  # in compiled code nothing was said of functions that give no numbers
             self._dynamics.name_what_is_not_finite(float(self._reals[TIME_AT]), self._vectors[AT])
-        span = self._reals[SMALLEST] / SMALLEST_STEP
-        if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * span:
+        if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
             return self._no_answer[1]
         worst = int(self._integers[WORST])
         if self._integers[REASON] == HELD:
