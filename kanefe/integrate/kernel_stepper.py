@@ -162,6 +162,11 @@ class KernelStepper:
         return float(self._reals[TIME_OLD])
 
     @property
+    def worst(self) -> int:
+        """Component of the state whose error was the largest at the last step, or try of one."""
+        return int(self._integers[WORST])
+
+    @property
     def statistics(self) -> dict[str, int | float]:
         """Steps, rejected steps and evaluations; factorisations and Jacobians of methods that make them."""
         counts = {"steps": STEPS, "rejected": REJECTED, "evaluations": EVALUATIONS}
@@ -318,7 +323,7 @@ class KernelStepper:
             self._dynamics.name_what_is_not_finite(float(self._reals[TIME_AT]), self._vectors[AT])
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
             return self._no_answer[1]
-        worst = int(self._integers[WORST])
+        worst = self.worst
         if self._integers[REASON] == HELD:
             return StepFailure(
                 "the mechanism is at a singular position and does not pass it",

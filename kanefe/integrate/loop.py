@@ -18,7 +18,7 @@ from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
 from kanefe.integrate.state_views import scene_state
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations
+from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
 
 CHUNK = 2000
 """Most steps taken in one go."""
@@ -219,6 +219,7 @@ class RunLoop:
                 raise StepFailure(
                     f"its steps have become smaller than {SMALLEST_STEP:g} of the span",
                     "check loads for jumps or growth without bound there, or loosen rtol",
+                    self._stepper.worst if isinstance(self._stepper, TellsWorst) else None,
                 )
             self._mark = steps, t
 

@@ -117,3 +117,13 @@ class TellsAccelerations(Protocol):
     def accelerations(self, times: np.ndarray) -> np.ndarray:
         """Return du at times from t_old to t, shape (T, free)."""
         ...
+
+
+@runtime_checkable
+class TellsWorst(Protocol):
+    """A stepper that knows which component of the state held its last step down."""
+
+    @property
+    def worst(self) -> int:
+        """Index into y."""
+        ...
