@@ -16,8 +16,9 @@ from kanefe.stress.case import Finding
 from kanefe.verify.report import check_json_path
 from kanefe.whole_file import write_whole
 
-WIDTHS = (16, 78, 8, 32, 8, 8)
 HEADER = ("case", "tried", "how many", "worst of", "worst", "limit")
+PRINTED, WIDTHS = (0, 2, 4, 5, 3, 1), (16, 8, 8, 8, 48, 0)
+"""Columns of the header in the order in which they are printed: long texts come last, where they break no line."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +74,10 @@ class Table:
             print(f"  not run: {text}", file=self.stream)
 
     def _print(self, texts: Sequence[str], mark: str) -> None:
-        right = (False, False, True, False, True, True)
-        cells = [f"{t:>{w}}" if r else f"{t:{w}}" for t, w, r in zip(texts, WIDTHS, right, strict=True)]
-        print(" ".join(cells) + mark, file=self.stream, flush=True)
+        right = (False, True, True, True, False, False)
+        shown = zip([texts[i] for i in PRINTED], WIDTHS, right, strict=True)
+        cells = [f"{t:>{w}}" if r else f"{t:{w}}" for t, w, r in shown]
+        print("  ".join(cells).rstrip() + mark, file=self.stream, flush=True)
 
 
 def check_target(path: str) -> None:
