@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+KNOWN_LIMIT = "known limit: "
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -23,9 +25,9 @@ class Finding:
     worst, limit : float
         The worst figure of all, and the largest that passes.
     reason : str
-        Why the limit is what it is.
+        Why the limit is what it is; begins with `KNOWN_LIMIT` where it is wider than one would wish.
     note : str
-        What else there is to say, such as the method or a limit that is known.
+        What else there is to say, such as the method.
     """
 
     tried: str
@@ -40,6 +42,11 @@ class Finding:
     def passed(self) -> bool:
         """Whether the worst figure is within its limit; one that is not a number is not."""
         return bool(self.worst <= self.limit)
+
+    @property
+    def is_known_limit(self) -> bool:
+        """Whether what is promised here is less than one would wish, and that is known."""
+        return self.reason.startswith(KNOWN_LIMIT)
 
     @classmethod
     def of(

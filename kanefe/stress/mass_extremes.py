@@ -103,7 +103,7 @@ def mass_ratios(effort: Effort) -> Iterator[Finding]:
         what = f"chain of {LINKS} points, mass ratio 1e-8 ... 1e8 of {name}: accelerations of"
         # the inertia of what is heavy outward is taken off that of what is light inward, where it cannot move: the rest
         # has the round-off of the heavy one, 1e8 times 2e-16, and every link adds its own
-        reason = "round-off times the mass ratio: a heavy end of a light chain is a known limit"
+        reason = "known limit: round-off times the mass ratio, of a heavy end of a light chain"
         yield Finding.of(f"{what} the order-n sweep", sweeps, "relative error", 1e-7, reason)
         reason = "round-off times the condition of the matrix, some hundred times the mass ratio"
         yield Finding.of(f"{what} the literal route", dense, "relative error", 1e-5, reason)

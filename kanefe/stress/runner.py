@@ -44,7 +44,8 @@ def stress(
         Method of the long runs; default: see `kanefe.stress.drift`.
     json_path : str, optional
         Also write the findings as JSON: a list of objects with the keys case, tried, count, figure, worst, limit,
-        reason, note, seconds and passed. "-" writes to the standard output, and the table to the standard error.
+        reason, note, seconds, passed and is_known_limit. "-" writes to the standard output, and the table to the
+        standard error.
     html_path : str, optional
         Also write the table as one HTML page.
 

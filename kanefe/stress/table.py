@@ -35,11 +35,13 @@ class Row:
     note: str
     seconds: float
     passed: bool
+    is_known_limit: bool
 
     @classmethod
     def of(cls, case: str, finding: Finding, seconds: float) -> Row:
         """Return the row of a finding that took some seconds."""
-        return cls(case=case, **asdict(finding), seconds=seconds, passed=finding.passed)
+        told = {"passed": finding.passed, "is_known_limit": finding.is_known_limit}
+        return cls(case=case, **asdict(finding), seconds=seconds, **told)
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -58,7 +60,7 @@ class Table:
 
     def add(self, row: Row) -> None:
         """Print a row."""
-        self._print(row.texts, "" if row.passed else "  FAILED")
+        self._print(row.texts, "  FAILED" if not row.passed else "  (known limit)" if row.is_known_limit else "")
 
     def note(self, case: str, text: str) -> None:
         """Print a line about a case that has no figure."""
@@ -67,7 +69,7 @@ class Table:
     def summarise(self, rows: Sequence[Row], seconds: float, not_run: Sequence[str]) -> None:
         """Print how many passed, what failed and what could not run."""
         failed = [row for row in rows if not row.passed]
-        print(f"{len(rows) - len(failed)} of {len(rows)} pass; {seconds:.0f} s", file=self.stream)
+        print(f"{_verdict(rows)}; {seconds:.0f} s", file=self.stream)
         for row in failed:
             print(f"  failed: {row.case}, {row.tried}: {row.figure}; limit: {row.reason}", file=self.stream)
         for text in not_run:
@@ -78,6 +80,12 @@ class Table:
         shown = zip([texts[i] for i in PRINTED], WIDTHS, right, strict=True)
         cells = [f"{t:>{w}}" if r else f"{t:{w}}" for t, w, r in shown]
         print("  ".join(cells).rstrip() + mark, file=self.stream, flush=True)
+
+
+def _verdict(rows: Sequence[Row]) -> str:
+    passed = [row for row in rows if row.passed]
+    known = sum(row.is_known_limit for row in passed)
+    return f"{len(passed)} of {len(rows)} pass" + (f", {known} of them at known limits" if known else "")
 
 
 def check_target(path: str) -> None:
@@ -110,9 +118,7 @@ def write_json(rows: Sequence[Row], path: str) -> None:
 def stress_report(rows: Sequence[Row], is_quick: bool, not_run: Sequence[str]) -> Report:
     """Return the table as a report, with the reasons of the limits."""
     failed = [row for row in rows if not row.passed]
-    blocks: list[Block] = [
-        Paragraph(f"{len(rows) - len(failed)} of {len(rows)} pass{', in the short form' if is_quick else ''}.")
-    ]
+    blocks: list[Block] = [Paragraph(f"{_verdict(rows)}{', in the short form' if is_quick else ''}.")]
     blocks += [Paragraph(f"failed: {row.case}, {row.tried}", warning=True) for row in failed]
     blocks += [Paragraph(f"not run: {text}", warning=True) for text in not_run]
     for name, group in groupby(rows, key=lambda row: row.case):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import pytest
 
 from kanefe.errors import FileError, MissingDependency, ModelError, SimulationError
 from kanefe.stress import registry, runner
-from kanefe.stress.case import Effort, Finding, StressCase
+from kanefe.stress.case import KNOWN_LIMIT, Effort, Finding, StressCase
+from kanefe.stress.table import HEADER, Row, Table
 
 
 def fine(effort: Effort) -> Iterator[Finding]:
@@ -23,12 +25,19 @@ def bad(effort: Effort) -> Iterator[Finding]:
     raise SimulationError("it broke. Remedy: none")
 
 
+def limited(effort: Effort) -> Iterator[Finding]:
+    yield Finding("a thing that is hard", 1, "error", 0.05, 0.1, f"{KNOWN_LIMIT}nobody does better")
+
+
 def lacking(effort: Effort) -> Iterator[Finding]:
     raise MissingDependency("nothing", "the case", "install it")
     yield
 
 
-CASES = (StressCase("fine", "1", fine), StressCase("bad", "2", bad), StressCase("lacking", "3", lacking))
+CASES = (
+    StressCase("fine", "1", fine), StressCase("bad", "2", bad), StressCase("lacking", "3", lacking),
+    StressCase("limited", "4", limited),
+)  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
@@ -60,6 +69,24 @@ def test_exit_codes_and_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert runner.stress(["fine", "lacking"]) == 1
 
 
+def test_known_limits_are_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "out.json"
+    assert runner.stress(["fine", "limited"], json_path=str(path)) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.endswith("(known limit)") for line in lines[1:3]] == [False, True]
+    assert lines[3].startswith("2 of 2 pass, 1 of them at known limits")
+    assert [row["is_known_limit"] for row in json.loads(path.read_text())] == [False, True]
+
+
+def test_long_texts_leave_the_figures_in_their_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    row = Row.of("case", Finding("long " * 40, 7, "error", 0.05, 0.1, "r"), 0.0)
+    table = Table(sys.stdout)
+    table.add(row)
+    header, line = capsys.readouterr().out.splitlines()
+    for name in ("how many", "worst", "limit"):
+        assert line[: header.index(name) + len(name)].endswith(row.texts[HEADER.index(name)])
+
+
 def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, page = tmp_path / "out.json", tmp_path / "out.html"
     assert runner.stress(["fine", "bad"], quick=True, json_path=str(path), html_path=str(page)) == 1
@@ -79,7 +106,7 @@ def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_what_cannot_be_is_refused_before_anything_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(ModelError, match=r"no stress case 'nope'. Remedy: one or more of fine, bad, lacking"):
+    with pytest.raises(ModelError, match=r"no stress case 'nope'. Remedy: one or more of fine, bad, lacking, limited"):
         runner.stress(["fine", "nope"])
     with pytest.raises(ModelError, match=r"'nope' is no method with fixed steps"):
         runner.stress(["fine"], method="nope")
