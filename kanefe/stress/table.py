@@ -40,8 +40,8 @@ class Row:
     @classmethod
     def of(cls, case: str, finding: Finding, seconds: float) -> Row:
         """Return the row of a finding that took some seconds."""
-        told = {"passed": finding.passed, "is_known_limit": finding.is_known_limit}
-        return cls(case=case, **asdict(finding), seconds=seconds, **told)
+        is_known_limit = finding.is_known_limit
+        return cls(case, **asdict(finding), seconds=seconds, passed=finding.passed, is_known_limit=is_known_limit)
 
     @property
     def texts(self) -> tuple[str, ...]:
