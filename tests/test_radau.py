@@ -17,7 +17,7 @@ from kanefe.integrate.kernel_stepper import KernelStepper
 from kanefe.integrate.methods import StepControl
 from kanefe.integrate.run import integrate
 from kanefe.integrate.tableaus import radau_iia
-from kanefe.kernels import radau
+from kanefe.kernels import radau_layout, radau_systems
 from kanefe.kernels._numba import IS_COMPILED
 from kanefe.kernels.lu import factorise, solve
 from kanefe.kernels.stepping import STATE, STEP
@@ -67,9 +67,10 @@ def test_the_error_follows_the_tolerance(scene: str) -> None:
     tolerances = np.array([1e-4, 1e-6, 1e-8])
     runs = [integrate(model, (0.0, 1.0), method="radau5", rtol=r, output_times=times) for r in tolerances]
     errors = np.array([abs(run.coordinates - exact).max() for run in runs])
-    assert np.all(errors < tolerances)
-    # a step has an error of h^4 by its estimate, h^6 in truth: a hundredth of rtol is a hundredth to a thousandth
-    assert np.all(errors[1:] < 0.05 * errors[:-1])
+    # neither larger nor much smaller: what a step may have is that of an estimate of order 3, not of the step itself
+    assert np.all((0.01 * tolerances < errors) & (errors < 10.0 * tolerances))
+    # steps as rtol^(2/3 / 4), errors as h^5: a hundredth of rtol is 1 / 46 of the error
+    assert np.all((0.001 * errors[:-1] < errors[1:]) & (errors[1:] < 0.1 * errors[:-1]))
 
 
 def test_damped_modes_of_100_kilohertz_are_stepped_over() -> None:
@@ -92,7 +93,7 @@ def test_damped_modes_of_100_kilohertz_are_stepped_over() -> None:
 
 
 def test_matrices_are_kept() -> None:
-    counts = integrate(soft_arm().freeze(), (0.0, 1.0), rtol=1e-6, method="radau5", output_step=0.5).statistics
+    counts = integrate(soft_arm().freeze(), (0.0, 1.0), rtol=3e-8, method="radau5", output_step=0.5).statistics
     assert counts["jacobians"] <= 0.1 * counts["steps"]
     assert counts["jacobians"] < counts["factorisations"] < 0.6 * counts["steps"]
     # three a Newton iteration, and one at the start of the step
@@ -146,20 +147,22 @@ def test_systems_of_the_size_of_the_speeds_solve_those_of_the_state() -> None:
     integers, reals, vectors = stepper.snapshot().values()
     table, m, h = radau_iia(), model.free_count, 0.4
     vectors[STATE] = y
-    vectors[radau.JACOBIAN_ROWS : radau.JACOBIAN_ROWS + m + WORKS, : 2 * m] = dynamics.tangent_derivatives(0.0, y)
+    vectors[radau_layout.JACOBIAN_ROWS : radau_layout.JACOBIAN_ROWS + m + WORKS, : 2 * m] = (
+        dynamics.tangent_derivatives(0.0, y)
+    )
     reals[STEP] = h
     J = dynamics.jacobian(0.0, y)
-    assert from_python(radau._factorise)(integers, reals, vectors, table)
+    assert from_python(radau_systems.factorise_systems)(integers, reals, vectors, table)
     r = np.random.default_rng(3).standard_normal((2, len(y)))
     gamma, alpha, beta = table[8] / h
     expected = np.linalg.solve(gamma * np.eye(len(y)) - J, r[0])
     a = r[0].copy()
-    from_python(radau._solve_real)(integers, reals, vectors, table, a)
+    from_python(radau_systems.solve_real)(integers, reals, vectors, table, a)
     # condition numbers of 1e4, times round-off
     assert a == pytest.approx(expected, abs=1e-11)
     expected = np.linalg.solve((alpha + 1j * beta) * np.eye(len(y)) - J, r[0] + 1j * r[1])
     a, b = r.copy()
-    from_python(radau._solve_complex)(integers, reals, vectors, table, a, b)
+    from_python(radau_systems.solve_complex)(integers, reals, vectors, table, a, b)
     assert a + 1j * b == pytest.approx(expected, abs=1e-11)
 
 

@@ -11,7 +11,7 @@ from kanefe.assembly import consistent_start, project_positions, project_speeds
 from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.scales import state_scales
+from kanefe.integrate.scales import coordinate_moves, state_scales
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.tangents import elastic_stiffness
@@ -162,13 +162,29 @@ class Dynamics:
         Shape (free + quadratures, 2 free). A tangent is a change of the coordinates in the direction of a speed, of a
         rotation the rotation vector in the moving frame.
         """
-        n, m = self.model.coordinate_count, self.model.free_count
-        q = self.parts(y)[0]
-        directions = np.zeros((2 * m, len(y)))
-        for i, unit in enumerate(np.eye(m)):
-            directions[i, :n] = self.model.coordinate_rates(q, unit)
-            directions[m + i, n : n + m] = unit
+        n = self.model.coordinate_count
+        directions = self._tangents.copy()
+        for at, speed in self._turning:
+            # rates of Euler parameters by the angular velocity, in the frame that turns
+            e0, e1, e2, e3 = 0.5 * y[at : at + 4]
+            directions[speed : speed + 3, at : at + 4] = (-e1, e0, e3, -e2), (-e2, -e3, e0, e1), (-e3, e2, -e1, e0)
         return self._derivatives(t, y, directions)[:, n:].T
+
+    @cached_property
+    def _tangents(self) -> Matrix:
+        """Directions of the state in which tangents and speeds are, (2 free, state); those of rotations left out."""
+        n, m = self.model.coordinate_count, self.model.free_count
+        directions = np.eye(2 * m, n + m + WORKS, k=n - m)
+        directions[:m] = 0.0
+        for turns, at, speed in coordinate_moves(self.model):
+            if not turns:
+                directions[speed, at] = 1.0
+        return directions
+
+    @cached_property
+    def _turning(self) -> list[tuple[int, int]]:
+        """First of the Euler parameters, and of the speeds, of each rotation."""
+        return [(at, speed) for turns, at, speed in coordinate_moves(self.model) if turns]
 
     def jacobian(self, t: float, y: Vector) -> Matrix:
         """Return d(dy/dt)/dy, (state, state)."""

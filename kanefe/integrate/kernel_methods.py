@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels import energy_momentum, extrapolation, kept_quantities, radau, stepping
+from kanefe.kernels import (
+    energy_momentum,
+    extrapolation,
+    extrapolation_dense,
+    extrapolation_layout,
+    kept_quantities,
+    radau,
+    radau_layout,
+    radau_polynomial,
+    stepping,
+)
 from kanefe.kernels._numba import pointer
 from kanefe.kernels.explicit_steps import (
     DENSE,
@@ -47,6 +57,8 @@ class KernelMethod:
         Whether it wants linearly implicit evaluations.
     keeps_balance : bool
         Whether it wants energy and momenta.
+    of_tolerance : function
+        The estimate that a step may have, for a relative tolerance.
     """
 
     name: str
@@ -59,11 +71,17 @@ class KernelMethod:
     is_implicit: bool = False
     rows_per_speed: int = 0
     keeps_balance: bool = False
+    of_tolerance: Callable[[float], float] = float
 
     @cached_property
     def pointers(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
         """The two functions as pointers of one type for all methods."""
         return _pointer(self.advance), _pointer(self.interpolate)
+
+
+def _of_order_three(rtol: float) -> float:
+    """Return the estimate of order 3 that a step of order 5 may have (Hairer & Wanner 1996, IV.8, the code RADAU5)."""
+    return 0.1 * rtol ** (2.0 / 3.0)
 
 
 @cache
@@ -78,9 +96,9 @@ def kernel_method(name: str) -> KernelMethod:
         return KernelMethod(
             name,
             extrapolation.advance_extrapolating,
-            extrapolation.interpolate_extrapolating,
-            extrapolation.rows_needed(),
-            extrapolation.reals_needed(),
+            extrapolation_dense.interpolate_extrapolating,
+            extrapolation_layout.rows_needed(),
+            extrapolation_layout.reals_needed(),
             {},
             np.zeros((1, 1)),
             is_implicit=True,
@@ -100,16 +118,17 @@ def kernel_method(name: str) -> KernelMethod:
     from kanefe.integrate import tableaus
 
     if name == "radau5":
-        rows, rows_per_speed = radau.rows_needed()
+        rows, rows_per_speed = radau_layout.rows_needed()
         return KernelMethod(
             name,
             radau.advance_radau,
-            radau.interpolate_radau,
+            radau_polynomial.interpolate_radau,
             rows,
-            radau.REALS,
-            {stepping.JACOBIAN_ROW: radau.JACOBIAN_ROWS},
+            radau_layout.REALS,
+            {stepping.JACOBIAN_ROW: radau_layout.JACOBIAN_ROWS},
             tableaus.radau_iia(),
             rows_per_speed=rows_per_speed,
+            of_tolerance=_of_order_three,
         )
     makers = {
         "rk4": tableaus.classical,

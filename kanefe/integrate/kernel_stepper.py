@@ -15,8 +15,10 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.kernel_methods import COLUMNS_OF_FIXED_STEPS, KernelMethod
 from kanefe.integrate.scales import coordinate_moves, modal_frequencies, state_scales
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
+from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
 from kanefe.joints import Free
-from kanefe.kernels import extrapolation, kept_quantities
+from kanefe.kernels import kept_quantities
+from kanefe.kernels.extrapolation_layout import AIM, HAS_KINKS
 from kanefe.kernels.stepping import (
     AT,
     BALANCE,
@@ -44,7 +46,6 @@ from kanefe.kernels.stepping import (
     NO_CONVERGENCE,
     NO_NUMBERS,
     PROJECT,
-    PUSH_DAMPING,
     PUSH_STIFFNESS,
     RATES,
     REASON,
@@ -83,12 +84,6 @@ if TYPE_CHECKING:
 SMALLEST_STEP = 16.0 * np.finfo(float).eps
 """Of the largest time: below such a step, times lose their digits. A jump of a force or a power leaves an error in
 proportion to the step, so that nothing longer may do for a step across one; a run that creeps is ended by its loop."""
-
-FIRST_PERIODS = 20.0
-"""Radians of the lowest mode over which the trial step brings vibrations to rest."""
-
-UNSEEN = 10.0
-"""Of the absolute tolerance: vibrations that an implicit method may damp in its first step."""
 
 LEAST_STEPS = 30
 """Steps of a run at least, where loads or drives are functions: they then are looked at a hundred times at least, since
@@ -136,15 +131,16 @@ class KernelStepper:
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
         reals[LARGEST_OF_DRIVES] = math.inf
-        rtol, atol = max(control.rtol, 3e-14), max(control.atol, 1e-300)
+        rtol = max(method.of_tolerance(control.rtol), 3e-14)
+        atol = max(rtol * (control.atol / control.rtol), 1e-300)
         if control.step is not None:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
             rtol, atol = ITERATED
         if method.name == "energy-momentum":
             self._vectors[kept_quantities.FREQUENCIES, n : n + m] = modal_frequencies(model)
         if method.name == "extrapolation":
-            integers[extrapolation.HAS_KINKS] = dynamics.has_kinks
-            integers[extrapolation.AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
+            integers[HAS_KINKS] = dynamics.has_kinks
+            integers[AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
         self._no_answer: tuple[float, KanefeError] | None = None
         self._vectors[STATE] = dynamics.initial_state(start)
         reals[RELATIVE], self._vectors[SCALE] = rtol, atol * state_scales(model)
@@ -265,28 +261,12 @@ class KernelStepper:
             raise
 
     def _first_step(self) -> float:
-        """Return the first step of the extrapolation: a long one would damp all vibrations, unseen by the estimate.
-
-        A trial step over some periods of the lowest mode brings the deflections close to where they would come to
-        rest; their change is the size of the vibrations. Where that is within the tolerance, the step may be long.
-        """
-        model, reals, vectors = self._dynamics.model, self._reals, self._vectors
-        long = 0.05 * float(reals[STOP] - reals[TIME])
-        rates = modal_frequencies(model)
-        if not np.any(rates > 0.0):
-            return long
-        h = min(long, FIRST_PERIODS / float(rates[rates > 0.0].min()))
-        n, m = model.coordinate_count, model.free_count
-        vectors[AT] = vectors[STATE]
-        vectors[PUSH_DAMPING] = 0.0
-        vectors[PUSH_STIFFNESS, n : n + m] = -h * vectors[STATE, n : n + m]
-        self._dynamics.implicit_rate(float(reals[TIME]), vectors[: PUSH_STIFFNESS + 1], h, h * h)
-        for turns, at, speed in coordinate_moves(model):
-            if turns or rates[speed] == 0.0:
-                continue
-            allowed = UNSEEN * vectors[SCALE, at] + reals[RELATIVE] * abs(vectors[STATE, at])
-            if h * abs(vectors[STATE, n + speed] + h * vectors[SLOPE, n + speed]) > allowed:
-                return min(long, 1.0 / float(rates.max()))
+        """Return the first step of the extrapolation: a long one would damp all vibrations, unseen by the estimate."""
+        reals, vectors = self._reals, self._vectors
+        long = FIRST_SHARE * float(reals[STOP] - reals[TIME])
+        tolerances = float(reals[RELATIVE]), vectors[SCALE]
+        if are_seen(self._dynamics, self.t, vectors[STATE], long, *tolerances):
+            return min(long, 1.0 / float(modal_frequencies(self._dynamics.model).max()))
         return long
 
     def _command(self, run: Run, is_compiled: bool) -> int:

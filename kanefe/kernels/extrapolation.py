@@ -15,6 +15,23 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import kernel
+from kanefe.kernels.extrapolation_dense import derive
+from kanefe.kernels.extrapolation_layout import (
+    AIM,
+    COLUMN,
+    DIFFERENCE,
+    ERROR_BEFORE,
+    FILTERINGS,
+    FIRST_SLOPE,
+    HAS_KINKS,
+    LARGEST_COLUMNS,
+    PROPOSED,
+    SUBSTATES,
+    SUBSTEP,
+    TABLEAU,
+    TAKEN,
+    WAS_REJECTED,
+)
 from kanefe.kernels.stepping import (
     ACCEPTED,
     AT,
@@ -31,14 +48,11 @@ from kanefe.kernels.stepping import (
     MAP_SIZE,
     NEXT_OUTPUT,
     NEXT_STEP,
-    OF_METHOD,
     PROJECT,
     PUSH_DAMPING,
     PUSH_STIFFNESS,
-    REALS_OF_METHOD,
     REASON,
     REJECTED,
-    ROWS_OF_METHOD,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
     SLOPE,
@@ -52,7 +66,6 @@ from kanefe.kernels.stepping import (
     STRAIGHT,
     TIME,
     TIME_AT,
-    TIME_OLD,
     TOO_SMALL,
     WANTS_DENSE,
     accept,
@@ -64,26 +77,9 @@ from kanefe.kernels.stepping import (
 )
 from kanefe.kernels.vectors import copy
 
-LARGEST_COLUMNS = 12
-
 LEAST_BESIDE_KINKS, LARGEST_BESIDE_KINKS = 4, 6
 """Columns of scenes whose forces have kinks: across one, the differences of many columns say nothing of errors, and
 those of few are too easily small."""
-
-# Integers of the method: column in work and its substep, columns aimed at, columns of the last step, whether the step
-# before was rejected, how often the error has been filtered, whether forces have kinks
-COLUMN, SUBSTEP, AIM, TAKEN, WAS_REJECTED, FILTERINGS, HAS_KINKS = range(OF_METHOD, OF_METHOD + 7)
-
-# Reals of the method: error of the column before, proposed step of each column
-ERROR_BEFORE = REALS_OF_METHOD
-PROPOSED = REALS_OF_METHOD + 1
-
-# Rows of the method: difference of the last two results, slope of the first substep, results of the tableau, states of
-# the substeps
-DIFFERENCE = ROWS_OF_METHOD
-FIRST_SLOPE = DIFFERENCE + 1
-TABLEAU = FIRST_SLOPE + 1
-SUBSTATES = TABLEAU + LARGEST_COLUMNS + 1
 
 BEGIN, MOVING, FILTERING, LOOKING, AFTER, PROJECTED = range(6)
 
@@ -96,16 +92,6 @@ NEAR = 30.0
 KINK = 100.0
 """Of the tolerance: by how much the rates at the end of a step, over the step, may differ from those of its dense
 output. Without a kink they differ by less than 10."""
-
-
-def rows_needed() -> int:
-    """Return how many rows of vectors the method takes."""
-    return SUBSTATES + LARGEST_COLUMNS * (LARGEST_COLUMNS + 1) // 2
-
-
-def reals_needed() -> int:
-    """Return how many reals the method takes."""
-    return PROPOSED + LARGEST_COLUMNS + 2
 
 
 @kernel
@@ -239,49 +225,6 @@ def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
     reals[NEXT_STEP] = max(proposed, reals[NEXT_STEP]) if step < reals[NEXT_STEP] else proposed
 
 
-@kernel
-def _derive(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
-    """Write the derivatives at the end of the step over their factorials, times powers of the step.
-
-    Row d of the tableau takes that of order d, extrapolated from the backward differences of all columns that have so
-    many substeps; the first row takes what then is missing at the start.
-    """
-    columns = integers[COLUMN]
-    factor = 1.0
-    for order in range(1, columns):
-        for column in range(order, columns + 1):
-            first = SUBSTATES + column * (column - 1) // 2 - 1
-            for i in range(column, order - 1, -1):  # in place, the last first
-                before, now = vectors[first + i - 1] if i > 1 else vectors[STATE], vectors[first + i]
-                for c in range(len(now)):
-                    now[c] -= before[c]
-        factor /= order
-        for column in range(order, columns + 1):
-            scale = column**order * factor
-            last = vectors[SUBSTATES + column * (column - 1) // 2 + column - 1]
-            # Aitken & Neville over the columns from `order` on, rows at the end of the tableau as room
-            new = vectors[AT]
-            for c in range(len(new)):
-                new[c] = scale * last[c]
-            for k in range(1, column - order + 1):
-                share = 1.0 / (column / (column - k) - 1.0)
-                row = vectors[TABLEAU + order + k - 1]
-                for c in range(len(new)):
-                    change = share * (new[c] - row[c])
-                    row[c] = new[c]
-                    new[c] += change
-            copy(new, vectors[TABLEAU + column])
-        copy(vectors[AT], vectors[TABLEAU + order])
-    # what the polynomial still misses at the start goes to the next power
-    rest = vectors[TABLEAU]
-    for c in range(len(rest)):
-        at_start, sign = vectors[DIFFERENCE, c], -1.0
-        for order in range(1, columns):
-            at_start += sign * vectors[TABLEAU + order, c]
-            sign = -sign
-        rest[c] = sign * (vectors[STATE, c] - at_start)
-
-
 def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Go on with the method: see `kanefe.kernels.stepping`."""
     stage = integers[STAGE]
@@ -385,7 +328,7 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
     """Accept the last result of the tableau."""
     copy(vectors[TABLEAU + integers[COLUMN] - 1], vectors[DIFFERENCE])
     if integers[WANTS_DENSE] or reals[NEXT_OUTPUT] < _end(integers, reals):
-        _derive(integers, reals, vectors)
+        derive(integers, reals, vectors)
     return _accept_last(integers, reals, vectors)
 
 
@@ -410,7 +353,7 @@ def _look_ahead(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) ->
     """Ask for the rates at the end: what begins behind the last substep, such as a contact, no column has seen."""
     n, m = integers[COORDINATES], integers[SPEEDS]
     copy(vectors[TABLEAU + integers[COLUMN] - 1], vectors[DIFFERENCE])
-    _derive(integers, reals, vectors)
+    derive(integers, reals, vectors)
     copy(vectors[DIFFERENCE], vectors[AT])
     for i in range(n, n + m):
         vectors[PUSH_STIFFNESS, i] = vectors[PUSH_DAMPING, i] = 0.0
@@ -428,19 +371,3 @@ def _kink(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float
     for i in range(n, n + m):
         change[i] = reals[STEP] * vectors[SLOPE, i] - vectors[TABLEAU + 1, i]
     return scaled_size(integers, reals, vectors, change, vectors[STATE], vectors[DIFFERENCE])
-
-
-def interpolate_extrapolating(
-    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
-) -> None:
-    """Write the state at a time of the last step: the polynomial of `_derive`, in the time before the end."""
-    if t >= reals[TIME]:
-        copy(vectors[STATE], out)
-        return
-    x = (t - reals[TIME_OLD]) / reals[STEP] - 1.0
-    columns = integers[TAKEN]
-    for i in range(len(out)):
-        value = vectors[TABLEAU, i]
-        for order in range(columns - 1, 0, -1):
-            value = value * x + vectors[TABLEAU + order, i]
-        out[i] = value * x + vectors[DIFFERENCE, i]

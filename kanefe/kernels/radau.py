@@ -6,56 +6,71 @@ Equations II, 1996, IV.8, also for the choice of steps, for the error estimate a
 
     (g - J) x = r,    g = gamma / h and (alpha + i beta) / h,    J = d(dy/dt)/dy.
 
-Coordinates follow the speeds, ``dq/dt = T(q) u``, and are eliminated by hand, so that matrices have the size of the
-speeds. With tangents z of the rotations, ``dq = T z``, and dR/dt = f(q, u) of speeds and quadratures,
-
-    (g - f_u - f_z Z) du = r_u + f_z z_r,    Z = (g - w~/2) / (g^2 + w^2/4) of a rotation, 1 / g else.
-
-Euler parameters are integrated as they are, and brought back to unit length after each step.
+`kanefe.kernels.radau_systems` reduces both to the size of the speeds. Euler parameters are integrated as they are, and
+brought back to unit length after each step.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
-from kanefe.kernels.lu import factorise, solve
+from kanefe.kernels._numba import kernel
+from kanefe.kernels.radau_layout import (
+    CHANGES,
+    CORRECTION,
+    EIGENVALUES,
+    ESTIMATE,
+    FACTORED,
+    HAS_POLYNOMIAL,
+    INVERSE,
+    IS_FIRST,
+    IS_FRESH,
+    IS_WANTED,
+    ITERATION,
+    NODE,
+    NODES,
+    OLD_ERROR,
+    OLD_STEP,
+    POLYNOMIAL,
+    POLYNOMIAL_STEP,
+    RATE_OF_CONVERGENCE,
+    RATES_AT,
+    RATIO,
+    REMAINING,
+    STAGES,
+    START,
+    TRANSFORMED,
+    WAS_REJECTED,
+    WEIGHTS,
+    T,
+)
+from kanefe.kernels.radau_polynomial import guess_changes, normalise
+from kanefe.kernels.radau_systems import factorise_systems, solve_complex, solve_real
 from kanefe.kernels.stepping import (
     ACCEPTED,
     AT,
-    COORDINATES,
     DONE,
     ERROR,
-    FACTORISATIONS,
     FAILED,
     HAS_LOOPS,
     IS_FIXED,
     JACOBIAN,
     JACOBIANS,
-    MAP,
-    MAP_SIZE,
     NEXT_STEP,
     NO_CONVERGENCE,
-    OF_METHOD,
     PROJECT,
     RATES,
-    REALS_OF_METHOD,
     REASON,
     REJECTED,
     RELATIVE,
-    ROWS_OF_METHOD,
     SLOPE,
     SMALLEST,
-    SPEEDS,
     STAGE,
     STATE,
-    STATE_OLD,
     STEP,
     STOP,
-    STRAIGHT,
     TIME,
     TIME_AT,
-    TIME_OLD,
     TOO_SMALL,
     accept,
     ask,
@@ -65,13 +80,12 @@ from kanefe.kernels.stepping import (
 )
 from kanefe.kernels.vectors import copy
 
-STAGES = 3
-
 LARGEST_ITERATIONS, LARGEST_IF_FIXED = 7, 30
 """Iterations of a step, which is shortened if they do not do, and of one that cannot be."""
 
-SLOW = 1e-2
-"""Rate of convergence above which the Jacobian is made anew for the next step."""
+SLOW = 0.1
+"""Rate of convergence above which the Jacobian is made anew for the next step: large, since one costs as much as two to
+four evaluations a speed, and an iteration three."""
 
 KEPT = 1.2
 """Growth of the step up to which it and the factors are kept."""
@@ -80,229 +94,11 @@ SAFETY = 0.9
 
 LONGER, SHORTER = 8.0, 0.2
 
-# Integers of the method: node and iteration in work; whether no step has been accepted since the start, the last try
-# was rejected, the Jacobian is that of this state, is wanted, and a step's polynomial is there to extrapolate
-NODE, ITERATION, IS_FIRST, WAS_REJECTED, IS_FRESH, IS_WANTED, HAS_POLYNOMIAL = range(OF_METHOD, OF_METHOD + 7)
-
-# Reals of the method: step of the factors (0: none) and of the polynomial, sizes of the last two corrections, rate of
-# convergence, its share of the remaining error, step and error of the last accepted step
-FACTORED, POLYNOMIAL_STEP, CORRECTION, RATIO, RATE_OF_CONVERGENCE, REMAINING, OLD_STEP, OLD_ERROR = range(
-    REALS_OF_METHOD, REALS_OF_METHOD + 8
-)
-REALS = REALS_OF_METHOD + 8
-
-# Rows of the method: rates at the start of the step, changes Z at the nodes, the same transformed, rates at the nodes,
-# Z of the last accepted step, error, room for a complex vector of the state and for two of the speeds, rates of
-# rotations with which the matrices were made, the Jacobian (derivatives of the speeds' and quadratures' rates by
-# tangents, then by speeds); and the factors
-START = ROWS_OF_METHOD
-CHANGES = START + 1
-TRANSFORMED = CHANGES + STAGES
-RATES_AT = TRANSFORMED + STAGES
-POLYNOMIAL = RATES_AT + STAGES
-ESTIMATE = POLYNOMIAL + STAGES
-ROOM = ESTIMATE + 1
-TURNS = ROOM + 4
-JACOBIAN_ROWS = TURNS + 1
-
-# Rows of the table: nodes, T and its inverse, weights of the error estimate, and gamma, alpha, beta
-NODES, T, INVERSE, WEIGHTS, EIGENVALUES = 0, 1, 1 + STAGES, 1 + 2 * STAGES, 2 + 2 * STAGES
-
 # Where to go on
 BEGIN, FIRST, DIFFERENTIATED, ITERATING, REFINED, AFTER, PROJECTED = range(7)
 
 # What comes of an iteration
 GOES_ON, CONVERGED, DIVERGED = range(3)
-
-
-def rows_needed() -> tuple[int, int]:
-    """Return how many rows of vectors the method takes: so many, and so many for every speed.
-
-    A row has at least two numbers for every speed, and two more: one for each row of the Jacobian, and two for three
-    squares of factors with their pivots.
-    """
-    return JACOBIAN_ROWS + 2, 3
-
-
-@inlined
-def _first_factor(integers: np.ndarray, vectors: np.ndarray) -> int:
-    """Return where among all numbers of the vectors the factors are: m x m real, m pivots, m x m complex, m pivots."""
-    return (JACOBIAN_ROWS + integers[SPEEDS] + 2) * vectors.shape[1]
-
-
-@inlined
-def _turned(g: complex, w: np.ndarray, speed: int, a: tuple) -> tuple:
-    """Return ``(g - J)^-1 a`` of Euler parameters, whose rates are half their product with the angular velocity w."""
-    x, y, z = 0.5 * w[speed], 0.5 * w[speed + 1], 0.5 * w[speed + 2]
-    share = 1.0 / (g * g + (x * x + y * y + z * z))
-    return (
-        share * (g * a[0] - a[1] * x - a[2] * y - a[3] * z),
-        share * (g * a[1] + a[0] * x + a[2] * z - a[3] * y),
-        share * (g * a[2] + a[0] * y + a[3] * x - a[1] * z),
-        share * (g * a[3] + a[0] * z + a[1] * y - a[2] * x),
-    )
-
-
-@kernel
-def _assemble(integers: np.ndarray, vectors: np.ndarray, g: complex, A: np.ndarray) -> None:
-    """Write ``g - f_u - f_z Z``."""
-    m, w = integers[SPEEDS], vectors[TURNS]
-    for i in range(m):
-        by_tangents, by_speeds = vectors[JACOBIAN_ROWS + i, :m], vectors[JACOBIAN_ROWS + i, m : 2 * m]
-        for j in range(m):
-            A[i, j] = -by_speeds[j]
-        A[i, i] += g
-        for row in range(integers[MAP_SIZE]):
-            kind, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 2]
-            if kind == STRAIGHT:
-                A[i, s] -= by_tangents[s] / g
-                continue
-            x, y, z = 0.5 * w[s], 0.5 * w[s + 1], 0.5 * w[s + 2]
-            a, b, c = by_tangents[s], by_tangents[s + 1], by_tangents[s + 2]
-            share = 1.0 / (g * g + (x * x + y * y + z * z))
-            A[i, s] -= share * (g * a + y * c - z * b)
-            A[i, s + 1] -= share * (g * b + z * a - x * c)
-            A[i, s + 2] -= share * (g * c + x * b - y * a)
-
-
-@kernel
-def _tangents(integers: np.ndarray, q: np.ndarray, r: np.ndarray, z: np.ndarray) -> None:
-    """Write the tangents z of changes r of the coordinates."""
-    for row in range(integers[MAP_SIZE]):
-        kind, at, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], integers[MAP + 3 * row + 2]
-        if kind == STRAIGHT:
-            z[s] = r[at]
-            continue
-        e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
-        z[s] = 2.0 * (e0 * r[at + 1] - e1 * r[at] + e3 * r[at + 2] - e2 * r[at + 3])
-        z[s + 1] = 2.0 * (e0 * r[at + 2] - e2 * r[at] + e1 * r[at + 3] - e3 * r[at + 1])
-        z[s + 2] = 2.0 * (e0 * r[at + 3] - e3 * r[at] + e2 * r[at + 1] - e1 * r[at + 2])
-
-
-@kernel
-def _divide(integers: np.ndarray, vectors: np.ndarray, g: complex, r: np.ndarray) -> None:
-    """Replace changes r of the coordinates by ``(g - J)^-1 r``, with J of the coordinates alone."""
-    w = vectors[TURNS]
-    for row in range(integers[MAP_SIZE]):
-        kind, at, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], integers[MAP + 3 * row + 2]
-        if kind == STRAIGHT:
-            r[at] = r[at] / g
-        else:
-            turned = _turned(g, w, s, (r[at], r[at + 1], r[at + 2], r[at + 3]))
-            r[at], r[at + 1], r[at + 2], r[at + 3] = turned
-
-
-@kernel
-def _follow(integers: np.ndarray, vectors: np.ndarray, g: complex, du: np.ndarray, r: np.ndarray) -> None:
-    """Add to changes r of the coordinates what changes of the speeds bring, ``(g - J)^-1 T du``."""
-    q, w = vectors[STATE], vectors[TURNS]
-    for row in range(integers[MAP_SIZE]):
-        kind, at, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], integers[MAP + 3 * row + 2]
-        if kind == STRAIGHT:
-            r[at] += du[s] / g
-            continue
-        e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
-        x, y, z = 0.5 * du[s], 0.5 * du[s + 1], 0.5 * du[s + 2]
-        rates = (
-            -(e1 * x + e2 * y + e3 * z),
-            e0 * x + e2 * z - e3 * y,
-            e0 * y + e3 * x - e1 * z,
-            e0 * z + e1 * y - e2 * x,
-        )
-        turned = _turned(g, w, s, rates)
-        r[at] += turned[0]
-        r[at + 1] += turned[1]
-        r[at + 2] += turned[2]
-        r[at + 3] += turned[3]
-
-
-@kernel
-def _solve(
-    integers: np.ndarray,
-    vectors: np.ndarray,
-    g: complex,
-    A: np.ndarray,
-    pivots: np.ndarray,
-    z: np.ndarray,
-    du: np.ndarray,
-    r: np.ndarray,
-) -> None:
-    """Replace r, of the length of the state, by ``(g - J)^-1 r``; A holds factors, z and du are room."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    q = vectors[STATE]
-    _divide(integers, vectors, g, r)
-    _tangents(integers, q, r, z)
-    for i in range(m):
-        du[i] = r[n + i]
-        for j in range(m):
-            du[i] += vectors[JACOBIAN_ROWS + i, j] * z[j]
-    solve(A, pivots, du)
-    copy(du, r[n : n + m])
-    _follow(integers, vectors, g, du, r)
-    _tangents(integers, q, r, z)
-    for i in range(m, len(r) - n):  # quadratures
-        row = vectors[JACOBIAN_ROWS + i]
-        total = r[n + i]
-        for j in range(m):
-            total += row[j] * z[j] + row[m + j] * du[j]
-        r[n + i] = total / g
-
-
-@kernel
-def _factorise(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> bool:
-    """Make the factors for the step; tell whether there are any."""
-    m, h = integers[SPEEDS], reals[STEP]
-    n = integers[COORDINATES]
-    copy(vectors[STATE, n : n + m], vectors[TURNS, :m])
-    memory = vectors.reshape(-1)[_first_factor(integers, vectors) :]
-    A = memory[: m * m].reshape(m, m)
-    _assemble(integers, vectors, table[EIGENVALUES, 0] / h, A)
-    is_regular = factorise(A, memory[m * m :])
-    memory = memory[m * m + m :]
-    B = memory[: 2 * m * m].view(np.complex128).reshape(m, m)
-    _assemble(integers, vectors, complex(table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h), B)
-    is_regular = factorise(B, memory[2 * m * m :]) and is_regular
-    integers[FACTORISATIONS] += 1
-    reals[FACTORED] = h if is_regular else 0.0
-    return is_regular
-
-
-@kernel
-def _solve_real(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, r: np.ndarray) -> None:
-    """Replace r by the solution of the real system."""
-    m = integers[SPEEDS]
-    memory, g = vectors.reshape(-1)[_first_factor(integers, vectors) :], table[EIGENVALUES, 0] / reals[FACTORED]
-    z, du = vectors[ROOM + 2, :m], vectors[ROOM + 3, :m]
-    _solve(integers, vectors, g, memory[: m * m].reshape(m, m), memory[m * m :], z, du, r)
-
-
-@kernel
-def _solve_complex(
-    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, a: np.ndarray, b: np.ndarray
-) -> None:
-    """Replace ``a + i b`` by the solution of the complex system."""
-    m, size = integers[SPEEDS], len(a)
-    memory = vectors.reshape(-1)[_first_factor(integers, vectors) + m * m + m :]
-    g = complex(table[EIGENVALUES, 1] / reals[FACTORED], table[EIGENVALUES, 2] / reals[FACTORED])
-    B = memory[: 2 * m * m].view(np.complex128).reshape(m, m)
-    r = vectors[ROOM : ROOM + 2].reshape(-1).view(np.complex128)
-    z, du = vectors[ROOM + 2, : 2 * m].view(np.complex128), vectors[ROOM + 3, : 2 * m].view(np.complex128)
-    for i in range(size):
-        r[i] = complex(a[i], b[i])
-    _solve(integers, vectors, g, B, memory[2 * m * m :], z, du, r)
-    for i in range(size):
-        a[i], b[i] = r[i].real, r[i].imag
-
-
-@inlined
-def _weight(table: np.ndarray, j: int, x: float) -> float:
-    """Return at x, of the step, the polynomial that is one at node j and zero at the start and the other nodes."""
-    nodes = table[NODES]
-    weight = x / nodes[j]
-    for k in range(STAGES):
-        if k != j:
-            weight *= (x - nodes[k]) / (nodes[j] - nodes[k])
-    return weight
 
 
 @kernel
@@ -336,21 +132,12 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
         if integers[IS_WANTED]:
             integers[JACOBIANS] += 1
             return ask(integers, JACOBIAN, DIFFERENTIATED)
-        if reals[FACTORED] == reals[STEP] or _factorise(integers, reals, vectors, table):
+        if reals[FACTORED] == reals[STEP] or factorise_systems(integers, reals, vectors, table):
             break
         reals[RATE_OF_CONVERGENCE] = np.inf
         if not _shorten(integers, reals, 0.5):
             return ask(integers, FAILED, AFTER)
-    if integers[HAS_POLYNOMIAL]:
-        ahead = reals[STEP] / reals[POLYNOMIAL_STEP]
-        for k in range(STAGES):
-            x = 1.0 + table[NODES, k] * ahead
-            a, b, c = _weight(table, 0, x), _weight(table, 1, x), _weight(table, 2, x) - 1.0
-            change = vectors[CHANGES + k]
-            for i in range(len(change)):
-                change[i] = a * vectors[POLYNOMIAL, i] + b * vectors[POLYNOMIAL + 1, i] + c * vectors[POLYNOMIAL + 2, i]
-    else:
-        vectors[CHANGES : CHANGES + STAGES] = 0.0
+    guess_changes(integers, reals, vectors, table)
     _transform(table, INVERSE, vectors, CHANGES, TRANSFORMED)
     integers[ITERATION] = 0
     reals[RATE_OF_CONVERGENCE] = 0.0
@@ -380,8 +167,8 @@ def _correct(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
         a[i] -= gamma * vectors[TRANSFORMED, i]
         b[i] -= alpha * second - beta * third
         c[i] -= alpha * third + beta * second
-    _solve_real(integers, reals, vectors, table, a)
-    _solve_complex(integers, reals, vectors, table, b, c)
+    solve_real(integers, reals, vectors, table, a)
+    solve_complex(integers, reals, vectors, table, b, c)
     size, state = 0.0, vectors[STATE]
     for k in range(STAGES):
         size = max(size, scaled_size(integers, reals, vectors, vectors[RATES_AT + k], state, state))
@@ -420,7 +207,7 @@ def _error(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: 
         change = weights[0] * vectors[CHANGES, i]
         change += weights[1] * vectors[CHANGES + 1, i] + weights[2] * vectors[CHANGES + 2, i]
         error[i] = change / h + rates[i]
-    _solve_real(integers, reals, vectors, table, error)
+    solve_real(integers, reals, vectors, table, error)
     new = vectors[AT]
     for i in range(len(new)):
         new[i] = vectors[STATE, i] + vectors[CHANGES + 2, i]
@@ -473,20 +260,9 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
     new, last = vectors[AT], vectors[CHANGES + 2]
     for i in range(len(new)):
         new[i] = vectors[STATE, i] + last[i]
-    _normalise(integers, new)
+    normalise(integers, new)
     ask(integers, ACCEPTED, AFTER)
     return accept(integers, reals, vectors, new)
-
-
-@kernel
-def _normalise(integers: np.ndarray, q: np.ndarray) -> None:
-    """Bring Euler parameters to unit length."""
-    for row in range(integers[MAP_SIZE]):
-        if integers[MAP + 3 * row] != STRAIGHT:
-            at = integers[MAP + 3 * row + 1]
-            length = np.sqrt(q[at] ** 2 + q[at + 1] ** 2 + q[at + 2] ** 2 + q[at + 3] ** 2)
-            for i in range(at, at + 4):
-                q[i] /= length
 
 
 def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
@@ -536,18 +312,3 @@ def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
     copy(vectors[STATE], vectors[AT])
     reals[TIME_AT] = reals[TIME]
     return ask(integers, RATES, FIRST)
-
-
-def interpolate_radau(
-    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
-) -> None:
-    """Write the state at a time of the last step: the collocation polynomial, of order 3."""
-    if t >= reals[TIME]:
-        copy(vectors[STATE], out)
-        return
-    x = (t - reals[TIME_OLD]) / reals[POLYNOMIAL_STEP]
-    a, b, c = _weight(table, 0, x), _weight(table, 1, x), _weight(table, 2, x)
-    for i in range(len(out)):
-        change = a * vectors[POLYNOMIAL, i] + b * vectors[POLYNOMIAL + 1, i] + c * vectors[POLYNOMIAL + 2, i]
-        out[i] = vectors[STATE_OLD, i] + change
-    _normalise(integers, out)

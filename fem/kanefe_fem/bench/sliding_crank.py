@@ -42,7 +42,7 @@ def sliding_crank() -> BenchScene:
             Setting("dop853", rtol=1e-11),
             Setting("dopri5", rtol=1e-11),
             Setting("rk4", step=2e-6),
-            Setting("radau5", rtol=1e-10),
+            Setting("radau5", rtol=1e-12),
         ),
         agreement=1e-9,
         outputs=OUTPUTS,

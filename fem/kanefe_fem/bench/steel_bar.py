@@ -113,7 +113,7 @@ def hinged(modes: int, name: str) -> BenchScene:
         end=END,
         references=(
             Setting("rk4", step=2e-6 if modes <= 16 else 1e-6),
-            Setting("radau5", rtol=1e-9),
+            Setting("radau5", rtol=1e-12),
             Setting("dopri5", rtol=1e-10),
             Setting("dop853", rtol=1e-10),
         ),

@@ -41,7 +41,7 @@ def swinging_arm() -> BenchScene:
         end=demo.END,
         references=(
             Setting("dop853", rtol=1e-9),
-            Setting("radau5", rtol=1e-9),
+            Setting("radau5", rtol=1e-12),
             Setting("dopri5", rtol=1e-10),
             Setting("rk4", step=1e-5),
         ),
