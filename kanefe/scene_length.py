@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import math
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from kanefe.flexible import FlexibleBody
 from kanefe.model import Model
+
+_extents: WeakKeyDictionary[FlexibleBody, float] = WeakKeyDictionary()
+
+
+def largest_extent(body: FlexibleBody) -> float:
+    """Return the longest side of the box around a mesh in m; kept: short runs take less time than large meshes."""
+    if body not in _extents:
+        _extents[body] = float(np.ptp(body.nodes, axis=0).max())
+    return _extents[body]
 
 
 def scene_length(model: Model) -> float:
@@ -16,7 +27,7 @@ def scene_length(model: Model) -> float:
     Where there are none, bodies are as large as their radius of gyration, points as far as they are from their origin;
     1 m if nothing has a size.
     """
-    lengths = [float(np.ptp(b.flexible.body.nodes, axis=0).max()) for b in model.bodies if b.flexible]
+    lengths = [largest_extent(b.flexible.body) for b in model.bodies if b.flexible]
     lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
     lengths += [float(np.linalg.norm(b.rigid.com)) for b in model.bodies if b.rigid]
     lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
@@ -71,7 +82,7 @@ def displacement_scales(model: Model) -> np.ndarray:
     for body in model.bodies:
         if body.flexible:
             flexible = body.flexible.body
-            extent = float(np.ptp(flexible.nodes, axis=0).max()) or length
+            extent = largest_extent(flexible) or length
             # kinetic energy 1/2 m_i deta^2: eta = sqrt(m / m_i) L moves the body by about its length
             modal = np.diag(flexible.moments.elastic_mass)[: flexible.free_count]
             scales[body.flexible.speeds] = extent * np.sqrt(flexible.mass / np.maximum(modal, 1e-300))

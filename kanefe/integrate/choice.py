@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha import stiffest_rate
-from kanefe.integrate.scales import modal_frequencies
+from kanefe.integrate.scales import modal_frequencies, state_scales
+from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
 from kanefe.model import Model
 
 MOST_EXPLICIT_STEPS = 2000.0
@@ -14,16 +18,26 @@ MOST_EXPLICIT_STEPS = 2000.0
 MOST_SPEEDS = 150
 """Of a scene that Radau's method, whose work grows with their cube, is taken for."""
 
-LEAST_RTOL_OF_SWEEPS = 3e-6
-"""Below which vibrations have to be followed that the extrapolation resolves with more work than Radau's method."""
+LOOSE_RTOL = 1e-4
+"""From which on the extrapolation has less work than Radau's method, whatever vibrates."""
+
+LEAST_RTOL_OF_SWEEPS = 1e-7
+"""Below which vibrations have to be followed that any motion excites."""
+
+FEW_PERIODS = 30.0
+"""Of the slowest mode in a run: so many steps any method takes, which then follow its vibrations."""
 
 
-def suited(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, str]:
+def suited(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> tuple[str, str]:
     """Return the name of the method that suits a scene, and the reason in words; for fixed steps without rtol.
 
+    `atol` is that of `StepControl`.
+
     Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs within the
-    order-n sweep. Where something stiff is outside it (springs between frames), or the tolerance is too tight for it,
-    Radau's method; where that is too much work, or forces have kinks, which both may step over, generalised-alpha.
+    order-n sweep, and steps over vibrations; Radau's method, which follows them with less work, where they are larger
+    than the tolerance at the start or the run lasts few of their periods, and where something stiff is outside the
+    sweep (springs between frames). Where that is outside and Radau's method too much work, or forces have kinks, which
+    both may step over, generalised-alpha.
     """
     if model.has_unreduced:
         return "generalised-alpha", "the highest modes of an unreduced body are stiff"
@@ -38,12 +52,36 @@ def suited(model: Model, start: float, stop: float, rtol: float | None) -> tuple
         "bodies in the nodal form": model.order_n is None,
     }
     names = [what for what, is_so in beyond.items() if is_so]
-    if not names and (rtol is None or rtol >= LEAST_RTOL_OF_SWEEPS):
-        return "extrapolation", reason
-    reason += f", with {' and '.join(names)}" if names else f", and rtol={rtol:g} follows their vibrations"
+    if not names:
+        followed = _followed(model, start, stop, rtol, atol)
+        if not followed:
+            return "extrapolation", reason
+        reason += f", and {followed}"
+    else:
+        reason += f", with {' and '.join(names)}"
     if model.free_count <= MOST_SPEEDS:
         return "radau5", reason
-    return "generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5"
+    name = "generalised-alpha" if names else "extrapolation"
+    return name, f"{reason}, and {model.free_count} speeds are too many for radau5"
+
+
+def _followed(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> str:
+    """Return in words why vibrations are to be followed; nothing where they are not."""
+    if rtol is None or rtol >= LOOSE_RTOL:
+        return ""
+    if rtol < LEAST_RTOL_OF_SWEEPS:
+        return f"rtol={rtol:g} follows their vibrations"
+    frequencies = modal_frequencies(model)
+    if not np.any(frequencies > 0.0):
+        return "vibrations on springs of joints are followed"
+    slowest = float(frequencies[frequencies > 0.0].min())
+    if (stop - start) * slowest < 2.0 * math.pi * FEW_PERIODS:
+        return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
+    dynamics = Dynamics(model)
+    y = dynamics.initial_state(start)
+    if are_seen(dynamics, start, y, FIRST_SHARE * (stop - start), rtol, atol * state_scales(model)):
+        return f"vibrate by more than rtol={rtol:g} at the start"
+    return ""
 
 
 def _is_stiff(rate: float, start: float, stop: float) -> bool:

@@ -173,11 +173,11 @@ def choose(
     if step is not None and not (math.isfinite(step) and 0 < step <= stop - start):
         raise ModelError(f"step must be above zero s and within the span, not {step!r}")
     allowed = DEFAULT_RTOL if rtol is None else rtol
-    name, reason = _chosen(model, method, start, stop, allowed if step is None else None)
+    control = StepControl(allowed, ATOL_SHARE * allowed if atol is None else atol, step)
+    name, reason = _chosen(model, method, start, stop, control)
     _check_options(METHODS[name], rtol, atol, step)
     if model.has_unreduced and step is not None:
         raise ModelError("step has no meaning for unreduced bodies, whose run chooses its own. Remedy: rtol")
-    control = StepControl(allowed, ATOL_SHARE * allowed if atol is None else atol, step)
     make = UnreducedStepper if model.has_unreduced else METHODS[name].make
     followed = {"rtol": allowed} if step is None else {"step": step}
     return Choice(name, reason, partial(_made, make, start, stop, control), followed)
@@ -193,7 +193,7 @@ def _made(
     return make(dynamics, start, stop, control)
 
 
-def _chosen(model: Model, method: str, start: float, stop: float, rtol: float | None) -> tuple[str, str]:
+def _chosen(model: Model, method: str, start: float, stop: float, control: StepControl) -> tuple[str, str]:
     if method != "auto":
         if model.has_unreduced and method != UnreducedStepper.name:
             raise ModelError(
@@ -208,7 +208,7 @@ def _chosen(model: Model, method: str, start: float, stop: float, rtol: float | 
         if method == "energy-momentum":
             _check_energy_momentum(model)
         return method, "asked for"
-    return suited(model, start, stop, rtol)
+    return suited(model, start, stop, control.rtol if control.step is None else None, control.atol)
 
 
 def _check_energy_momentum(model: Model) -> None:

@@ -10,6 +10,7 @@ from kanefe.errors import MissingDependency, ModelError
 from kanefe_fem.bench.references import Reference
 from kanefe_fem.bench.runs import MOST_RUNS, Point, TookTooLong, point, warm_up
 from kanefe_fem.bench.scene import BenchScene, Setting
+from kanefe_fem.bench.settings import AUTO
 
 LONGEST, LONGEST_QUICK = 10.0, 1.0
 """CPU time of a run in s, above which a curve ends."""
@@ -52,7 +53,7 @@ def curve(scene: BenchScene, settings: Sequence[Setting], exact: Reference, limi
     model, failures, slow = scene.build(), 0, 0
     for setting in settings:
         try:
-            if setting is settings[0]:
+            if setting is settings[0] or setting.method == AUTO:  # which may be another one from a tolerance on
                 warm_up(model, scene, setting)
             found = point(model, scene, setting, exact.values, limits.runs, PATIENCE * limits.longest)
         except (ModelError, MissingDependency) as refusal:
