@@ -217,7 +217,7 @@ def _consistent_speeds(model: Model, t: float, q: Vector, u: Vector) -> Vector:
     full = all_speeds(model, t, u)
     motions = sweep_outward(model, t, q, full)
     rows = constraint_rates(model, motions, q, full)
-    sizes = np.abs(rows.J) @ np.abs(full[: rows.J.shape[1]])
+    sizes = rows.sizes(full[: rows.J.shape[1]])
     open_rates = rows.J @ full[: rows.J.shape[1]]
     if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
         return u

@@ -7,6 +7,7 @@ import kanefe as kf
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.kinematics import sweep_outward
+from kanefe.stress import overconstrained
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
 from scenes import lattice_body
 
@@ -37,6 +38,13 @@ def test_a_start_that_was_given_is_kept_and_the_others_follow():
     along, across = np.array((2 - x, -y)) / d, np.array((y, 2 - x)) / d
     a = (4.0 - 1.8**2 + d * d) / (2 * d)
     np.testing.assert_allclose(tip[:2], (x, y) + a * along + np.sqrt(4 - a * a) * across, atol=1e-12)
+
+
+@pytest.mark.parametrize("braces", range(5))
+def test_a_given_speed_is_kept_beside_rows_that_nothing_moves(braces):
+    """What a joint between two parts of one rigid body says of the speeds is round-off, and no reason to change any."""
+    model = overconstrained.four_bar(kf.Spherical(), braces=braces)
+    assert model.initial_speeds[0] == 6.0
 
 
 def test_a_consistent_start_is_untouched_to_the_bit():

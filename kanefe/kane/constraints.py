@@ -59,6 +59,10 @@ class Rates(NamedTuple):
         J, reach = self.J[rows], self.reach[rows]
         return Rates(J[:, columns], self.remainder[rows], reach[:, columns])
 
+    def sizes(self, u: Vector) -> Vector:
+        """Return how large dg/dt could be at speeds of such size: ``J u`` of a row that nothing moves is round-off."""
+        return np.asarray(np.sqrt(self.reach) @ np.abs(u))
+
 
 def scene_rows(model: Model) -> list[Row]:
     """Return all rows of the scene, constraint by constraint."""

@@ -85,7 +85,7 @@ def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered:
         full = all_speeds(small, t, condensed.speeds(u))
         rows = constraint_rates(small, motions, q_s, full)
         open_rates = rows.J @ full[: rows.J.shape[1]]
-        sizes = np.abs(rows.J) @ np.abs(full[: rows.J.shape[1]])
+        sizes = rows.sizes(full[: rows.J.shape[1]])
         if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
             break
         step = bordered.solve(np.zeros(small.free_count), None, open_rates)
