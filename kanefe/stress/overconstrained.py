@@ -16,13 +16,14 @@ from kanefe.results import Result
 from kanefe.stress.case import Effort, Finding, StressCase
 from kanefe.stress.loops import loop_opening
 from kanefe.stress.runs import controlled_methods, follow, is_accurate, tolerance
+from kanefe.stress.units import MILLIMETRES, SI, Units
 from kanefe.system import System
 
 SPAN = 3.0
 RTOL = 1e-9
 
 
-def four_bar(pin: Joint, copies: int = 1, braces: int = 0) -> Model:
+def four_bar(pin: Joint, copies: int = 1, braces: int = 0, units: Units = SI) -> Model:
     """Return a crank-rocker whose loop is closed by a pin, `copies` times over.
 
     Parameters
@@ -33,20 +34,28 @@ def four_bar(pin: Joint, copies: int = 1, braces: int = 0) -> Model:
         How often the same pin is added.
     braces : int
         Fixed loop joints between the crank and a plate that is fixed to it anyway.
+    units : Units
+        In which it is written.
     """
-    scene = System(gravity=(0.0, -9.81, 0.0))
-    crank = scene.add_rigid_body("crank", 1.0, 0.1, com=(0.5, 0, 0), joint=Revolute("z", position=1.0, speed=6.0))
-    coupler = scene.add_rigid_body("coupler", 1.0, 0.1, parent=crank, at=(1, 0, 0), com=(1, 0, 0), joint=Revolute("z"))
-    rocker = scene.add_rigid_body("rocker", 1.0, 0.1, at=(2, 0, 0), com=(0, 0.9, 0), joint=Revolute("z"))
-    ends = coupler.frame(at=(2, 0, 0)), rocker.frame(at=(0, 1.8, 0))
+    scene = System(gravity=(0.0, -9.81 * units.acceleration, 0.0))
+    bar, metre = (units.mass, 0.1 * units.inertia), units.length
+    turning = Revolute("z", position=1.0, speed=6.0 * units.rate)
+    crank = scene.add_rigid_body("crank", *bar, com=(0.5 * metre, 0, 0), joint=turning)
+    coupler = scene.add_rigid_body(
+        "coupler", *bar, parent=crank, at=(metre, 0, 0), com=(metre, 0, 0), joint=Revolute("z")
+    )
+    rocker = scene.add_rigid_body("rocker", *bar, at=(2 * metre, 0, 0), com=(0, 0.9 * metre, 0), joint=Revolute("z"))
+    ends = coupler.frame(at=(2 * metre, 0, 0)), rocker.frame(at=(0, 1.8 * metre, 0))
     for i in range(copies):
         scene.add_loop_joint(f"pin {i}", pin, *ends)
     if braces:
-        plate = scene.add_rigid_body("plate", 0.5, 0.01, parent=crank, at=(0.3, 0, 0), joint=Fixed())
+        at = (0.3 * metre, 0, 0)
+        plate = scene.add_rigid_body(
+            "plate", 0.5 * units.mass, 0.01 * units.inertia, parent=crank, at=at, joint=Fixed()
+        )
         for i in range(braces):
-            scene.add_loop_joint(
-                f"brace {i}", Fixed(), crank.frame(at=(0.3, 0.1 * i, 0)), plate.frame(at=(0, 0.1 * i, 0))
-            )
+            up = 0.1 * i * metre
+            scene.add_loop_joint(f"brace {i}", Fixed(), crank.frame(at=(at[0], up, 0)), plate.frame(at=(0, up, 0)))
     return scene.freeze()
 
 
@@ -132,6 +141,7 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
         "counted: rows too many",
     )  # fmt: skip
 
+    yield _in_other_units(span)
     counts = (3, 6, 12) if not effort.is_quick else (3,)
     spreads = []
     for count in counts:
@@ -166,6 +176,24 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
             float(np.abs(energy.balance_error).max() / energy.kinetic.max()), limit, reason, method,
         )  # fmt: skip
     yield Finding.of("constraint_report of all of these", freedoms, "degrees of freedom off", 0.0, "each has one")
+
+
+def _in_other_units(span: float) -> Finding:
+    """Write the same mechanisms in other units: rows too many, and those kept, must not depend on them."""
+    errors = []
+    for pin, copies, braces in ((Revolute("z"), 1, 0), (Revolute("z"), 2, 0), (Spherical(), 1, 3)):
+        angles = [
+            follow(
+                four_bar(pin, copies, braces, units), span * units.time, rtol=1e-12, atol=1e-15, method="dop853",
+                output_step=span * units.time / 60,
+            ).coordinates
+            for units in (SI, MILLIMETRES, Units(1e-3, 1e3, 1e-3))
+        ]  # fmt: skip
+        errors += [float(np.abs(other - angles[0]).max()) for other in angles[1:]]
+    return Finding.of(
+        f"four-bars with rows too many, written in mm, t, s and in km, g, ks, {span:g} s", errors,
+        "angles against m, kg, s [rad]", 1e-9, "rtol 1e-12 a step over some hundred steps",
+    )  # fmt: skip
 
 
 def _run(model: Model, span: float) -> Trajectory:

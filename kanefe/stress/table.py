@@ -16,9 +16,8 @@ from kanefe.stress.case import Finding
 from kanefe.verify.report import check_json_path
 from kanefe.whole_file import write_whole
 
-HEADER = ("case", "tried", "how many", "worst of", "worst", "limit")
-PRINTED, WIDTHS = (0, 2, 4, 5, 3, 1), (16, 8, 8, 8, 48, 0)
-"""Columns of the header in the order in which they are printed: long texts come last, where they break no line."""
+HEADER, WIDTHS = ("case", "how many", "worst", "limit", "worst of", "tried"), (16, 8, 8, 8, 48, 0)
+"""Long texts come last, where they leave the figures in their columns."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Row:
         """The columns of `HEADER` as texts."""
         note = f" ({self.note})" if self.note else ""
         worst, limit = (f"{x:.3g}" if 0.1 <= abs(x) < 1e5 or x == 0 else f"{x:.1e}" for x in (self.worst, self.limit))
-        return self.case, self.tried + note, str(self.count), self.figure, worst, limit
+        return self.case, str(self.count), worst, limit, self.figure, self.tried + note
 
 
 class Table:
@@ -77,8 +76,7 @@ class Table:
 
     def _print(self, texts: Sequence[str], mark: str) -> None:
         right = (False, True, True, True, False, False)
-        shown = zip([texts[i] for i in PRINTED], WIDTHS, right, strict=True)
-        cells = [f"{t:>{w}}" if r else f"{t:{w}}" for t, w, r in shown]
+        cells = [f"{t:>{w}}" if r else f"{t:{w}}" for t, w, r in zip(texts, WIDTHS, right, strict=True)]
         print("  ".join(cells).rstrip() + mark, file=self.stream, flush=True)
 
 
