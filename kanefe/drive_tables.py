@@ -17,9 +17,9 @@ takes two pieces at least, and cannot lie between them unseen."""
 
 
 def drive_tables(model: Model) -> Drives | None:
-    """Return the motions of the driven coordinates for compiled code; None if there are none, or one is in Python."""
+    """Return the motions of the driven coordinates for compiled code; None if one is in Python."""
     motions = [motion for motion, _ in model.drives]
-    if not motions or not all(motion.pieces is not None or motion.is_compiled for motion in motions):
+    if not all(motion.pieces is not None or motion.is_compiled for motion in motions):
         return None
     pieces, rows = [np.zeros((0, PIECE_NUMBERS))], []
     parts: list[Part] = []
@@ -31,9 +31,9 @@ def drive_tables(model: Model) -> Drives | None:
             functions = motion.position, motion.velocity, motion.acceleration
             parts += [(function, 3 * i + c, 0, False) for c, function in enumerate(functions) if function is not None]
     return Drives(
-        motions=np.array(rows, dtype=np.int64),
+        motions=np.array(rows, dtype=np.int64).reshape(-1, 2),
         pieces=np.concatenate(pieces),
-        spans=np.array([motion.known for motion in motions]),
+        spans=np.array([motion.known for motion in motions]).reshape(-1, 2),
         given=filler(tuple(parts)),
     )
 

@@ -6,7 +6,7 @@ proportional to the number of bodies. Objects are read-only after they are made:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from kanefe.constraint_tables import loop_tables
 from kanefe.drive_tables import drive_tables
+from kanefe.equations_of_motion import WORKS
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.joints import Planar
@@ -22,9 +23,11 @@ from kanefe.kernels._numba import filler
 from kanefe.kernels.balance import balance
 from kanefe.kernels.closing import CLOSED, close_loops
 from kanefe.kernels.derivatives import derivatives
-from kanefe.kernels.equations import march
+from kanefe.kernels.drives import Drives
+from kanefe.kernels.equations import march, room_size
 from kanefe.kernels.frames_of_rows import frames_of_rows
 from kanefe.kernels.planar import march_planar
+from kanefe.kernels.planar import room_size as planar_room_size
 from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_STIFFNESS, SLOPE, TIME_AT, Run
 from kanefe.load_tables import interaction_tables
 from kanefe.loads import Bushing, SpringDamper
@@ -71,11 +74,14 @@ class OrderN:
             isinstance(body.joint, Planar) and body.has_coordinate_forces for body in model.bodies
         )
         self._sizes = model.coordinate_count, model.free_count
+        self._room = room_size(self.tables, self.flexible, self.loops, sum(self._sizes) + WORKS)
+        self._planar_room = 0 if self.planar is None else planar_room_size(self.planar)
         self.seats: Sequence[Seat] = tuple(builder.seats)
         self.inputs = builder.inputs
         self._constants = self.inputs.constants if self.inputs.is_constant else None
         parts = tuple(self.inputs.compiled())
-        self._fill = filler(parts) if parts else None
+        self._has_compiled_loads = bool(parts)
+        self._fill = filler(parts)
         self._drives = model.drives
         self._motions = drive_tables(model)
 
@@ -89,9 +95,8 @@ class OrderN:
     @property
     def is_autonomous(self) -> bool:
         """Whether no Python function is called in a run, so that whole runs can be compiled."""
-        calls_python = not self.inputs.is_constant and self._fill is None
-        has_python_motions = bool(self._drives) and self._motions is None
-        return not (calls_python or has_python_motions)
+        calls_python = not self.inputs.is_constant and not self._has_compiled_loads
+        return not calls_python and self._motions is not None
 
     def drives(self, t: float) -> np.ndarray:
         """Return position, speed and acceleration of the driven coordinates, (driven, 3)."""
@@ -134,7 +139,7 @@ class OrderN:
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        vectors = np.empty((2, len(y)), dtype=y.dtype)
+        vectors = np.empty((2, len(y)))
         vectors[AT] = y
         weakest = self.evaluate(t, vectors)
         return vectors[SLOPE], weakest
@@ -148,21 +153,16 @@ class OrderN:
         for the two rows of pushes.
         """
         n, m = self._sizes
-        y = vectors[AT]
-        if self._constants is not None:
-            inputs = self._constants
-        elif self._fill is not None and y.dtype == float:
-            inputs = self.inputs.constants.copy()  # the kernel fills it in
-        else:
-            inputs = self.values(t, y[:n].real, y[n : n + m].real)
+        y, shares = vectors[AT], (share_damping, share_stiffness)
+        inputs, drives = self.values(t, y[:n], y[n : n + m]), self.drives(t)
         is_implicit = len(vectors) > PUSH_STIFFNESS
-        done, weakest = self._march(t, inputs, vectors, share_damping, share_stiffness, None, is_implicit)
+        done, weakest = self._march(drives, None, None, t, inputs, vectors, shares, None, is_implicit=is_implicit)
         if done == NO_INERTIA:
             if self.loops is not None:  # what has no inertia by itself may be held by a loop
                 return 0.0
-            self._explain(t, y[:n].real, y[n : n + m].real)
+            self._explain(t, y[:n], y[n : n + m])
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
-            self.values(t, y[:n].real, y[n : n + m].real)
+            self.values(t, y[:n], y[n : n + m])
         return weakest
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix:
@@ -182,7 +182,9 @@ class OrderN:
         found = np.empty((len(directions), len(y)))
         scene = self.tables, self.flexible, self.between, self.loops
         try:
-            is_regular = derivatives(*scene, self.drives(t), t, inputs, vectors, directions, found)
+            is_regular = derivatives(
+                *scene, self.drives(t), inputs, vectors, directions, found, np.empty(self._room, complex)
+            )
         except ZeroDivisionError:  # numba divides complex numbers like Python, whatever its error model
             is_regular = False
         if not is_regular:
@@ -219,7 +221,11 @@ class OrderN:
             If the mass matrix is singular; the message names the speeds without inertia.
         """
         n, m = self._sizes
-        command, _ = self._march(0.0, self.inputs.constants.copy(), vectors, 0.0, 0.0, run, is_implicit, is_balanced)
+        drives, inputs = np.empty((len(self._drives), 3)), self.inputs.constants.copy()
+        moved, none = (drives, self._motions, self._fill), (0.0, 0.0)
+        command, _ = self._march(
+            *moved, 0.0, inputs, vectors, none, run, is_implicit=is_implicit, is_balanced=is_balanced
+        )
         if command == NO_INERTIA:
             y = vectors[AT]
             self._explain(float(run.reals[TIME_AT]), y[:n], y[n : n + m])
@@ -227,26 +233,23 @@ class OrderN:
 
     def _march(
         self,
+        drives: np.ndarray,
+        motions: Drives | None,
+        fill: Callable[..., None] | None,
         t: float,
         inputs: np.ndarray,
         vectors: np.ndarray,
-        share_damping: float,
-        share_stiffness: float,
+        shares: tuple[float, float],
         run: Run | None,
+        *,
         is_implicit: bool,
         is_balanced: bool = False,
     ) -> tuple[int, float]:
-        """Call the kernel of the scene: that of the plane for real states of planar ones, else that of space."""
-        motions = None if run is None else self._motions
-        drives = self.drives(t) if motions is None else np.empty((len(self._drives), 3))
-        fill = self._fill if vectors.dtype == float else None
-        shares = share_damping, share_stiffness
-        planar = self.planar if self._is_planar_if_implicit or not is_implicit else None
-        planar = None if is_balanced else planar
-        if planar is not None and vectors.dtype == float:
-            return march_planar(planar, drives, motions, fill, t, inputs, vectors, *shares, run)
-        scene = self.tables, self.flexible, self.between, self.loops
-        return march(*scene, drives, motions, fill, t, inputs, vectors, *shares, run)
+        """Call the kernel of the scene: that of the plane for planar ones, else that of space."""
+        rest = drives, motions, fill, t, inputs, vectors, *shares, run
+        if self.planar is not None and (self._is_planar_if_implicit or not is_implicit) and not is_balanced:
+            return march_planar(self.planar, *rest, np.empty(self._planar_room))
+        return march(self.tables, self.flexible, self.between, self.loops, *rest, np.empty(self._room))
 
     def _explain(self, t: float, q: Vector, u: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""

@@ -11,7 +11,7 @@ import kanefe as kf
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
-from kanefe.kernels.planar import march_planar
+from kanefe.kernels.planar import march_planar, room_size
 from kanefe.kernels.planar_layout import FLOAT, KIND, PlanarTables
 from kanefe.kernels.stepping import NOT_FINITE
 from kanefe.model import Model
@@ -98,7 +98,8 @@ def planar_rates(model: Model, t: float, y: np.ndarray) -> tuple[np.ndarray, int
     n, m = model.coordinate_count, model.free_count
     values = in_space.values(t, y[:n], y[n : n + m])
     vectors = np.array((y, np.full(len(y), np.nan)))
-    done, _ = march_planar(tables, in_space.drives(t), None, None, t, values, vectors, 0.0, 0.0, None)
+    room = np.empty(room_size(tables))
+    done, _ = march_planar(tables, in_space.drives(t), None, None, t, values, vectors, 0.0, 0.0, None, room)
     return vectors[1], done
 
 

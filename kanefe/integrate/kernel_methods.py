@@ -76,17 +76,12 @@ class KernelMethod:
     @cached_property
     def pointers(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
         """The two functions as pointers of one type for all methods."""
-        return _pointer(self.advance), _pointer(self.interpolate)
+        return pointer(self.advance), pointer(self.interpolate)
 
 
 def _of_order_three(rtol: float) -> float:
     """Return the estimate of order 3 that a step of order 5 may have (Hairer & Wanner 1996, IV.8, the code RADAU5)."""
     return 0.1 * rtol ** (2.0 / 3.0)
-
-
-@cache
-def _pointer(function: Callable[..., Any]) -> Callable[..., Any]:
-    return pointer(function)
 
 
 @cache

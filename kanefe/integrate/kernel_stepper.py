@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
 from kanefe.joints import Free
 from kanefe.kernels import kept_quantities
+from kanefe.kernels._numba import direct
 from kanefe.kernels.extrapolation_layout import AIM, HAS_KINKS
 from kanefe.kernels.stepping import (
     AT,
@@ -272,11 +274,13 @@ class KernelStepper:
     def _command(self, run: Run, is_compiled: bool) -> int:
         """Return what the method wants that is no evaluation: evaluations are done here."""
         dynamics, reals, vectors = self._dynamics, self._reals, self._vectors
+        if is_compiled:
+            wants = self._method.is_implicit, self._method.keeps_balance
+            following = partial(dynamics.go_on, run, vectors, *wants)
+        else:
+            following = partial(direct(next_command, run, vectors), run, vectors)
         while True:
-            if is_compiled:
-                command = dynamics.go_on(run, vectors, self._method.is_implicit, self._method.keeps_balance)
-            else:
-                command = next_command(run, vectors)
+            command = following()
             if command == RATES:
                 vectors[SLOPE] = dynamics.rate(float(reals[TIME_AT]), vectors[AT])
                 reals[WEAKEST] = dynamics.weakest

@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -64,23 +64,44 @@ def vector_kernel(function: Function) -> Function:
 
 def entry(function: Function) -> Function:
     """Compile a function that Python calls, and keep the machine code on disk."""
+    return _kept(function, {})
+
+
+def entry_without_arrays(function: Function) -> Function:
+    """Compile one that makes no array, and so counts no references to slices, half of a small evaluation."""
+    return _kept(function, {"_nrt": False})
+
+
+def _kept(function: Function, options: dict[str, Any]) -> Function:
     if not IS_COMPILED:
         return function
     import numba
 
     folder = _cache_folder()
+    options |= {"error_model": "numpy", "fastmath": RELAXED, "nogil": True, "cache": folder is not None}
     with _kept_in(folder):
-        compiled = numba.njit(error_model="numpy", fastmath=RELAXED, nogil=True, cache=folder is not None)(function)
+        compiled = numba.njit(**options)(function)
     if not _entries:
         _announce_compilation(folder)
     _entries[function.__qualname__] = compiled
     return compiled  # type: ignore[no-any-return]
 
 
+def direct(function: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
+    """Return an entry for arguments of these types only: to tell the type of a pointer takes 20 us in every call."""
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    return function.compile(tuple(map(numba.typeof, arguments)))  # type: ignore[attr-defined,no-any-return]
+
+
+@cache
 def pointer(function: Function) -> Function:
     """Compile a function of a method of integration (see `kanefe.kernels.stepping`) to a pointer of one type for all.
 
-    Kernels that call it need not be compiled for each method. Made when a method is first used: see `Method`.
+    Kernels that call it need not be compiled for each. Made when it is first used. Functions of three arguments are
+    those of `filler`.
     """
     if not IS_COMPILED:
         return function
@@ -89,6 +110,7 @@ def pointer(function: Function) -> Function:
 
     memory = types.int64[::1], types.float64[::1], types.float64[:, ::1], types.float64[:, ::1]
     signatures = {
+        3: types.void(types.float64, types.float64[::1], types.float64[::1]),
         4: types.int64(*memory),
         6: types.void(*memory, types.float64, types.float64[::1]),
     }
@@ -119,6 +141,10 @@ Part = tuple[Callable[..., Any], int, int, bool]
 """A compiled function of the user, where its values go, how many they are (0: a number by itself), and takes it y."""
 
 
+def _fill_nothing(t: float, y: Any, inputs: Any) -> None:
+    return
+
+
 @lru_cache(maxsize=64)
 def filler(parts: tuple[Part, ...]) -> Callable[..., None]:
     """Return a function (t, y, inputs) that writes what compiled functions of the user give.
@@ -126,6 +152,8 @@ def filler(parts: tuple[Part, ...]) -> Callable[..., None]:
     It is a pointer to machine code with one type for all scenes, so that kernels which call it need not be compiled
     for each. Kept, since a scene is frozen anew for every run, which would wait for it.
     """
+    if not parts:
+        return pointer(_fill_nothing)
     if not IS_COMPILED:
 
         def fill(t: float, y: Any, inputs: Any) -> None:
@@ -136,11 +164,7 @@ def filler(parts: tuple[Part, ...]) -> Callable[..., None]:
     import numba
     from numba import types
 
-    @numba.njit
-    def done(t: float, y: Any, inputs: Any) -> None:
-        return
-
-    chain = done
+    chain = numba.njit(_fill_nothing)
     for part in parts:
         chain = _filler_of(part, chain)
     whole = chain

@@ -94,7 +94,7 @@ class Closing(NamedTuple):
     trial: np.ndarray
 
 
-@inlined
+@entry
 def close_size(m: int, n: int, coordinates: int) -> int:
     """Return how many numbers `close` needs room for, with m rows, n free and driven speeds and so many coordinates."""
     return hold_size(m, n) + 4 * n + 4 * m + 2 * coordinates
@@ -229,7 +229,7 @@ def close_state(
     tables: Tables,
     flexible: FlexibleTables | None,
     loops: Loops,
-    motions: Drives | None,
+    motions: Drives,
     drives: np.ndarray,
     t: float,
     share_stiffness: float,
@@ -240,8 +240,7 @@ def close_state(
     room: np.ndarray,
 ) -> bool:
     """Close the loops of a state ``(q, u, ...)`` at time t, see `close`; tell whether that was possible."""
-    if motions is not None:
-        put_drives(motions, t, drives)
+    put_drives(motions, t, drives)
     n, m = tables.sizes[COORDINATES], tables.sizes[SPEEDS]
     q, u = y[:n], y[n : n + m]
     ended, _ = close(tables, flexible, loops, drives, share_stiffness, q, u, work, modal, border, room)

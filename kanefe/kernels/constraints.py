@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels._numba import entry, inlined, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.body_inertia import clear_forces
 from kanefe.kernels.constraint_rows import COUPLER_ROW, row_terms
@@ -129,7 +129,7 @@ class Answers(NamedTuple):
     reach: np.ndarray
 
 
-@inlined
+@entry
 def hold_size(m: int, n: int) -> int:
     """Return how many numbers `hold` needs room for, with m rows and n free and driven speeds."""
     return m * (WRENCHES + n + 2 * m + 5) + 2 * n

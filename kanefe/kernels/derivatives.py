@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import entry
+from kanefe.kernels._numba import entry_without_arrays
 from kanefe.kernels.constraints import Loops
 from kanefe.kernels.equations import march
 from kanefe.kernels.interactions import Interactions
@@ -17,29 +17,31 @@ from kanefe.kernels.stepping import AT, SLOPE
 COMPLEX_STEP = 1e-30
 
 
-@entry
+@entry_without_arrays
 def derivatives(
     tables: Tables,
     flexible: FlexibleTables | None,
     between: Interactions | None,
     loops: Loops | None,
     drives: np.ndarray,
-    t: float,
     inputs: np.ndarray,
     vectors: np.ndarray,
     directions: np.ndarray,
     found: np.ndarray,
+    numbers: np.ndarray,
 ) -> bool:
     """Write derivatives of dy/dt to the rows of `found`, along the rows of `directions`; tell whether all are finite.
 
-    The first row of `vectors`, complex, is the state; the rest as in `kanefe.kernels.equations.march`.
+    The first row of `vectors`, complex, is the state; all else is as in `kanefe.kernels.equations.march`.
     """
     at, slope = vectors[AT], vectors[SLOPE]
     for row in range(len(directions)):
         direction = directions[row]
         for i in range(len(at)):
             at[i] = complex(at[i].real, COMPLEX_STEP * direction[i])
-        command, _ = march(tables, flexible, between, loops, drives, None, None, t, inputs, vectors, 0.0, 0.0, None)
+        command, _ = march(
+            tables, flexible, between, loops, drives, None, None, 0.0, inputs, vectors, 0.0, 0.0, None, numbers
+        )
         if command < 0:
             return False
         for i in range(len(at)):

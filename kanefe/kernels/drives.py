@@ -18,7 +18,7 @@ PIECE_NUMBERS = 6
 
 
 class Drives(NamedTuple):
-    """The motions of all driven coordinates, where none of them is a Python function; None leaves out their code.
+    """The motions of all driven coordinates; of none, where one of them is a Python function.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def put_drives(motions: Drives, t: float, drives: np.ndarray) -> float:
     values = drives.reshape(-1)
     motions.given(t, values, values)
     longest = np.inf
-    for i in range(len(drives)):
+    for i in range(len(motions.motions)):
         if not motions.spans[i, 0] <= t <= motions.spans[i, 1]:
             drives[i, 0] = drives[i, 1] = drives[i, 2] = np.nan
             continue

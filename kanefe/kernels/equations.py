@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from kanefe.closing_limits import NEAR_SINGULAR
-from kanefe.kernels._numba import entry, kernel
+from kanefe.kernels._numba import entry_without_arrays, inlined
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.balance import put_balance
 from kanefe.kernels.closing import close_size, close_state
 from kanefe.kernels.constraints import Loops, hold
-from kanefe.kernels.drives import Drives, put_drives
+from kanefe.kernels.drives import put_drives
 from kanefe.kernels.elastic import span, total
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.inertia import set_inertia
@@ -71,7 +71,7 @@ from kanefe.kernels.stepping import (
 from kanefe.kernels.vectors import copy, put_euler_rates, three
 
 
-@kernel
+@inlined
 def rates_of_coordinates(
     tables: Tables, flexible: FlexibleTables | None, q: np.ndarray, u: np.ndarray, rates: np.ndarray
 ) -> None:
@@ -94,7 +94,7 @@ def rates_of_coordinates(
                 rates[at + j] = u[speed + j]
 
 
-@kernel
+@inlined
 def modal_dissipation(flexible: FlexibleTables, modal: np.ndarray, powers: np.ndarray) -> float:
     """Return deta^T C deta of all flexible bodies."""
     power = 0.0 * powers[1]
@@ -109,21 +109,33 @@ def modal_dissipation(flexible: FlexibleTables, modal: np.ndarray, powers: np.nd
     return power
 
 
-@entry
+def room_size(tables: Tables, flexible: FlexibleTables | None, loops: Loops | None, state: int) -> int:
+    """Return how many numbers `march` needs room for, with so many in a state."""
+    speeds = tables.sizes[SPEEDS] + tables.sizes[DRIVES]
+    size = WORK * len(tables.rows) + 2 * speeds + tables.sizes[DRIVES] + state
+    if flexible is not None:
+        size += flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE]
+    if loops is not None:
+        size += len(loops.rows) + close_size(len(loops.rows), speeds, tables.sizes[COORDINATES])
+    return size
+
+
+@entry_without_arrays
 def march(
     tables: Tables,
     flexible: FlexibleTables | None,
     between: Interactions | None,
     loops: Loops | None,
     drives: np.ndarray,
-    motions: Drives | None,
-    fill: Callable[..., None] | None,
+    motions: Any,
+    fill: Any,
     t: float,
     inputs: np.ndarray,
     vectors: np.ndarray,
     share_damping: float,
     share_stiffness: float,
     run: Run | None,
+    numbers: np.ndarray,
 ) -> tuple[int, float]:
     """Evaluate dy/dt once, or go on with a run until its method wants what is not to be had here.
 
@@ -137,10 +149,10 @@ def march(
         None leaves out their code.
     drives : ndarray, shape (driven, 3)
         Position, speed and acceleration of the driven coordinates.
-    motions : Drives or None
-        Of a run: with them it goes on in compiled code; None: the drives are as given.
-    fill : function (t, y, inputs) or None
-        Writes the values of loads that are compiled functions.
+    motions : Drives
+        Of a run, which writes `drives` by them. Of one evaluation None: the drives are as given.
+    fill : function (t, y, inputs)
+        Of a run: writes the values of loads that are compiled functions. Of one evaluation None.
     t : float
         Time of the one evaluation, s.
     inputs : ndarray
@@ -152,6 +164,8 @@ def march(
         s and r of a linearly implicit evaluation.
     run : Run or None
         None: one evaluation.
+    numbers : ndarray, shape (`room_size`,)
+        Room, of the type of the vectors.
 
     Returns
     -------
@@ -170,17 +184,11 @@ def march(
     if loops is not None:
         held = len(loops.rows)
         closings = close_size(held, speeds, n)
-    size = rows + modes + borders + 2 * speeds + held + closings + sizes[DRIVES]
-    room = np.empty(size + len(vectors[AT]), dtype=vectors.dtype)
-    asked, room = room[size:], room[:size]
-    work = room[:rows].reshape(-1, WORK)
-    modal = room[rows : rows + modes]
-    border = room[rows + modes : rows + modes + borders]
-    room = room[rows + modes + borders :]
-    applied, added = room[:speeds], room[speeds : 2 * speeds]
-    room = room[2 * speeds :]
-    multipliers, closing = room[:held], room[held : held + closings]
-    driving = room[held + closings :]
+    work, room = numbers[:rows].reshape(-1, WORK), numbers[rows:]
+    modal, border, room = room[:modes], room[modes : modes + borders], room[modes + borders :]
+    applied, added, room = room[:speeds], room[speeds : 2 * speeds], room[2 * speeds :]
+    driving, multipliers, room = room[: len(drives)], room[len(drives) : len(drives) + held], room[len(drives) + held :]
+    closing, asked = room[:closings], room[closings:]
     at, slope = vectors[AT], vectors[SLOPE]
     q, u, du, powers = at[:n], at[n : n + m], slope[n : n + m], slope[n + m :]
     is_implicit, is_beside, weakest, command = len(vectors) > PUSH_STIFFNESS, False, 1.0, RATES
@@ -207,10 +215,8 @@ def march(
             is_implicit = command == IMPLICIT
             t = run.reals[TIME_AT]
             share_damping, share_stiffness = run.reals[SHARE_DAMPING], run.reals[SHARE_STIFFNESS]
-        if motions is not None:
-            longest = put_drives(motions, t, drives)
-            if run is not None:
-                run.reals[LARGEST_OF_DRIVES] = longest
+        if run is not None:
+            run.reals[LARGEST_OF_DRIVES] = put_drives(motions, t, drives)
         rates_of_coordinates(tables, flexible, q, u, slope)
         sweep_outward(tables, flexible, drives, q, u, work, modal)
         set_inertia(tables, flexible, work, modal)
@@ -218,7 +224,7 @@ def march(
             put_balance(tables, flexible, between, drives, q, work, modal, run.integers, run.reals, vectors)
             continue
         applied[:] = 0.0
-        if fill is not None:
+        if run is not None:
             fill(t, at, inputs)
         powers[1] = add_point_loads(tables, flexible, inputs, work, modal)
         dissipated, motors = add_joint_forces(tables, drives, inputs, q, u, applied)

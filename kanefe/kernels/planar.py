@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import entry
+from kanefe.kernels._numba import entry_without_arrays
 from kanefe.kernels.cosines import put_cosines
-from kanefe.kernels.drives import Drives, put_drives
+from kanefe.kernels.drives import put_drives
 from kanefe.kernels.implicit import stiffen_joints
 from kanefe.kernels.joint_forces import add_joint_forces
 from kanefe.kernels.layout import COORDINATES, DRIVES, SPEEDS
@@ -35,18 +35,24 @@ from kanefe.kernels.stepping import (
 )
 
 
-@entry
+def room_size(tables: PlanarTables) -> int:
+    """Return how many numbers `march_planar` needs room for."""
+    return (WORK + 3) * len(tables.rows) + 2 * (tables.sizes[SPEEDS] + tables.sizes[DRIVES])
+
+
+@entry_without_arrays
 def march_planar(
     tables: PlanarTables,
     drives: np.ndarray,
-    motions: Drives | None,
-    fill: Callable[..., None] | None,
+    motions: Any,
+    fill: Any,
     t: float,
     inputs: np.ndarray,
     vectors: np.ndarray,
     share_damping: float,
     share_stiffness: float,
     run: Run | None,
+    room: np.ndarray,
 ) -> tuple[int, float]:
     """Evaluate dy/dt once, or go on with a run, as `kanefe.kernels.equations.march` does in space.
 
@@ -54,7 +60,6 @@ def march_planar(
     """
     n, m = tables.sizes[COORDINATES], tables.sizes[SPEEDS]
     rows, speeds = len(tables.rows), m + tables.sizes[DRIVES]
-    room = np.empty((WORK + 3) * rows + 2 * speeds)
     work = room[: WORK * rows].reshape(rows, WORK)
     room = room[WORK * rows :]
     angles, cosines, sines, room = room[:rows], room[rows : 2 * rows], room[2 * rows : 3 * rows], room[3 * rows :]
@@ -71,15 +76,12 @@ def march_planar(
             is_implicit = command == IMPLICIT
             t = run.reals[TIME_AT]
             share_damping, share_stiffness = run.reals[SHARE_DAMPING], run.reals[SHARE_STIFFNESS]
-        if motions is not None:
-            longest = put_drives(motions, t, drives)
-            if run is not None:
-                run.reals[LARGEST_OF_DRIVES] = longest
+            run.reals[LARGEST_OF_DRIVES] = put_drives(motions, t, drives)
         sweep_turns(tables, drives, q, u, angles, work)
         put_cosines(angles, cosines, sines)
         sweep_outward(tables, drives, q, u, rates, cosines, sines, len(tables.loads) > 0, work)
         applied[:] = 0.0
-        if fill is not None:
+        if run is not None:
             fill(t, at, inputs)
         work_of_loads = add_point_loads(tables, inputs, work)
         dissipated, work_of_motors = add_joint_forces(tables, drives, inputs, q, u, applied)
