@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Callable, Mapping
 from inspect import signature
@@ -185,6 +186,18 @@ def test_a_run_that_would_take_days_is_warned_of(monkeypatch: pytest.MonkeyPatch
         assert straight_line().simulate((0.0, 1.0)).status.is_finished
     assert len(told) == 1
     assert told[0].filename == __file__
+
+
+def test_time_of_compiling_is_no_pace(monkeypatch: pytest.MonkeyPatch) -> None:
+    choice = Choice("scripted", "for the test", lambda dynamics: ScriptedStepper(2.0**-7), {})
+    monkeypatch.setattr("kanefe.integrate.run.choose", lambda *arguments: choice)
+    monkeypatch.setattr("kanefe.integrate.loop.PATIENCE", 0.0)
+    monkeypatch.setattr("kanefe.integrate.loop.LONGEST", 0.0)
+    compiled = itertools.count(step=1000)  # each look at it a thousand seconds later
+    monkeypatch.setattr("kanefe.integrate.loop.seconds_compiling", lambda: next(compiled))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        straight_line().simulate((0.0, 1.0))
 
 
 def test_a_chunk_is_limited_and_one_step_long_where_events_are_watched(monkeypatch: pytest.MonkeyPatch) -> None:

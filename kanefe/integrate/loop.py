@@ -19,6 +19,7 @@ from kanefe.integrate.events import Event
 from kanefe.integrate.state_views import scene_state
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
+from kanefe.kernels._numba import seconds_compiling
 
 CHUNK = 2000
 """Most steps taken in one go."""
@@ -95,7 +96,7 @@ class RunLoop:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._start, self._span = stepper.t, float(times[-1]) - stepper.t
-        self._began, self._from = time.monotonic(), stepper.t
+        self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
         self._is_warned = False
         self._chunk = 1 if watch or isinstance(stepper, TellsAccelerations) else 16
         self._file: CheckpointFile | None = None
@@ -225,7 +226,7 @@ class RunLoop:
 
     def _check_pace(self) -> None:
         """Warn once of a run that gets on too slowly to be waited for."""
-        elapsed = time.monotonic() - self._began
+        elapsed = time.monotonic() - self._began - (seconds_compiling() - self._compiled)
         if self._is_warned or elapsed < PATIENCE:
             return
         self._is_warned = True
