@@ -101,7 +101,7 @@ def _auto_figure(scene: BenchScene, goal: Goal, rounds: int) -> Figure:
     """Return the worst ratio over errors that auto reaches."""
     model, limits = scene.build(), Limits(quick=True)
     exact = reference(scene, model)
-    # all tolerances, also in a quick run: one ten times as tight takes up to 1.7 times as long, which is above the limit
+    # all tolerances, also in a quick run: the next decade takes up to 1.7 times as long, above the limit
     points = [p for name in method_names() for p in curve(scene, settings_of(scene, name), exact, limits)]
     ratios = []
     for error in AUTO_ERRORS:
