@@ -81,7 +81,7 @@ class RunMethods(Scene):
         most_steps : int, optional
             Accepted steps of this call after which the run stops.
         most_seconds : float, optional
-            Of the wall clock, after which it stops.
+            Of the wall clock, without compiling, after which it stops.
         progress : bool, optional
             Show a progress bar with the time left; default: only on a terminal.
 

@@ -224,9 +224,13 @@ class RunLoop:
                 )
             self._mark = steps, t
 
+    def _elapsed(self) -> float:
+        """Return how many seconds the run has taken; those of compiling are taken once, and do not count."""
+        return time.monotonic() - self._began - (seconds_compiling() - self._compiled)
+
     def _check_pace(self) -> None:
         """Warn once of a run that gets on too slowly to be waited for."""
-        elapsed = time.monotonic() - self._began - (seconds_compiling() - self._compiled)
+        elapsed = self._elapsed()
         if self._is_warned or elapsed < PATIENCE:
             return
         self._is_warned = True
@@ -288,7 +292,7 @@ class RunLoop:
         remedy = "a larger limit, or go on from a checkpoint with resume="
         if limits.steps is not None and steps >= limits.steps:
             return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", remedy)
-        if limits.seconds is not None and time.monotonic() - self._began >= limits.seconds:
+        if limits.seconds is not None and self._elapsed() >= limits.seconds:
             return RunStatus("stopped", t, f"by the limit of {limits.seconds:g} seconds", remedy)
         return None
 
