@@ -220,26 +220,6 @@ def _put_rigid_motions(
             put_three(vectors[RIGID + 3 + k], speed + 3, rotated_back(axes, along))
 
 
-@kernel
-def weigh(
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    between: Interactions | None,
-    drives: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    integers: np.ndarray,
-    reals: np.ndarray,
-    vectors: np.ndarray,
-) -> None:
-    """Write what a method asks for by BALANCE."""
-    n, at = tables.sizes[COORDINATES], vectors[AT]
-    q, u = at[:n], at[n : n + tables.sizes[SPEEDS]]
-    sweep_outward(tables, flexible, drives, q, u, work, modal)
-    set_inertia(tables, flexible, work, modal)
-    put_balance(tables, flexible, between, drives, q, work, modal, integers, reals, vectors)
-
-
 @entry
 def balance(
     tables: Tables,
@@ -251,8 +231,13 @@ def balance(
     vectors: np.ndarray,
 ) -> None:
     """Write what a method asks for by BALANCE, for scenes whose functions are called from Python."""
-    rows, modes = WORK * len(tables.rows), 0
+    rows, modes, n = WORK * len(tables.rows), 0, tables.sizes[COORDINATES]
     if flexible is not None:
         modes = flexible.sizes[MODAL_SIZE]
     room = np.empty(rows + modes)
-    weigh(tables, flexible, between, drives, room[:rows].reshape(-1, WORK), room[rows:], integers, reals, vectors)
+    work, modal = room[:rows].reshape(-1, WORK), room[rows:]
+    at = vectors[AT]
+    q, u = at[:n], at[n : n + tables.sizes[SPEEDS]]
+    sweep_outward(tables, flexible, drives, q, u, work, modal)
+    set_inertia(tables, flexible, work, modal)
+    put_balance(tables, flexible, between, drives, q, work, modal, integers, reals, vectors)
