@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import kanefe as kf
-from kanefe.verify.references import load_references
+from kanefe.checks.verification.references import load_references
 from kanefe_fem import Material, solid_body
 from kanefe_fem.verification.boxes import box_mesh
 

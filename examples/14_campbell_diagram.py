@@ -15,8 +15,8 @@ import numpy as np
 
 import kanefe as kf
 from kanefe_fem import Material
-from kanefe_fem.beams import beam_body, beam_model
-from kanefe_fem.sections import SolidCircle
+from kanefe_fem.beams.body import beam_body, beam_model
+from kanefe_fem.beams.sections import SolidCircle
 
 steel = Material(E=210e9, nu=0.3, rho=7850.0)
 places = np.linspace(0.0, 1.0, 13)

@@ -6,9 +6,10 @@ Importing the package loads nothing heavy: each public name is imported when it 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from kanefe._version import __version__
+
 if TYPE_CHECKING:
-    from kanefe.damping import ModalDamping as ModalDamping
-    from kanefe.damping import RayleighDamping as RayleighDamping
+    from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
     from kanefe.errors import FileError as FileError
     from kanefe.errors import KanefeError as KanefeError
     from kanefe.errors import MeshError as MeshError
@@ -16,9 +17,11 @@ if TYPE_CHECKING:
     from kanefe.errors import ModelError as ModelError
     from kanefe.errors import SimulationError as SimulationError
     from kanefe.errors import SimulationWarning as SimulationWarning
-    from kanefe.finite_element_model import FiniteElementModel as FiniteElementModel
-    from kanefe.flexible import FlexibleBody as FlexibleBody
-    from kanefe.given_matrices import model_from_matrices as model_from_matrices
+    from kanefe.fe_model.damping import ModalDamping as ModalDamping
+    from kanefe.fe_model.damping import RayleighDamping as RayleighDamping
+    from kanefe.fe_model.interface import Interface as Interface
+    from kanefe.fe_model.load_pattern import NodalPattern as NodalPattern
+    from kanefe.fe_model.model import FiniteElementModel as FiniteElementModel
     from kanefe.imports import read_abaqus as read_abaqus
     from kanefe.imports import read_ansys as read_ansys
     from kanefe.imports import read_matrices as read_matrices
@@ -27,9 +30,9 @@ if TYPE_CHECKING:
     from kanefe.imports import read_sid as read_sid
     from kanefe.imports import write_matrices as write_matrices
     from kanefe.imports import write_sid as write_sid
+    from kanefe.imports.from_matrices import model_from_matrices as model_from_matrices
     from kanefe.integrate.events import Event as Event
     from kanefe.integrate.status import RunStatus as RunStatus
-    from kanefe.interface import Interface as Interface
     from kanefe.joints import CoordinateForce as CoordinateForce
     from kanefe.joints import Cylindrical as Cylindrical
     from kanefe.joints import Fixed as Fixed
@@ -50,18 +53,15 @@ if TYPE_CHECKING:
     from kanefe.linear import campbell as campbell
     from kanefe.linear import equilibrium as equilibrium
     from kanefe.linear import linearise as linearise
-    from kanefe.load_pattern import NodalPattern as NodalPattern
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched
     from kanefe.reduction import FreeInterface as FreeInterface
     from kanefe.reduction import Krylov as Krylov
     from kanefe.reduction import LoadCase as LoadCase
     from kanefe.reduction import flexible_body as flexible_body
-    from kanefe.results import Result as Result
-    from kanefe.results import load_result as load_result
+    from kanefe.result import Result as Result
+    from kanefe.result import load_result as load_result
     from kanefe.system import System as System
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "Campbell": "linear",

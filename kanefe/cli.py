@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from kanefe import __version__
+from kanefe._version import __version__
 from kanefe.errors import KanefeError
 
 COMMANDS = "kanefe.commands"
@@ -26,7 +26,7 @@ def verify(
     ] = 1.0,
 ) -> None:
     """Run the verification cases that ship with the package; exit 1 if one misses its tolerance."""
-    from kanefe.verify.runner import verify as run
+    from kanefe.checks.verification.runner import verify as run
 
     raise typer.Exit(run(cases or [], json, tol))
 
@@ -41,7 +41,7 @@ def stress(
     html: Annotated[str | None, typer.Option(help="Write the table to this file as a page of HTML.")] = None,
 ) -> None:
     """Try what breaks multibody programs, and print the worst figure of each against its limit; exit 1 if one fails."""
-    from kanefe.stress.runner import stress as run
+    from kanefe.checks.robustness.runner import stress as run
 
     raise typer.Exit(run(cases or [], quick=quick, method=method, json_path=json, html_path=html))
 
@@ -55,7 +55,7 @@ def list_cache() -> None:
     """List the bodies and the models in the cache, last used first."""
     import time
 
-    from kanefe import cache
+    from kanefe.bodies import cache
 
     found = cache.entries()
     if not found:
@@ -72,7 +72,7 @@ def clear_cache(
     kernels: Annotated[bool, typer.Option("--kernels", help="Throw the compiled kernels away as well.")] = False,
 ) -> None:
     """Throw away all bodies and models in the cache."""
-    from kanefe import cache
+    from kanefe.bodies import cache
 
     count, freed = cache.clear()
     typer.echo(f"{count} files, {1e-6 * freed:.1f} MB thrown away")

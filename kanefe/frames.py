@@ -23,6 +23,8 @@ import numpy as np
 from kanefe.errors import ModelError
 
 Vector = np.ndarray
+
+
 Matrix = np.ndarray
 
 
@@ -175,3 +177,13 @@ def rotation_vector(e: Vector) -> Vector:
     if sine < 1e-8 * abs(e[0]):
         return 2.0 * vector / e[0]
     return 2.0 * math.atan2(sine, e[0]) * vector / sine
+
+
+def turn_to(direction: Vector) -> Matrix:
+    """Return a rotation matrix whose third column is a unit vector; the identity for z."""
+    if direction[2] == 1.0:
+        return np.eye(3)
+    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    x = np.cross(helper, direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack((x, np.cross(direction, x), direction))

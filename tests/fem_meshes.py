@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kanefe.finite_element_model import Cells
-from kanefe_fem.material import Material
-from kanefe_fem.mesh import Mesh
+from kanefe.fe_model.model import Cells
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.mesh import Mesh
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0, name="steel")
 

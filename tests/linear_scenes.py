@@ -3,10 +3,10 @@
 import numpy as np
 
 import kanefe as kf
-from kanefe.assembly import project_positions, project_speeds
+from kanefe.equations.model import Model
 from kanefe.integrate.run import integrate
+from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear import Linearisation
-from kanefe.model import Model
 
 GRAVITY = (0.0, 0.0, -9.81)
 WEIGHTS = np.array((1.0, -8.0, 8.0, -1.0)) / 12.0

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
-from kanefe.model import Model
 from scenes import derivatives, lattice_body, path, random_inertia, swing, unit_axis
 
 T = 0.4

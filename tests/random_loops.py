@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 import kanefe as kf
-from kanefe.assembly import project_positions, project_speeds
+from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.joints.base import ScalarJoint
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, marker_frame
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.model import Model
-from kanefe.scene import Frame
+from kanefe.kane.loop_closure import project_positions, project_speeds
+from kanefe.scene.scene import Frame
 from random_scenes import RandomScene, Recipe
 from scenes import random_state, unit_axis
 

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 
 import kanefe as kf
 from bent_bodies import bent
+from kanefe.equations.model import Model
+from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.joints.base import ScalarJoint
-from kanefe.load_pattern import NodalPattern
-from kanefe.model import Model
 from kanefe.reduction import flexible_body
-from kanefe.scene import Frame
+from kanefe.scene.scene import Frame
 from loaded_scenes import force_of, place
 from scenes import lattice_model, random_inertia, swing, unit_axis
 

@@ -9,15 +9,15 @@ import numpy as np
 import scipy.sparse.linalg as spla
 
 import kanefe as kf
-from kanefe.interface_ties import tie_interfaces
+from kanefe.fe_model.statics import StaticProblem
+from kanefe.fe_model.ties import tie_interfaces
 from kanefe.reduction import splu_factorise
+from kanefe.reduction.build import unrestrained_motions
 from kanefe.reduction.load_cases import LoadGroup
 from kanefe.reduction.orthonormal import orthonormal_modes
-from kanefe.reduction.supports import unrestrained_motions
-from kanefe.statics import StaticProblem
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 
 
 def problem_of(model: kf.FiniteElementModel, interfaces: dict) -> StaticProblem:

@@ -6,9 +6,9 @@ import numpy as np
 
 import kanefe as kf
 from kanefe.kane.assemble import accelerations
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 
 SOFT = Material(E=2e9, nu=0.3, rho=1200.0)
 

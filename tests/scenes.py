@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 
 import kanefe as kf
-from kanefe.finite_element_model import MassField, NodeGroup
-from kanefe.model import Model
+from kanefe.equations.model import Model
+from kanefe.fe_model.model import MassField, NodeGroup
 from kanefe.reduction import flexible_body
 
 ROOT = np.array([[0.0, 0.2, -0.1], [0.0, -0.2, -0.1], [0.05, 0.0, 0.2]])

@@ -11,7 +11,7 @@ import numpy as np
 
 import kanefe as kf
 from bent_bodies import bent
-from kanefe.model import Model
+from kanefe.equations.model import Model
 from scenes import lattice_body, random_inertia, unit_axis
 
 T = 0.2

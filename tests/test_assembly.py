@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.checks.robustness import overconstrained
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.stress import overconstrained
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
 from scenes import lattice_body
 

@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.integrate.methods import METHODS
+from kanefe.integrate.methods.table import METHODS
 from kanefe.joints import Prismatic
 from kanefe.kernels._numba import IS_COMPILED
-from kanefe.model import Model
 from kanefe.system import System
 from kanefe_fem.bench import catalogue, equal_error, long_runs, references, rigid_chain, work_precision
-from kanefe_fem.bench.bodies import Trial
+from kanefe_fem.bench.bodies import Trial, refined
 from kanefe_fem.bench.clocks import Disagreement
 from kanefe_fem.bench.command import check
 from kanefe_fem.bench.goals import Goal
@@ -30,14 +30,13 @@ from kanefe_fem.bench.machine import Machine
 from kanefe_fem.bench.measured import measured
 from kanefe_fem.bench.options import Options
 from kanefe_fem.bench.peer_curves import PEER, PeerScene, sampled
-from kanefe_fem.bench.peer_environment import NoPeers
+from kanefe_fem.bench.peer_process import NoPeers
 from kanefe_fem.bench.pictures import bodies_picture
-from kanefe_fem.bench.refined import refined
 from kanefe_fem.bench.runs import OURS, Point, TookTooLong, run
 from kanefe_fem.bench.runs import point as run_point
 from kanefe_fem.bench.scene import BenchScene, Setting
 from kanefe_fem.bench.settings import settings_of
-from kanefe_fem.bench.skips import compared, skips_table
+from kanefe_fem.bench.skipped import compared, skips_table
 from kanefe_fem.bench.spinning_arm import peak
 from kanefe_fem.bench.work_precision import Limits, curve, settled
 from kanefe_fem.verification.boxes import box_mesh

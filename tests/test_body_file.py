@@ -15,12 +15,12 @@ import pytest
 import scipy.sparse as sp
 
 import kanefe as kf
-from kanefe.array_file import ALIGNMENT, MAPPED
 from kanefe.errors import FileError
-from kanefe.finite_element_model import Cells
+from kanefe.fe_model.load_pattern import LoadPattern
+from kanefe.fe_model.model import Cells
 from kanefe.kane.assemble import assemble
-from kanefe.load_pattern import LoadPattern
-from kanefe.records import encoded
+from kanefe.storage.array_file import ALIGNMENT, MAPPED
+from kanefe.storage.serialise import encoded
 from scenes import flexible_scene, lattice_body, random_state
 
 BODIES = {
@@ -231,7 +231,7 @@ def test_a_damaged_file_is_named(position: float, tmp_path: Path) -> None:
         ({"body": [1, 2]}, r"is no saved body\. Remedy: save the body again"),
         ({"body": {"is": "object", "class": "os:system", "fields": {}}}, "is no saved body .*not a class of this"),
         (
-            {"body": {"is": "object", "class": "kanefe.flexible:FlexibleBody", "fields": {"nodes": None}}},
+            {"body": {"is": "object", "class": "kanefe.bodies.flexible:FlexibleBody", "fields": {"nodes": None}}},
             r"another version of kanefe \(FlexibleBody has other fields in this version\)\. Remedy: make the body",
         ),
     ],

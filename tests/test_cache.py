@@ -19,10 +19,10 @@ import pytest
 import scipy.sparse as sp
 
 import kanefe as kf
-from kanefe import cache
-from kanefe.cache_folder import cache_folder
+from kanefe.bodies import cache
 from kanefe.cli import main
-from kanefe.content_hash import Unhashable, code_stamp, digest, installed_versions
+from kanefe.storage.digest import Unhashable, code_stamp, digest, installed_versions
+from kanefe.storage.files import cache_folder
 from scenes import lattice_body, lattice_model
 
 KEY = "0123456789abcdef0123456789abcdef"
@@ -300,7 +300,7 @@ class TestDigest:
         assert digest(a=tmp_path / "a") != digest(a=tmp_path / "b")
 
     def test_the_same_in_every_process(self) -> None:
-        code = "from kanefe.content_hash import digest; print(digest(a={'x', 'y', 'z'}, b=lambda x: x in {1, 2}))"
+        code = "from kanefe.storage.digest import digest; print(digest(a={'x', 'y', 'z'}, b=lambda x: x in {1, 2}))"
         first, second = (python(code, stdout=subprocess.PIPE).communicate()[0] for _ in range(2))
         assert first == second != ""
 

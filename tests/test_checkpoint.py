@@ -15,10 +15,10 @@ import pytest
 
 import kanefe as kf
 import killed_run
-from kanefe.content_hash import Unhashable, digest, digest_of_scene
-from kanefe.integrate.methods import METHODS
+from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
+from kanefe.storage.digest import Unhashable, digest, digest_of_scene
 from loop_scenes import four_bar
 from scenes import lattice_body
 from test_integrate import double_pendulum, soft_arm
@@ -80,7 +80,7 @@ def same(one: Trajectory, other: Trajectory) -> None:
 def test_a_run_in_pieces_is_the_run_in_one(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make, options = RUNS[name]
     if "unreduced" in name:
-        monkeypatch.setattr("kanefe.reduction.body.LARGEST_DENSE", 0)
+        monkeypatch.setattr("kanefe.reduction.build.LARGEST_DENSE", 0)
         assert make().freeze().has_unreduced
     span = (0.0, 0.3) if "unreduced" in name else (0.0, 1.0)
     whole = integrate(make().freeze(), span, **options)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.methods import choose
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe.integrate.methods.table import choose
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 SLOWEST = 92.8

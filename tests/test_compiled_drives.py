@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-import kanefe.order_n
+import kanefe.order_n.route
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
 from kanefe.kernels._numba import IS_COMPILED
@@ -79,7 +79,7 @@ def test_a_run_in_compiled_code_is_the_one_with_motions_in_python(axis: str, met
 def test_a_run_with_compiled_motions_does_not_come_back_to_python(monkeypatch: pytest.MonkeyPatch) -> None:
     model = driven(compiled_motion(), kf.Motion.steady(2.0)).freeze()
     monkeypatch.setattr(kf.Motion, "at", lambda *_: pytest.fail("a motion was asked for in Python"))
-    order_n = kanefe.order_n.OrderN(model)
+    order_n = kanefe.order_n.route.OrderN(model)
     assert order_n.is_autonomous
     integrate(model, (0.0, 1.0), method="dop853", output_step=1.0)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from kanefe.bodies.marker import Marker
 from kanefe.constraints.loop_joints import across, loop_joint_rows
 from kanefe.constraints.rows import (
     FIRST,
@@ -27,7 +28,6 @@ from kanefe.joints import (
     Spherical,
     Universal,
 )
-from kanefe.marker import Marker
 from scenes import derivatives
 
 A, B = (Marker(number, None, np.zeros(3), np.eye(3), name) for number, name in ((0, "a"), (1, "b")))

@@ -13,7 +13,10 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 import kanefe as kf
-from kanefe.damping import RayleighDamping
+from kanefe.bodies.rigid import rigid_mass
+from kanefe.bodies.slopes import tait_bryan_angles, tait_bryan_euler_parameters
+from kanefe.equations.model import Model
+from kanefe.fe_model.damping import RayleighDamping
 from kanefe.frames import (
     euler_parameters,
     euler_parameters_from_rotation_vector,
@@ -32,9 +35,6 @@ from kanefe.kane.coupling import (
 from kanefe.kane.energy import momenta
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities, rigid_inertia
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
-from kanefe.model import Model
-from kanefe.rigid import rigid_mass
-from kanefe.slopes import tait_bryan_angles, tait_bryan_euler_parameters
 from scenes import derivatives, flexible_scene, lattice_body, lattice_model, random_inertia, random_state, unit_axis
 
 ROUND_OFF = 1e-13

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.damping import RayleighDamping
+from kanefe.bodies.slopes import SLOPE_MEASURES, slope_measure
+from kanefe.equations.model import Model
+from kanefe.fe_model.damping import RayleighDamping
 from kanefe.frames import rotation_matrix, skew
 from kanefe.kane.assemble import accelerations, all_speeds, assemble
-from kanefe.kane.balance import carried_wrench, joint_reactions
 from kanefe.kane.coupling import accelerations_and_coupling_forces, coupling_matrix, recovered_forces, unit_wrenches
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities
 from kanefe.kane.kinematics import interface_motion, sweep_outward
-from kanefe.model import Model
-from kanefe.scene import FlexibleMember
-from kanefe.slopes import SLOPE_MEASURES, slope_measure
+from kanefe.kane.reactions import carried_wrench, joint_reactions
+from kanefe.scene.scene import FlexibleMember
 from scenes import (
     chain_scene,
     derivatives,

@@ -10,15 +10,15 @@ import pytest
 
 import kanefe as kf
 from bent_bodies import bent
+from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.kernel_methods import kernel_method
-from kanefe.integrate.kernel_stepper import KernelStepper, flies_freely
-from kanefe.integrate.methods import StepControl
+from kanefe.integrate.methods.compiled import kernel_method
+from kanefe.integrate.methods.kernel_stepper import KernelStepper, flies_freely
 from kanefe.integrate.run import integrate
+from kanefe.integrate.stepper import StepControl
 from kanefe.kane.energy import momenta
 from kanefe.kernels import stepping
 from kanefe.kernels.stepping import AT
-from kanefe.model import Model
 from scenes import lattice_body, random_inertia, random_state
 
 NAME = "energy-momentum"

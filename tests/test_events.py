@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.methods import METHODS, own_methods
-from kanefe.loads.state import SceneState
+from kanefe.integrate.methods.table import METHODS, own_methods
+from kanefe.tree.scene_state import SceneState
 from loop_scenes import four_bar
 from scenes import lattice_body
 
@@ -204,7 +204,7 @@ def test_an_impact_on_a_mechanism_keeps_its_loops_closed(method: str) -> None:
     assert len(result.events["stop"]) >= 1
     run = result.run
     assert run is not None
-    from kanefe.assembly import project_speeds
+    from kanefe.kane.loop_closure import project_speeds
 
     for t, q, u in zip(result.times[::50], run.trajectory.coordinates[::50], run.trajectory.speeds[::50], strict=True):
         np.testing.assert_allclose(project_speeds(run.model, t, q, u), u, rtol=0, atol=1e-9)

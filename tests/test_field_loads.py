@@ -11,16 +11,16 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import FileError, ModelError
-from kanefe.finite_element_model import NodeGroup
-from kanefe.given_matrices import model_from_matrices
+from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.fe_model.model import NodeGroup
+from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.kane.assemble import accelerations, all_speeds, assemble
-from kanefe.kane.balance import joint_reactions
 from kanefe.kane.coupling import accelerations_and_coupling_forces, recovered_forces
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, load_power
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.load_pattern import NodalPattern
-from kanefe.loads.state import SceneState
+from kanefe.kane.reactions import joint_reactions
 from kanefe.reduction import flexible_body
+from kanefe.tree.scene_state import SceneState
 from scenes import derivatives, lattice_model, path, random_inertia, random_state, unit_axis
 
 T = 0.2

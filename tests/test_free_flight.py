@@ -11,11 +11,11 @@ import pytest
 
 import kanefe as kf
 from bent_bodies import bent
+from kanefe.equations.model import Model
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
-from kanefe.model import Model
-from kanefe.scene import RigidBody
+from kanefe.scene.scene import RigidBody
 from scenes import lattice_body, random_inertia, random_state
 
 SPAN = 0.35

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper
-from kanefe.integrate.methods import METHODS, StepControl
+from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper
+from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
+from kanefe.integrate.stepper import StepControl
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
-from kanefe.model import Model
 from loop_scenes import four_bar
 
 NAMES = ["generalised-alpha", "hht"]

@@ -13,12 +13,12 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.errors import FileError, KanefeError, ModelError
-from kanefe.given_matrices import NodalFormWarning
+from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.self_check import mass_properties
 from kanefe.reduction import flexible_body
-from kanefe.self_check import mass_properties
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_model
 
 LATTICE = lattice_model(0)

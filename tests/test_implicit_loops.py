@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.linalg import null_space
 
-from kanefe.assembly import project_speeds
-from kanefe.closing_limits import NEAR_SINGULAR
+from kanefe.checks.verification.loops import parallelograms
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha import iteration_matrices
+from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.kinematics import sweep_outward
+from kanefe.kane.loop_closure import project_speeds
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
-from kanefe.verify.loops import parallelograms
+from kanefe.kernels.tolerances import NEAR_SINGULAR
 from loop_scenes import four_bar, sprung_loop
 
 

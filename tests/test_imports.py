@@ -14,9 +14,8 @@ import scipy.sparse as sp
 import import_writers as write
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import rigid_motion
+from kanefe.fe_model.model import rigid_motion
 from kanefe.frames import rotation_matrix
-from kanefe.given_matrices import NodalFormWarning
 from kanefe.imports import (
     read_abaqus,
     read_ansys,
@@ -25,9 +24,10 @@ from kanefe.imports import (
     read_nastran,
     write_matrices,
 )
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_model
 
 SOLID = lattice_model(0)

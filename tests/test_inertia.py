@@ -16,9 +16,9 @@ from kanefe.kane.energy import kinetic_energy
 from kanefe.kane.inertia import flexible_inertia_from_nodes
 from kanefe.kane.kinematics import sweep_outward
 from kanefe.reduction import flexible_body
-from kanefe_fem.beams import beam_model, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle, Tube
+from kanefe_fem.beams.body import beam_model, straight_beam
+from kanefe_fem.beams.sections import Rectangle, Tube
+from kanefe_fem.materials.isotropic import Material
 from scenes import (
     chain_scene,
     flexible_scene,

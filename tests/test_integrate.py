@@ -9,13 +9,13 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
-from kanefe.integrate.generalised_alpha import stiffest_rate
-from kanefe.integrate.methods import METHODS, own_methods
+from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.run import integrate
 from kanefe.kane.energy import kinetic_energy, momenta
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_body
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

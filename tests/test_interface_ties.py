@@ -10,14 +10,14 @@ import scipy.linalg
 import scipy.sparse as sp
 
 import kanefe as kf
-from kanefe.averaging import moment_free_columns
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import FiniteElementModel, NodeGroup, rigid_motion
+from kanefe.fe_model.averaging import moment_free_columns
+from kanefe.fe_model.model import FiniteElementModel, NodeGroup, rigid_motion
+from kanefe.fe_model.ties import tie_interfaces
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
-from kanefe.interface_ties import tie_interfaces
 from kanefe.kane.assemble import accelerations
-from kanefe.loads.state import SceneState
 from kanefe.reduction import flexible_body
+from kanefe.tree.scene_state import SceneState
 from scenes import lattice_body, lattice_model, random_state
 
 TURN = rotation_matrix(np.array([0.8, 0.3, -0.4, 0.33]))

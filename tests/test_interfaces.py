@@ -9,8 +9,8 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import FiniteElementModel, NodeGroup, rigid_motion
-from kanefe.interface_ties import tie_interfaces
+from kanefe.fe_model.model import FiniteElementModel, NodeGroup, rigid_motion
+from kanefe.fe_model.ties import tie_interfaces
 from kanefe.reduction import flexible_body
 from scenes import lattice_model
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.generalised_alpha import stiffest_rate
+from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 
 
 @pytest.mark.parametrize("method", ["dop853", "generalised-alpha"])

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.frames import axial
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
-from kanefe.model import Model
 from scenes import (
     chain_scene,
     derivatives,

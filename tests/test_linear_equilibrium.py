@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.assembly import project_positions
 from kanefe.errors import ModelError, SimulationError
+from kanefe.kane.loop_closure import project_positions
 from linear_scenes import GRAVITY, governor
 from loop_scenes import four_bar
 from scenes import lattice_body

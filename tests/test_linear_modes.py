@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.checks.verification.references import load_references
+from kanefe.checks.verification.rotors import point_on_springs
 from kanefe.errors import MissingDependency, ModelError
-from kanefe.verify.references import load_references
-from kanefe.verify.rotors import point_on_springs
 from linear_scenes import GRAVITY, cart_and_rod
 from scenes import lattice_body
 

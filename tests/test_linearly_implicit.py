@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha import iteration_matrices
-from kanefe.integrate.kernel_methods import kernel_method
-from kanefe.integrate.kernel_stepper import KernelStepper
-from kanefe.integrate.methods import StepControl
+from kanefe.integrate.methods.compiled import kernel_method
+from kanefe.integrate.methods.generalised_alpha import iteration_matrices
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.run import integrate
+from kanefe.integrate.stepper import StepControl
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
-from kanefe.model import Model
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from scenes import chain_scene, floating_scene, random_state
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.kane.assemble import accelerations, all_speeds
-from kanefe.kane.balance import joint_reactions
 from kanefe.kane.coupling import accelerations_and_coupling_forces, recovered_forces
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.loads.state import SceneState
-from kanefe.model import Model
+from kanefe.kane.reactions import joint_reactions
+from kanefe.tree.scene_state import SceneState
 from loaded_scenes import T, add_connections, add_controls, all_momenta, along, total_energy, tree
 from scenes import random_state
 

@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.assembly import project_positions, project_speeds
+from kanefe.equations.model import Model
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods import METHODS, StepControl
+from kanefe.integrate.methods.table import METHODS
+from kanefe.integrate.stepper import StepControl
 from kanefe.kane.assemble import all_speeds, assemble, constrained_accelerations
-from kanefe.kane.balance import joint_reactions, loop_forces
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.energy import momenta
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.model import Model
-from kanefe.scene import Frame
+from kanefe.kane.loop_closure import project_positions, project_speeds
+from kanefe.kane.reactions import joint_reactions, loop_forces
+from kanefe.scene.scene import Frame
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
 from scenes import derivatives, lattice_body, random_inertia
 

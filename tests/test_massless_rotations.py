@@ -9,10 +9,10 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.given_matrices import NodalFormWarning
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 

@@ -53,9 +53,9 @@ def test_a_sound_body_is_not_blamed() -> None:
 
 @pytest.mark.fenicsx
 def test_parts_hinged_along_an_edge_are_named() -> None:
-    from kanefe.finite_element_model import Cells
+    from kanefe.fe_model.model import Cells
     from kanefe_fem import Material, solid_body
-    from kanefe_fem.mesh import Mesh
+    from kanefe_fem.mesh.mesh import Mesh
 
     corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     order = [0, 4, 6, 2, 1, 5, 7, 3]

@@ -12,9 +12,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import euler_parameters_from_matrix
-from kanefe.model import Model
 from loaded_scenes import STEP, T, add_connections, add_controls, tree
 from random_scenes import Recipe, random_model
 from scenes import derivatives, lattice_body, path, random_state

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
-from kanefe.kernels.planar import march_planar, room_size
-from kanefe.kernels.planar_layout import FLOAT, KIND, PlanarTables
+from kanefe.kernels.planar.layout import FLOAT, KIND, PlanarTables
+from kanefe.kernels.planar.march import march_planar, room_size
 from kanefe.kernels.stepping import NOT_FINITE
-from kanefe.model import Model
-from kanefe.order_n import OrderN
-from kanefe.planar_tables import planar_tables
+from kanefe.order_n.planar_tables import planar_tables
+from kanefe.order_n.route import OrderN
 from loaded_scenes import force_of
 from scenes import lattice_body, random_inertia, random_state, swing, unit_axis
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.quantities import QUANTITIES
+from kanefe.results.quantities import QUANTITIES
 from result_scenes import four_bar, pendulum, robot, turntable
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.assembly import project_positions
 from kanefe.errors import MissingDependency, ModelError, SimulationWarning
-from kanefe.integrate.methods import METHODS
+from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
+from kanefe.kane.loop_closure import project_positions
 from loop_scenes import four_bar
 from test_integrate import double_pendulum, soft_arm, tumbling
 
@@ -138,7 +138,7 @@ def test_what_it_cannot_do_is_refused(
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(sys.modules, "kanefe.integrate._sundials", raising=False)
+    monkeypatch.delitem(sys.modules, "kanefe.integrate.methods._sundials", raising=False)
     monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
     with pytest.raises(MissingDependency, match=r"pip install 'kanefe\[sundials\]'"):
         integrate(double_pendulum().freeze(), (0.0, 1.0), method="sundials-cvode")

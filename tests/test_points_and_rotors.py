@@ -10,8 +10,8 @@ import pytest
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.balance import joint_reactions
 from kanefe.kane.energy import momenta
+from kanefe.kane.reactions import joint_reactions
 from scenes import lattice_body, random_inertia, random_state, unit_axis
 
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from kanefe.progress import LARGE, Stages, stage, stages, told_size
+from kanefe.fe_model.progress import LARGE, Stages, stage, stages, told_size
 
 
 def run(size: int, wanted: bool | None) -> Stages:

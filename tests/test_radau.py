@@ -9,20 +9,21 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.equations_of_motion import WORKS
 from kanefe.errors import SimulationWarning
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.kernel_methods import kernel_method
-from kanefe.integrate.kernel_stepper import KernelStepper
-from kanefe.integrate.methods import StepControl
+from kanefe.integrate.methods.compiled import kernel_method
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
+from kanefe.integrate.methods.tableaus import radau_iia
 from kanefe.integrate.run import integrate
-from kanefe.integrate.tableaus import radau_iia
-from kanefe.kernels import radau_layout, radau_systems
+from kanefe.integrate.stepper import StepControl
 from kanefe.kernels._numba import IS_COMPILED
 from kanefe.kernels.lu import factorise, solve
+from kanefe.kernels.steppers import radau_polynomial as radau_layout
+from kanefe.kernels.steppers import radau_systems
 from kanefe.kernels.stepping import STATE, STEP
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.sections import Rectangle
+from kanefe.tree.model_data import WORKS
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
 from loop_scenes import four_bar
 from scenes import lattice_body
 from test_integrate import STEEL, double_pendulum, soft_arm, tumbling

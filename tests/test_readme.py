@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.verify.rotors import point_on_springs
+from kanefe.checks.verification.rotors import point_on_springs
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)

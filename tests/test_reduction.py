@@ -12,12 +12,12 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import NodeGroup
-from kanefe.interface_ties import tie_interfaces
+from kanefe.fe_model.model import NodeGroup
+from kanefe.fe_model.ties import tie_interfaces
 from kanefe.reduction import flexible_body, splu_factorise
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_body, lattice_model
 
 CLAMPED = {"root": "clamped", "tip": "rigid"}

@@ -11,14 +11,14 @@ import scipy.linalg
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.load_pattern import NodalPattern
+from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.reduction import flexible_body
 from kanefe.reduction.basis import Basis
 from kanefe.reduction.load_cases import PRODUCTS, centrifugal_forces
 from kanefe.reduction.orthonormal import orthonormal_modes
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from reduction_cases import problem_of, tied_modes
 from scenes import lattice_model
 

@@ -14,9 +14,9 @@ import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.reduction import flexible_body
 from kanefe.reduction.load_cases import some_groups
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from reduction_cases import crank_rod, exact_errors, hinged_bar, pendulum_beam, problem_of, tied_modes
 from scenes import lattice_model
 

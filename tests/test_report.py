@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.finite_element_model import Cells
-from kanefe.report.document import Heading, Histogram, Paragraph, Picture, Report, Table
+from kanefe.fe_model.model import Cells
+from kanefe.report.blocks import Heading, Histogram, Paragraph, Picture, Table
+from kanefe.report.document import Report
 from kanefe.report.mesh_quality import mesh_quality
 from kanefe.report.modes import body_modes, compliance_shares, interface_masses
-from kanefe.report.records import record_tables
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe.report.record_tables import record_tables
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from result_scenes import beam_arm
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
@@ -68,7 +69,7 @@ class TestMeshQuality:
         assert quality.aspect_ratio == pytest.approx([np.sqrt(2) / (2 * np.sqrt(6) * inscribed)])
 
     def test_bent_sides_are_measured(self):
-        from kanefe_fem.shapes import shape
+        from kanefe_fem.mesh.shapes import shape
 
         nodes = shape("tetra10").nodes.copy()
         nodes[4] += [0.0, 0.0, 0.1]  # middle of the side from 0 to 1
@@ -115,7 +116,7 @@ class TestText:
         for words in (
             "Mesh quality", "30 line", "Mass properties", "0.785", "Effective masses", "Interfaces", "root",
             "x, y, z, rx, ry, rz", "Reduction", "CraigBampton", "Conditioning", "What was skipped",
-            "motion-induced stiffening", "Where it comes from", "kanefe_fem.beams.beam_model", "and 10 more modes",
+            "motion-induced stiffening", "Where it comes from", "kanefe_fem.beams.body.beam_model", "and 10 more modes",
         ):  # fmt: skip
             assert words in text, words
         first = re.search(r"^ +1 +(\S+) +2$", text, flags=re.MULTILINE)

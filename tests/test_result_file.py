@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe import result_file
+from kanefe.results import file as result_file
 from result_scenes import pendulum, robot, turntable
 
 

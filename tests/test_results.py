@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe import channels
 from kanefe.frames import rotation_matrix
-from kanefe.quantities import QUANTITIES
+from kanefe.results import channels
+from kanefe.results.quantities import QUANTITIES
 from result_scenes import at_rest, beam_arm, pendulum, robot, turntable
 
 
@@ -110,7 +110,7 @@ def test_nodes_move_with_modes_and_mesh_frame():
 
 
 def test_a_table_too_large_asks_for_a_choice(monkeypatch):
-    monkeypatch.setattr("kanefe.results.LARGEST_TABLE", 1000)
+    monkeypatch.setattr("kanefe.result.LARGEST_TABLE", 1000)
     with pytest.raises(kf.ModelError, match=r"'arm'.*frames="):
         robot().nodal_displacements("arm")
     assert robot().nodal_displacements("arm", frames=[0, 1]).shape == (2, 7, 3)

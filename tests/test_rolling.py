@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.frames import euler_parameters, rotation_matrix
-from kanefe.model import Model
 from scenes import random_inertia
 
 RADIUS, MASS = 0.3, 2.0

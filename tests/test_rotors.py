@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.verify import rotors
-from kanefe.verify.references import load_references
-from kanefe.verify.runner import run_case
+from kanefe.checks.verification import rotors
+from kanefe.checks.verification.references import load_references
+from kanefe.checks.verification.runner import run_case
 
 
 @pytest.mark.parametrize("case", rotors.CASES, ids=lambda case: case.id)

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.checks.robustness.runs import suits
 from kanefe.integrate.clock import Clock
-from kanefe.integrate.methods import METHODS, Choice, own_methods
+from kanefe.integrate.methods.table import METHODS, Choice, own_methods
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels._numba import IS_COMPILED, filler, seconds_compiling
-from kanefe.stress.runs import suits
 from loop_scenes import four_bar
 from test_integrate import ADAPTIVE, double_pendulum
 

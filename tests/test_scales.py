@@ -15,9 +15,9 @@ import pytest
 import scipy.sparse as sp
 
 import kanefe as kf
-from kanefe.integrate.methods import METHODS
+from kanefe.integrate.methods.table import METHODS
 from kanefe.reduction import flexible_body
-from kanefe.scene_length import scene_energy, scene_length
+from kanefe.tree.scales import scene_energy, scene_length
 from scenes import lattice_model
 
 MILLI, KILO = 2.0**-10, 2.0**10

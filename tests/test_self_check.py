@@ -10,13 +10,13 @@ import pytest
 import scipy.sparse as sp
 
 import kanefe as kf
-from kanefe import self_check as home
 from kanefe.errors import ModelError, UnitWarning
-from kanefe.factorise import splu_factorise
-from kanefe.self_check import self_check, wave_speed
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe.fe_model.factorise import splu_factorise
+from kanefe.imports import self_check as home
+from kanefe.imports.self_check import self_check, wave_speed
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_model
 
 SOLID = lattice_model(0)

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import FileError, ModelError
-from kanefe.finite_element_model import rigid_motion
+from kanefe.fe_model.model import rigid_motion
 from kanefe.frames import rotation_matrix, skew
 from kanefe.imports.sid import read_sid, write_sid
 from kanefe.imports.sid_file import parse_sid
 from kanefe.imports.sid_terms import SidWarning, terms_of_moments
-from kanefe.mass_moments import MassMoments
 from scenes import lattice_model
 
 MODEL = lattice_model(3)

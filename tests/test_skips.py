@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-import kanefe.channels
 import kanefe.integrate.dynamics
-import kanefe.order_n
+import kanefe.order_n.route
+import kanefe.results.channels
+from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import accelerations
 from kanefe.kernels.layout import DAMPING
-from kanefe.model import Model
-from kanefe.order_n import OrderN
+from kanefe.order_n.route import OrderN
 from scenes import lattice_body, random_inertia, random_state, unit_axis
 from skip_scenes import FREE, SKIPS, chain, rates
 
@@ -94,8 +94,8 @@ def test_forces_that_do_no_work_are_computed_when_asked_for(monkeypatch: pytest.
     options: dict[str, Any] = {"rtol": 1e-4, "output_step": 0.02}
     asked = loaded_arm().simulate((0.0, 0.1), **options)
     force = asked.coupling_force("arm", "root")
-    monkeypatch.setattr(kanefe.channels, "recovered_forces", refuse)
-    monkeypatch.setattr(kanefe.channels, "joint_reactions", refuse)
+    monkeypatch.setattr(kanefe.results.channels, "recovered_forces", refuse)
+    monkeypatch.setattr(kanefe.results.channels, "joint_reactions", refuse)
     result = loaded_arm().simulate((0.0, 0.1), **options)
     np.testing.assert_array_equal(result.position("tip"), asked.position("tip"))
     with pytest.raises(LookupError):
@@ -185,7 +185,7 @@ def test_planar_scenes_take_the_planar_kernels(monkeypatch: pytest.MonkeyPatch) 
     in_space = OrderN(model)
     in_space.planar = None
     expected = in_space.rates(0.0, np.concatenate((y, np.zeros(2))))[:4]
-    monkeypatch.setattr(kanefe.order_n, "march", refuse)
+    monkeypatch.setattr(kanefe.order_n.route, "march", refuse)
     np.testing.assert_allclose(model.rhs(0.0, y), expected, rtol=1e-13)
     with pytest.raises(LookupError):
         in_space.rates(0.0, np.concatenate((y, np.zeros(2))))
@@ -209,7 +209,7 @@ def test_scenes_without_functions_of_the_user_stay_in_compiled_steps(monkeypatch
 def test_functions_of_time_do_not_look_at_the_state(monkeypatch: pytest.MonkeyPatch) -> None:
     model = pendulum(motor=lambda t: 0.25).freeze()
     expected = model.rhs(0.0, model.initial_state)
-    monkeypatch.setattr(kanefe.order_n, "SceneState", refuse)
+    monkeypatch.setattr(kanefe.order_n.route, "SceneState", refuse)
     np.testing.assert_array_equal(model.rhs(0.0, model.initial_state), expected)
     asking = pendulum(motor=lambda t, state: 0.25).freeze()
     with pytest.raises(LookupError):

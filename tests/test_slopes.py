@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from kanefe.errors import ModelError
-from kanefe.frames import axial, rotation_matrix
-from kanefe.slopes import (
+from kanefe.bodies.slopes import (
     SLOPE_MEASURES,
     SlopeMeasure,
     slope_measure,
     tait_bryan_angles,
     tait_bryan_euler_parameters,
 )
+from kanefe.errors import ModelError
+from kanefe.frames import axial, rotation_matrix
 from scenes import derivatives, unit_axis
 
 # the closed forms and the series of the exponential meet at 1 rad: both sides of it are tried

@@ -174,7 +174,7 @@ def test_a_scene_without_springs_runs_no_spring_code(monkeypatch: Any) -> None:
         raise AssertionError("asked for the ends of a spring in a scene without one")
 
     monkeypatch.setattr("kanefe.kane.interactions.marker_ends", fail)
-    monkeypatch.setattr("kanefe.connections.marker_ends", fail)
+    monkeypatch.setattr("kanefe.equations.start.marker_ends", fail)
     scene = kf.System(gravity=(0, -9.81, 0))
     scene.add_rigid_body("rod", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z"))
     assert scene.simulate((0.0, 0.1)).energy.elastic.max() == 0.0

@@ -15,8 +15,8 @@ from kanefe.errors import ModelError
 from kanefe.kane.assemble import all_speeds, assemble
 from kanefe.kane.constraints import marker_frame
 from kanefe.kane.kinematics import interface_motion, sweep_outward
-from kanefe.loads.callbacks import takes_state
-from kanefe.loads.state import SceneState
+from kanefe.loads.functions import takes_state
+from kanefe.tree.scene_state import SceneState
 from loaded_scenes import tree
 from scenes import chain_scene, flexible_scene, random_state
 
@@ -113,7 +113,7 @@ def test_functions_of_time_and_of_state_may_stand_side_by_side() -> None:
     sides = []
     for load in loads:
         scene = flexible_scene(0, loads=False)
-        from kanefe.scene import RigidBody
+        from kanefe.scene.scene import RigidBody
 
         hub = RigidBody(scene, 0, "hub")
         scene.add_force(hub, load, follows=True)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.generalised_alpha import iteration_matrices, stiffest_rate
+from kanefe.equations.model import Model
+from kanefe.integrate.methods.generalised_alpha import iteration_matrices, stiffest_rate
 from kanefe.kane.assemble import assemble
 from kanefe.kane.kinematics import sweep_outward
 from kanefe.kane.tangents import current_tangents
-from kanefe.model import Model
 from scenes import derivatives
 
 

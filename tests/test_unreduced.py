@@ -10,25 +10,25 @@ import pytest
 import scipy.sparse as sp
 
 import kanefe as kf
-import kanefe.reduction.body as reduction_body
+import kanefe.reduction.build as reduction_body
+from kanefe.bodies.inertia_field import Selection
+from kanefe.bodies.unreduced import UnreducedBody
+from kanefe.equations.model import Model
 from kanefe.errors import FileError, ModelError, SimulationError
-from kanefe.factorise import splu_factorise
-from kanefe.finite_element_model import FiniteElementModel
-from kanefe.integrate.generalised_alpha import iteration_matrices
+from kanefe.fe_model.factorise import splu_factorise
+from kanefe.fe_model.model import FiniteElementModel
+from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
-from kanefe.model import Model
 from kanefe.reduction import flexible_body
-from kanefe.results import Result
-from kanefe.scene import FlexibleMember
-from kanefe.unreduced.body import UnreducedBody
-from kanefe.unreduced.border import Bordered
+from kanefe.result import Result
+from kanefe.scene.scene import FlexibleMember
+from kanefe.unreduced.bordered import Bordered
 from kanefe.unreduced.mass_solver import MassSolver
-from kanefe.unreduced.scene import UnreducedScene
-from kanefe.unreduced.selection import Selection
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Tube
+from kanefe.unreduced.route import UnreducedScene
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Tube
+from kanefe_fem.materials.isotropic import Material
 
 ALUMINIUM = Material(E=70e9, nu=0.33, rho=2700.0)
 TUBE = Tube(0.04, 0.002)
@@ -361,7 +361,7 @@ def test_result_file_and_views(monkeypatch, tmp_path):
     again = kf.load_result(tmp_path / "swing.h5")
     assert abs(again.nodal_displacements("arm") - result.nodal_displacements("arm")).max() < 1e-15
     assert result.to_vtk(tmp_path / "swing.pvd").is_file()
-    monkeypatch.setattr("kanefe.result_file.LARGEST_BASIS", 100)
+    monkeypatch.setattr("kanefe.results.file.LARGEST_BASIS", 100)
     with pytest.raises(ModelError, match="Remedy"):
         result.save(tmp_path / "large.h5")
     assert not (tmp_path / "large.h5").exists()

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from kanefe.checks.verification import Case, Check, dumbbell, loops, rigid, rotations, runner, simeon
+from kanefe.checks.verification.references import load_references
+from kanefe.checks.verification.registry import registered_cases
+from kanefe.checks.verification.report import Row
 from kanefe.errors import FileError, MissingDependency, ModelError, SimulationError
-from kanefe.verify import Case, Check, dumbbell, loops, rigid, rotations, runner, simeon
-from kanefe.verify.references import load_references
-from kanefe.verify.registry import registered_cases
-from kanefe.verify.report import Row
 
 OWN = (*rigid.CASES, *rotations.CASES, *dumbbell.CASES, *simeon.CASES)
 KEYS = ["case", "quantity", "value", "reference", "error", "tolerance", "seconds", "passed"]
@@ -105,7 +105,7 @@ def test_an_old_file_survives_a_failure_to_write(monkeypatch, tmp_path):
     def full(handle):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("kanefe.verify.report.os.fsync", full)
+    monkeypatch.setattr("kanefe.checks.verification.report.os.fsync", full)
     with pytest.raises(FileError, match="No space left"):
         runner.verify([], str(path))
     assert path.read_text() == "old"

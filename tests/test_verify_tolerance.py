@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from kanefe.checks.verification import dumbbell, loops, rigid, runner
+from kanefe.checks.verification.case import Case
+from kanefe.checks.verification.tolerance import scaled, tolerances_times
 from kanefe.errors import ModelError
-from kanefe.verify import dumbbell, loops, rigid, runner
-from kanefe.verify.case import Case
-from kanefe.verify.tolerance import scaled, tolerances_times
 
 CASES = [*rigid.CASES, *(case for case in loops.CASES if case.id != "A02"), *dumbbell.CASES]
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.finite_element_model import Cells
+from kanefe.fe_model.model import Cells
 from kanefe.frames import rotation_matrix
 from kanefe.views import vtk
 from result_scenes import pendulum, robot, turntable

@@ -8,36 +8,36 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from kanefe_fem.beam_mesh import beam_model_from_mesh as beam_model_from_mesh
-    from kanefe_fem.beams import beam_body as beam_body
-    from kanefe_fem.beams import beam_model as beam_model
-    from kanefe_fem.beams import straight_beam as straight_beam
-    from kanefe_fem.laminate import Laminate as Laminate
-    from kanefe_fem.laminate import Ply as Ply
+    from kanefe_fem.beams.body import beam_body as beam_body
+    from kanefe_fem.beams.body import beam_model as beam_model
+    from kanefe_fem.beams.body import straight_beam as straight_beam
+    from kanefe_fem.beams.from_mesh import beam_model_from_mesh as beam_model_from_mesh
+    from kanefe_fem.beams.sections import Box as Box
+    from kanefe_fem.beams.sections import Rectangle as Rectangle
+    from kanefe_fem.beams.sections import Section as Section
+    from kanefe_fem.beams.sections import SolidCircle as SolidCircle
+    from kanefe_fem.beams.sections import Tube as Tube
     from kanefe_fem.lumped import LumpedMass as LumpedMass
     from kanefe_fem.lumped import LumpedSpring as LumpedSpring
     from kanefe_fem.lumped import attach as attach
-    from kanefe_fem.material import Material as Material
-    from kanefe_fem.mesh import Mesh as Mesh
-    from kanefe_fem.mesh import read_mesh as read_mesh
-    from kanefe_fem.oriented import Oriented as Oriented
-    from kanefe_fem.oriented import axes_at_angle as axes_at_angle
-    from kanefe_fem.oriented import cylindrical_axes as cylindrical_axes
-    from kanefe_fem.oriented import spherical_axes as spherical_axes
-    from kanefe_fem.orthotropic import Anisotropic as Anisotropic
-    from kanefe_fem.orthotropic import Orthotropic as Orthotropic
-    from kanefe_fem.preload import Preload as Preload
-    from kanefe_fem.preload import preloaded as preloaded
-    from kanefe_fem.recovery import recover as recover
-    from kanefe_fem.sections import Box as Box
-    from kanefe_fem.sections import Rectangle as Rectangle
-    from kanefe_fem.sections import Section as Section
-    from kanefe_fem.sections import SolidCircle as SolidCircle
-    from kanefe_fem.sections import Tube as Tube
-    from kanefe_fem.solid import solid_body as solid_body
-    from kanefe_fem.solid import solid_model as solid_model
-    from kanefe_fem.strain_gauges import rosette_principal as rosette_principal
-    from kanefe_fem.user_energy import UserEnergy as UserEnergy
+    from kanefe_fem.materials.isotropic import Material as Material
+    from kanefe_fem.materials.laminate import Laminate as Laminate
+    from kanefe_fem.materials.laminate import Ply as Ply
+    from kanefe_fem.materials.oriented import Oriented as Oriented
+    from kanefe_fem.materials.oriented import axes_at_angle as axes_at_angle
+    from kanefe_fem.materials.oriented import cylindrical_axes as cylindrical_axes
+    from kanefe_fem.materials.oriented import spherical_axes as spherical_axes
+    from kanefe_fem.materials.orthotropic import Anisotropic as Anisotropic
+    from kanefe_fem.materials.orthotropic import Orthotropic as Orthotropic
+    from kanefe_fem.materials.user_energy import UserEnergy as UserEnergy
+    from kanefe_fem.mesh.mesh import Mesh as Mesh
+    from kanefe_fem.read_mesh import read_mesh as read_mesh
+    from kanefe_fem.recovery.gauges import rosette_principal as rosette_principal
+    from kanefe_fem.recovery.recovery import recover as recover
+    from kanefe_fem.solids.body import solid_body as solid_body
+    from kanefe_fem.solids.body import solid_model as solid_model
+    from kanefe_fem.solids.preload import Preload as Preload
+    from kanefe_fem.solids.preload import preloaded as preloaded
 
 _HOMES = {
     "Anisotropic": "orthotropic",

@@ -1,7 +1,7 @@
 """Door to FEniCSx: meshes, spaces and sparse matrices. The only file that imports dolfinx, ufl, basix or mpi4py.
 
 And the only one that knows their versions: 0.5 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (the wheel). `load` hands
-out a namespace `fx` from which the forms are made (`kanefe_fem.solid_forms`); they are used within `quiet` and
+out a namespace `fx` from which the forms are made (`kanefe_fem.solids.forms`); they are used within `quiet` and
 `compiling`.
 """
 
@@ -23,7 +23,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe_fem._petsc import start_mpi
-from kanefe_fem.shapes import Shape
+from kanefe_fem.mesh.shapes import Shape
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Versions of dolfinx this door was tested with."""

@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.errors import FileError, MeshError, MissingDependency
-from kanefe.finite_element_model import Cells
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.mesh_checks import MeshWarning, refuse_shape
-from kanefe_fem.shapes import is_supported, row_numbers, shape
+from kanefe.fe_model.model import Cells
+from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.shapes import is_supported, row_numbers, shape
 
 _KINDS = {
     1: "line",

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import FileError, MeshError, MissingDependency
-from kanefe.finite_element_model import Cells
-from kanefe_fem.mesh import Mesh
+from kanefe.fe_model.model import Cells
+from kanefe_fem.mesh.mesh import Mesh
 
 GROUP_DATA = (
     "gmsh:physical", "medit:ref", "nastran:ref", "group", "cell_tags", "MaterialID", "CellEntityIds", "Label",

@@ -73,7 +73,7 @@ def factorise(matrix: sp.spmatrix, /, *, definite: bool = True) -> Factor:
     """
     if matrix.shape[0] > SMALL and importlib.util.find_spec("petsc4py") is not None:
         return MumpsFactor(matrix, definite)
-    from kanefe.factorise import splu_factorise
+    from kanefe.fe_model.factorise import splu_factorise
 
     factor: Factor = splu_factorise(matrix, definite=definite)
     return factor

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import kanefe
-from kanefe import cache
-from kanefe.body_file import VERSION
-from kanefe.content_hash import Unhashable, code_stamp, digest, installed_versions
-from kanefe.finite_element_model import FiniteElementModel
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies import cache
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.fe_model.model import FiniteElementModel
+from kanefe.storage.digest import Unhashable, code_stamp, digest, installed_versions
+from kanefe.storage.object_file import VERSION
 from kanefe_fem.memory import MemoryWarning
-from kanefe_fem.mesh import Mesh
+from kanefe_fem.mesh.mesh import Mesh
 
 PACKAGES = ("fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "meshio")
 """Distributions whose versions are part of the key."""
@@ -142,7 +142,7 @@ def _read_where_needed(mesh: Mesh | str | Path, cells: str | Sequence[str] | Non
     """Return a mesh that has been read where its file alone does not say what it is."""
     if isinstance(mesh, Mesh) or not Path(mesh).is_file() or is_whole(Path(mesh)):
         return mesh
-    from kanefe_fem.mesh import read_mesh
+    from kanefe_fem.read_mesh import read_mesh
 
     return read_mesh(mesh, cells=cells)
 

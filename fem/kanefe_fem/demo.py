@@ -16,10 +16,10 @@ import numpy as np
 import typer
 
 import kanefe as kf
-from kanefe_fem.beams import beam_body, beam_model
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
-from kanefe_fem.solid import solid_body
+from kanefe_fem.beams.body import beam_body, beam_model
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.solids.body import solid_body
 
 ALUMINIUM = Material(E=70e9, nu=0.33, rho=2700.0, name="aluminium")
 END = 2.0  # s

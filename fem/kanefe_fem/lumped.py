@@ -20,8 +20,8 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import FiniteElementModel, MassField, rigid_motion
-from kanefe_fem.voigt import check_numbers
+from kanefe.fe_model.model import FiniteElementModel, MassField, rigid_motion
+from kanefe_fem.materials.voigt import check_numbers
 
 Target: TypeAlias = str | int
 Vector: TypeAlias = Sequence[float] | np.ndarray
@@ -196,9 +196,9 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
 
     Examples
     --------
-    >>> from kanefe_fem.beams import straight_beam
-    >>> from kanefe_fem.material import Material
-    >>> from kanefe_fem.sections import Rectangle
+    >>> from kanefe_fem.beams.body import straight_beam
+    >>> from kanefe_fem.materials.isotropic import Material
+    >>> from kanefe_fem.beams.sections import Rectangle
     >>> beam = straight_beam(1.0, Rectangle(0.05, 0.1), Material(E=210e9, nu=0.3, rho=7850.0))
     >>> heavy = attach(beam, [LumpedMass("tip", mass=3.0)])
     """

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import DirectionRow, PointRow, Row, ScrewRow
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
@@ -21,7 +22,6 @@ from kanefe.joints import (
     Translation,
     Universal,
 )
-from kanefe.marker import Marker
 
 AXES = np.eye(3)
 

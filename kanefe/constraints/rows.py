@@ -19,8 +19,8 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.marker import Marker
 
 METRE, RADIAN = "m", "rad"
 

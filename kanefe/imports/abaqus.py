@@ -21,8 +21,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import FileError, ModelError
-from kanefe.factorise import Factorise
-from kanefe.finite_element_model import FiniteElementModel
+from kanefe.fe_model.factorise import Factorise
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports.abaqus_input import Keyword, keywords, node_table
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
 from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
@@ -61,7 +61,7 @@ def read_abaqus(
     expected_mass, expected_center, expected_inertia : optional
         What M must have, in kg, m and kg m2 (inertia about the centre of mass).
     factorise : callable, optional
-        Factors large matrices for the count of zero modes: see `kanefe.self_check.self_check`.
+        Factors large matrices for the count of zero modes: see `kanefe.imports.self_check.self_check`.
 
     Returns
     -------

@@ -23,15 +23,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import FileError, ModelError
-from kanefe.factorise import Factorise
-from kanefe.finite_element_model import FiniteElementModel
+from kanefe.fe_model.factorise import Factorise
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _mapdl
 from kanefe.imports.harwell_boeing import read_harwell_boeing
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
 from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
-from kanefe.imports.text import read_text
+from kanefe.imports.text import read_market, read_text
 from kanefe.imports.units import Units
-from kanefe.market_file import read_market
 
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from kanefe.factorise import Factorise
-from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, FiniteElementModel
-from kanefe.given_matrices import Order, model_from_matrices
+from kanefe.fe_model.factorise import Factorise
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.imports.from_matrices import Order, model_from_matrices
 from kanefe.imports.labelled import mirrored
 from kanefe.imports.node_table import given_nodes
+from kanefe.imports.text import read_market
 from kanefe.imports.units import Units, in_si, scales
-from kanefe.market_file import read_market
 
 
 def read_matrix_market(

@@ -16,8 +16,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.factorise import Factorise
-from kanefe.finite_element_model import FiniteElementModel
+from kanefe.fe_model.factorise import Factorise
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
 from kanefe.imports.node_table import NodeTable

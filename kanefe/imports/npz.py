@@ -22,10 +22,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import FileError
-from kanefe.factorise import Factorise
-from kanefe.finite_element_model import Cells, FiniteElementModel
-from kanefe.given_matrices import model_from_matrices
-from kanefe.whole_file import write_whole
+from kanefe.fe_model.factorise import Factorise
+from kanefe.fe_model.model import Cells, FiniteElementModel
+from kanefe.imports.from_matrices import model_from_matrices
+from kanefe.storage.files import write_whole
 
 FORMAT = "kanefe matrices 1"
 

@@ -16,15 +16,15 @@ from typing import Literal
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import COMPONENTS, rigid_motion
-from kanefe.flexible import FlexibleBody, InterfaceFrame
+from kanefe.fe_model.model import COMPONENTS, rigid_motion
 from kanefe.frames import skew
+from kanefe.imports.self_check import STATED
 from kanefe.imports.sid_file import SYMMETRIC, ZERO, SidFile, Taylor, parse_sid, sid_text
 from kanefe.imports.sid_terms import AGREEMENT, moments_of_terms, terms_of_moments
-from kanefe.mass_moments import MassMoments
-from kanefe.self_check import STATED
-from kanefe.whole_file import write_whole
+from kanefe.storage.files import write_whole
 
 
 def write_sid(body: FlexibleBody, path: str | Path, *, nodes: Sequence[int] = ()) -> dict[str, str]:

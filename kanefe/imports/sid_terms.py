@@ -16,9 +16,9 @@ import warnings
 
 import numpy as np
 
+from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
 from kanefe.imports.sid_file import SYMMETRIC, Taylor
-from kanefe.mass_moments import MassMoments
 
 PAIRS = ((0, 1), (1, 2), (0, 2))
 """Products of the last three columns of Oe: xy, yz, xz."""

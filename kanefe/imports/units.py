@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import TRANSLATIONS
+from kanefe.fe_model.model import TRANSLATIONS
 
 Units: TypeAlias = str | tuple[float, float]
 """Name of a system of units, or (metres a unit of length, kilograms a unit of mass); time is in seconds."""

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from kanefe import __version__
-from kanefe.array_file import open_arrays, write_arrays
-from kanefe.body_file import DAMAGE
-from kanefe.content_hash import Unhashable, digest_of_scene
+from kanefe._version import __version__
+from kanefe.equations.model import Model
 from kanefe.errors import FileError, ModelError
 from kanefe.integrate.events import Event
-from kanefe.integrate.methods import Choice
-from kanefe.model import Model
+from kanefe.integrate.methods.table import Choice
+from kanefe.storage.array_file import open_arrays, write_arrays
+from kanefe.storage.digest import Unhashable, digest_of_scene
+from kanefe.storage.object_file import DAMAGE
 
 FORMAT = "kanefe checkpoint"
 VERSION = 1

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.generalised_alpha import stiffest_rate
-from kanefe.integrate.scales import modal_frequencies, state_scales
+from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
-from kanefe.model import Model
+from kanefe.tree.scales import modal_frequencies, state_scales
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.assembly import consistent_start, project_positions, project_speeds
-from kanefe.closing_limits import NEAR_SINGULAR
-from kanefe.equations_of_motion import WORKS
+from kanefe.equations.model import Model
+from kanefe.equations.start import start_of
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.scales import coordinate_moves, state_scales
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
+from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.tangents import elastic_stiffness
-from kanefe.model import Model
+from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.tree.model_data import WORKS
+from kanefe.tree.scales import coordinate_moves, state_scales
 
 if TYPE_CHECKING:
     from kanefe.kernels.stepping import Run
@@ -108,7 +109,7 @@ class Dynamics:
 
     def initial_state(self, start: float) -> Vector:
         """Return y at the start, consistent with the loops at that time (s)."""
-        return np.concatenate((*consistent_start(self.model, start), np.zeros(WORKS)))
+        return np.concatenate((*start_of(self.model, start), np.zeros(WORKS)))
 
     def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.

@@ -8,10 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from kanefe.equations.model import Model, scene_state
 from kanefe.integrate.events import Event
-from kanefe.integrate.state_views import scene_state
 from kanefe.integrate.stepper import StepFailure, Stepper
-from kanefe.model import Model
 
 INTERIOR = np.arange(1, 5) / 4.0
 """Places in a step at which functions are looked at, its end the last one."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.loads.state import SceneState
+from kanefe.tree.scene_state import SceneState
 
 DIRECTIONS = (-1, 0, 1)
 

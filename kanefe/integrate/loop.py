@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.equations.model import scene_state
 from kanefe.errors import FileError, KanefeError, SimulationWarning
 from kanefe.frames import Vector
 from kanefe.integrate.checkpoint import CheckpointFile, Progress
@@ -16,7 +17,6 @@ from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
-from kanefe.integrate.state_views import scene_state
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
 from kanefe.kernels._numba import seconds_compiling

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.equations_of_motion import WORKS
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning
 from kanefe.integrate.checkpoint import CheckpointFile, identity, read_checkpoint
 from kanefe.integrate.clock import Clock
@@ -18,10 +18,9 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.loop import Limits, RunLoop
-from kanefe.integrate.methods import METHODS, choose
-from kanefe.integrate.outputs import checked_span, wanted_times
-from kanefe.integrate.trajectory import Trajectory
-from kanefe.model import Model
+from kanefe.integrate.methods.table import METHODS, choose
+from kanefe.integrate.trajectory import Trajectory, checked_span, wanted_times
+from kanefe.tree.model_data import WORKS
 
 LARGEST_STORE = 2**32
 """Bytes of states and accelerations of unreduced bodies above which a run asks for fewer outputs."""
@@ -45,7 +44,7 @@ def integrate(
     most_seconds: float | None = None,
     progress: bool | None = None,
 ) -> Trajectory:
-    """Run a model in time: the options are those of `kanefe.system_run.RunMethods.simulate`.
+    """Run a model in time: the options are those of `kanefe.System.simulate`.
 
     Raises
     ------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -127,3 +128,20 @@ class TellsWorst(Protocol):
     def worst(self) -> int:
         """Index into y."""
         ...
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """How a stepper chooses its steps.
+
+    Attributes
+    ----------
+    rtol, atol : float
+        Error allowed for a step; without meaning where the step is fixed.
+    step : float or None
+        Fixed step, s.
+    """
+
+    rtol: float
+    atol: float
+    step: float | None

@@ -1,13 +1,17 @@
-"""What a run leaves behind: states at the output times, how it ended and what it cost."""
+"""What a run leaves behind: states at the output times, how it ended and what it cost.
+
+MERGED: The times at which a run stores its states."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from kanefe.errors import ModelError
 from kanefe.integrate.status import RunStatus
 
 
@@ -53,3 +57,76 @@ class Trajectory:
         """
         if self.status is not None:
             self.status.raise_if_failed()
+
+
+OUTPUTS = 500
+"""Intervals of the span where nothing else is said."""
+
+
+def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
+    """Return start and end in s; a ModelError says what is wrong with them."""
+    try:
+        start, stop = (float(t) for t in t_span)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"t_span must be two times in s, such as (0.0, 5.0), not {t_span!r}") from error
+    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
+        raise ModelError(f"t_span {t_span!r} must run forward: two finite times, the end after the start")
+    return start, stop
+
+
+def wanted_times(
+    start: float,
+    stop: float,
+    output_step: float | None = None,
+    given: Sequence[float] | np.ndarray | None = None,
+    fixed_step: float | None = None,
+) -> np.ndarray:
+    """Return the times wanted, ascending, shape (T,), s.
+
+    Parameters
+    ----------
+    start, stop : float
+        s.
+    output_step : float, optional
+        Time between them; default a 500th of the span, or with fixed steps the nearest number of whole steps.
+    given : array_like, optional
+        The times themselves.
+    fixed_step : float, optional
+        Of the method.
+
+    Raises
+    ------
+    ModelError
+        If they make no sense.
+    """
+    if given is not None:
+        if output_step is not None:
+            raise ModelError("output_step and output_times were both given. Remedy: one of the two")
+        return _checked_times(given, start, stop)
+    if output_step is None and fixed_step is not None:
+        output_step = fixed_step * max(1, round((stop - start) / fixed_step / OUTPUTS))
+    if output_step is None:
+        return np.linspace(start, stop, OUTPUTS + 1)
+    if not (math.isfinite(output_step) and output_step > 0):
+        raise ModelError(f"output_step must be above zero s, not {output_step!r}")
+    count = max(1, round((stop - start) / output_step))
+    if abs(count * output_step - (stop - start)) <= 1e-9 * (stop - start):
+        return np.linspace(start, stop, count + 1)
+    return np.append(np.arange(start, stop, output_step), stop)
+
+
+def _checked_times(given: Sequence[float] | np.ndarray, start: float, stop: float) -> np.ndarray:
+    try:
+        times = np.array(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"output_times must be times in s, not {given!r}") from error
+    if times.ndim != 1 or not len(times) or not np.all(np.isfinite(times)):
+        raise ModelError(f"output_times must be one or more finite times in s, shape {times.shape} was given")
+    if np.any(np.diff(times) <= 0.0):
+        raise ModelError("output_times must ascend, each time once. Remedy: np.unique(times)")
+    if times[0] < start or times[-1] > stop:
+        raise ModelError(
+            f"output_times reach from {times[0]:g} to {times[-1]:g} s, the run from {start:g} to {stop:g} s. "
+            "Remedy: another t_span"
+        )
+    return times

@@ -6,8 +6,8 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.scales import coordinate_moves, modal_frequencies
 from kanefe.kernels.stepping import AT, PUSH_STIFFNESS, SLOPE
+from kanefe.tree.scales import coordinate_moves, modal_frequencies
 
 FIRST_SHARE = 0.05
 """Of the span: the first step where nothing vibrates."""

@@ -207,3 +207,13 @@ def refuse_motion(motion: object, forces: object, kind: str) -> None:
             f"the coordinates of a {kind} joint cannot be driven or carry forces of their own. Remedy: build it from "
             "revolute and prismatic joints with massless frames between them (add_frame); for forces, a bushing"
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A one-axis, spherical or free part of a joint: `turn` brings z to the axis."""
+
+    kind: int
+    turn: Matrix
+    along: float = 0.0
+    about: float = 0.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from kanefe.frames import Vector
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, interface_motion
 from kanefe.loads import PointLoad
-from kanefe.loads.state import SceneState
-from kanefe.model import BodyTerms, FlexibleTerms, Model
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.tree.scene_state import SceneState
 
 
 def elastic_forces(terms: FlexibleTerms, eta: Vector, deta: Vector) -> Vector:
@@ -24,7 +24,7 @@ def elastic_forces(terms: FlexibleTerms, eta: Vector, deta: Vector) -> Vector:
 
 
 def loaded_frames(
-    model: Model, body: BodyTerms, motion: FrameMotion, q: Vector, u: Vector
+    model: ModelData, body: BodyTerms, motion: FrameMotion, q: Vector, u: Vector
 ) -> list[tuple[PointLoad, FrameMotion]]:
     """Return each point load of a body with the motion of the frame it acts on: R, G or an interface n (Eq. 30)."""
     frames: list[tuple[PointLoad, FrameMotion]] = []
@@ -51,7 +51,7 @@ def add_field_loads(
 
 
 def add_loads(
-    model: Model, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector, state: SceneState
+    model: ModelData, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector, state: SceneState
 ) -> None:
     """Add ``V^T R + W^T T`` of the body's known forces to F (Eq. 11, 19, 30, 35)."""
     for load, frame in loaded_frames(model, body, motion, q, u):

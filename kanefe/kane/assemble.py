@@ -14,11 +14,11 @@ from kanefe.kane.constraints import PIVOT_TOLERANCE, ConstrainedSolver, Rates, c
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia
 from kanefe.kane.interactions import add_interactions
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, sweep_outward
-from kanefe.loads.state import SceneState
-from kanefe.model import Model
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scene_state import SceneState
 
 
-def all_speeds(model: Model, t: float, u: Vector) -> Vector:
+def all_speeds(model: ModelData, t: float, u: Vector) -> Vector:
     """Return free, driven and fixed speeds: what is given by time or zero filled in."""
     if model.driven_count + model.fixed_count == 0:
         return u
@@ -27,7 +27,7 @@ def all_speeds(model: Model, t: float, u: Vector) -> Vector:
 
 
 def assemble(
-    model: Model,
+    model: ModelData,
     t: float,
     q: Vector,
     u: Vector,
@@ -40,7 +40,7 @@ def assemble(
 
     Parameters
     ----------
-    model : Model
+    model : ModelData
     t : float
         s.
     q : ndarray, shape (coordinates,)
@@ -82,7 +82,7 @@ def assemble(
     return M, F
 
 
-def mass_matrix(model: Model, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
+def mass_matrix(model: ModelData, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
     """Return M_sys alone, over the speeds that the sweep spans: no load is asked for."""
     columns = motions[0].V.shape[1]
     M = np.zeros((columns, columns))
@@ -96,7 +96,7 @@ def mass_matrix(model: Model, motions: list[FrameMotion], q: Vector, u: Vector) 
     return M
 
 
-def solve_positive_definite(model: Model, M: Matrix, F: Vector) -> Vector:
+def solve_positive_definite(model: ModelData, M: Matrix, F: Vector) -> Vector:
     """Return ``M^-1 F``; a singular mass matrix is an error that names the speeds without inertia."""
     if not len(F):
         return F
@@ -106,7 +106,7 @@ def solve_positive_definite(model: Model, M: Matrix, F: Vector) -> Vector:
     return np.asarray(solution)
 
 
-def singular_mass(model: Model, M: Matrix) -> SimulationError:
+def singular_mass(model: ModelData, M: Matrix) -> SimulationError:
     """Return the error that a mass matrix without an inverse deserves: it names the speeds without inertia."""
     if not np.all(np.isfinite(M)):
         return SimulationError("the motion has grown without bound. Remedy: check the loads, or tighten rtol")
@@ -119,7 +119,7 @@ def singular_mass(model: Model, M: Matrix) -> SimulationError:
     )
 
 
-def speed_names(model: Model) -> tuple[str, ...]:
+def speed_names(model: ModelData) -> tuple[str, ...]:
     """Return a name for every free speed."""
     names = [""] * model.free_count
     for body in model.bodies:
@@ -132,7 +132,7 @@ def speed_names(model: Model) -> tuple[str, ...]:
     return tuple(names)
 
 
-def accelerations(model: Model, t: float, q: Vector, u: Vector) -> Vector:
+def accelerations(model: ModelData, t: float, q: Vector, u: Vector) -> Vector:
     """Return du of the free speeds (Eq. 18), shape (free,): fixed rows deleted, driven ones known, loops held."""
     if model.constraints:
         return constrained_accelerations(model, t, q, u)[0]
@@ -144,7 +144,7 @@ def accelerations(model: Model, t: float, q: Vector, u: Vector) -> Vector:
     return solve_positive_definite(model, M[:n, :n], F[:n] - M[:n, n:] @ driven_rates)
 
 
-def constrained_accelerations(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+def constrained_accelerations(model: ModelData, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
     """Return du of the free speeds (free,) and the multipliers of the constraints (rows,).
 
     A multiplier is the force (N) or moment (N m) of its row: see `kanefe.constraints.rows`.
@@ -152,7 +152,7 @@ def constrained_accelerations(model: Model, t: float, q: Vector, u: Vector) -> t
     return held_accelerations(model, t, q, u)[:2]
 
 
-def held_accelerations(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector, float]:
+def held_accelerations(model: ModelData, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector, float]:
     """Return what `constrained_accelerations` returns, and `ConstrainedSolver.weakest`."""
     motions = sweep_outward(model, t, q, all_speeds(model, t, u))
     M, F = assemble(model, t, q, u, motions=motions)
@@ -164,7 +164,7 @@ def held_accelerations(model: Model, t: float, q: Vector, u: Vector) -> tuple[Ve
     return *solver.solve(F[:n] - M[:n, n:] @ driven_rates, known), solver.weakest
 
 
-def constraint_forces(model: Model, t: float, q: Vector, u: Vector, motions: list[FrameMotion]) -> Vector:
+def constraint_forces(model: ModelData, t: float, q: Vector, u: Vector, motions: list[FrameMotion]) -> Vector:
     """Return ``J^T lambda``, the generalised forces of the constraints, over the speeds that the sweep spans."""
     if not model.constraints:
         return np.zeros(motions[0].V.shape[1])
@@ -172,7 +172,7 @@ def constraint_forces(model: Model, t: float, q: Vector, u: Vector, motions: lis
     return np.asarray(constraint_rates(model, motions, q, all_speeds(model, t, u)).J.T @ multipliers)
 
 
-def constrained_solver(model: Model, M: Matrix, rates: Rates) -> ConstrainedSolver:
+def constrained_solver(model: ModelData, M: Matrix, rates: Rates) -> ConstrainedSolver:
     """Return the solver for M and rows over the free speeds; an error names speeds that nothing has inertia along."""
     try:
         return ConstrainedSolver(M, rates)

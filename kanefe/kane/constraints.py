@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
+from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import RADIAN, CouplerRow, MarkerMotion, MarkerRow, Row
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.kinematics import FrameMotion, inertial_frame, interface_motion, placed
-from kanefe.marker import Marker
-from kanefe.model import Model
+from kanefe.tree.model_data import ModelData
 
 PIVOT_TOLERANCE = 1e-13
 """Share of the entry of M that it comes from, up to which a pivot is round-off and not inertia."""
@@ -64,13 +64,13 @@ class Rates(NamedTuple):
         return np.asarray(np.sqrt(self.reach) @ np.abs(u))
 
 
-def scene_rows(model: Model) -> list[Row]:
+def scene_rows(model: ModelData) -> list[Row]:
     """Return all rows of the scene, constraint by constraint."""
     return [row for constraint in model.constraints for row in constraint.rows]
 
 
 def marker_frame(
-    model: Model, marker: Marker, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
+    model: ModelData, marker: Marker, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
 ) -> FrameMotion:
     """Return the motion of a marker's frame from the outward sweep."""
     if marker.body < 0:
@@ -88,7 +88,7 @@ class MarkerFrames:
 
     Parameters
     ----------
-    model : Model
+    model : ModelData
     motions : sequence of FrameMotion
         The outward sweep.
     q, u : ndarray
@@ -97,7 +97,7 @@ class MarkerFrames:
         How many speeds the partial velocities span.
     """
 
-    def __init__(self, model: Model, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int) -> None:
+    def __init__(self, model: ModelData, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int) -> None:
         self._state = (model, motions, q, u, columns)
         self._kept: dict[int, tuple[FrameMotion, MarkerMotion]] = {}
 
@@ -111,7 +111,7 @@ class MarkerFrames:
         return self._kept[id(marker)]
 
 
-def constraint_residuals(model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector) -> Vector:
+def constraint_residuals(model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector) -> Vector:
     """Return g of all rows (rows,), in the unit of each; NaN for rows on speeds alone."""
     columns = _columns(model, motions)
     frames = MarkerFrames(model, motions, q, u, columns)
@@ -126,12 +126,12 @@ def constraint_residuals(model: Model, motions: Sequence[FrameMotion], t: float,
     return np.array(values)
 
 
-def constraint_rates(model: Model, motions: Sequence[FrameMotion], q: Vector, u: Vector) -> Rates:
+def constraint_rates(model: ModelData, motions: Sequence[FrameMotion], q: Vector, u: Vector) -> Rates:
     """Return J and the remainders of all rows over the speeds that the sweep spans.
 
     Parameters
     ----------
-    model : Model
+    model : ModelData
     motions : sequence of FrameMotion
         The outward sweep at this state.
     q, u : ndarray
@@ -166,12 +166,12 @@ def _marker_row(row: MarkerRow, frames: MarkerFrames) -> tuple[Vector, Vector]:
     return entries, squares
 
 
-def _columns(model: Model, motions: Sequence[FrameMotion]) -> int:
+def _columns(model: ModelData, motions: Sequence[FrameMotion]) -> int:
     return motions[0].V.shape[1] if motions else model.free_count + model.driven_count
 
 
 def marker_wrenches(
-    model: Model, motions: Sequence[FrameMotion], q: Vector, u: Vector, multipliers: Vector
+    model: ModelData, motions: Sequence[FrameMotion], q: Vector, u: Vector, multipliers: Vector
 ) -> list[tuple[Marker, FrameMotion, Vector]]:
     """Return what the constraints exert on their markers: marker, its motion, and force and moment (6,) in its axes.
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.flexible import InterfaceFrame
+from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.joints import Fixed
 from kanefe.kane.assemble import all_speeds, assemble, constraint_forces
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
-from kanefe.model import BodyTerms, FlexibleTerms, Model
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
 
 def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], wrenches_G: list[Matrix]) -> Matrix:
@@ -53,7 +53,7 @@ def unit_wrenches(components: tuple[int, ...], tangent: Matrix, axes: Matrix) ->
 
 
 def carrier_frame(
-    model: Model, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], G: FrameMotion
+    model: ModelData, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], G: FrameMotion
 ) -> FrameMotion:
     """Return the frame R in which G is fixed.
 
@@ -72,7 +72,7 @@ def carrier_frame(
 
 
 def coupling_force_columns(
-    model: Model, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], q: Vector, u: Vector
+    model: ModelData, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], q: Vector, u: Vector
 ) -> Matrix:
     """Return the generalised forces of unit coupling forces of one body, shape (columns, forces) (Eq. 35, 39).
 
@@ -100,7 +100,7 @@ def fixed_interfaces(terms: FlexibleTerms) -> list[InterfaceFrame]:
     return [frame for frame in terms.body.interfaces if frame.fixed_components]
 
 
-def _all_coupling_force_columns(model: Model, motions: list[FrameMotion], q: Vector, full: Vector) -> Matrix:
+def _all_coupling_force_columns(model: ModelData, motions: list[FrameMotion], q: Vector, full: Vector) -> Matrix:
     """Return the generalised forces of unit coupling forces of all bodies, shape (columns, fixed)."""
     start = model.free_count + model.driven_count
     B = np.zeros((start + model.fixed_count, model.fixed_count))
@@ -111,7 +111,7 @@ def _all_coupling_force_columns(model: Model, motions: list[FrameMotion], q: Vec
     return B
 
 
-def accelerations_and_coupling_forces(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+def accelerations_and_coupling_forces(model: ModelData, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
     """Return du (free,) and F_u (fixed,) solved together, as the paper has it (Eq. 39 with rows du = 0).
 
     F_u are the forces (N) and moments (N m) on the flexible bodies at their fixed interface components, along the axes
@@ -137,7 +137,7 @@ def accelerations_and_coupling_forces(model: Model, t: float, q: Vector, u: Vect
     return solution[:free], solution[free + fixed :]
 
 
-def recovered_forces(model: Model, t: float, q: Vector, u: Vector, du: Vector) -> tuple[Vector, Vector]:
+def recovered_forces(model: ModelData, t: float, q: Vector, u: Vector, du: Vector) -> tuple[Vector, Vector]:
     """Return driving forces (driven,) and coupling forces F_u (fixed,) from the residuals of their rows.
 
     Parameters

@@ -9,11 +9,11 @@ from kanefe.kane.active import loaded_frames
 from kanefe.kane.assemble import all_speeds, assemble, constraint_forces, mass_matrix
 from kanefe.kane.interactions import interaction_energy, interaction_powers
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.loads.state import SceneState
-from kanefe.model import Model
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scene_state import SceneState
 
 
-def kinetic_energy(model: Model, t: float, q: Vector, u: Vector) -> float:
+def kinetic_energy(model: ModelData, t: float, q: Vector, u: Vector) -> float:
     """Return 1/2 u^T M_sys u over free and driven speeds, in J."""
     full = all_speeds(model, t, u)
     M = mass_matrix(model, sweep_outward(model, t, q, full), q, full)
@@ -21,7 +21,7 @@ def kinetic_energy(model: Model, t: float, q: Vector, u: Vector) -> float:
     return float(0.5 * speeds @ M @ speeds)
 
 
-def elastic_energy(model: Model, t: float, q: Vector) -> float:
+def elastic_energy(model: ModelData, t: float, q: Vector) -> float:
     """Return 1/2 eta^T K eta of all flexible bodies and of the springs of joints and between markers, in J."""
     total = 0.0
     for body in model.bodies:
@@ -38,7 +38,7 @@ def elastic_energy(model: Model, t: float, q: Vector) -> float:
     return total
 
 
-def gravity_energy(model: Model, t: float, q: Vector) -> float:
+def gravity_energy(model: ModelData, t: float, q: Vector) -> float:
     """Return -sum m g . p_C of bodies with weight, in J: zero where every centre of mass lies at N's origin."""
     total = 0.0
     zero = np.zeros(model.free_count)
@@ -61,7 +61,7 @@ def gravity_energy(model: Model, t: float, q: Vector) -> float:
     return total
 
 
-def momenta(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+def momenta(model: ModelData, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
     """Return linear momentum (3,) in kg m/s and angular momentum (3,) about N's origin in kg m2/s, components of N."""
     full = all_speeds(model, t, u)
     linear, angular = np.zeros(3), np.zeros(3)
@@ -81,7 +81,7 @@ def momenta(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vecto
     return linear, angular
 
 
-def dissipated_power(model: Model, t: float, q: Vector, u: Vector) -> float:
+def dissipated_power(model: ModelData, t: float, q: Vector, u: Vector) -> float:
     """Return the power that deta^T C deta, friction, stops and all dampers take, in W."""
     total = 0.0
     full = all_speeds(model, t, u)
@@ -98,7 +98,7 @@ def dissipated_power(model: Model, t: float, q: Vector, u: Vector) -> float:
     return total
 
 
-def load_power(model: Model, t: float, q: Vector, u: Vector) -> float:
+def load_power(model: ModelData, t: float, q: Vector, u: Vector) -> float:
     """Return the power of forces, torques, and tables and laws of springs (not of gravity, nor of drives), in W."""
     full = all_speeds(model, t, u)
     total = 0.0
@@ -120,7 +120,7 @@ def load_power(model: Model, t: float, q: Vector, u: Vector) -> float:
     return total
 
 
-def drive_power(model: Model, t: float, q: Vector, u: Vector, du: Vector) -> float:
+def drive_power(model: ModelData, t: float, q: Vector, u: Vector, du: Vector) -> float:
     """Return the power of the driving forces of given motions, in W, with the accelerations du (free,)."""
     if model.driven_count == 0:
         return 0.0

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.finite_element_model import COMPONENTS
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.bodies.rigid import RigidMass
+from kanefe.fe_model.model import COMPONENTS
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates
-from kanefe.model import FlexibleTerms
-from kanefe.rigid import RigidMass
+from kanefe.tree.model_data import FlexibleTerms
 
 
 def rigid_inertia(body: RigidMass, R: FrameMotion, gravity_R: Vector) -> tuple[Matrix, Vector]:

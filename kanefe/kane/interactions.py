@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.bodies.marker import Marker
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.kane.constraints import marker_frame
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.loads.bushing import Bushing
 from kanefe.loads.spring import SpringDamper
-from kanefe.marker import Marker
-from kanefe.model import Model
+from kanefe.tree.model_data import ModelData
 
 
 class Ends(NamedTuple):
@@ -51,7 +51,7 @@ class MarkerWrench(NamedTuple):
 
 
 def marker_ends(
-    model: Model, item: SpringDamper | Bushing, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
+    model: ModelData, item: SpringDamper | Bushing, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
 ) -> Ends:
     """Return the motions of both markers of a spring or bushing."""
     return Ends(*(marker_frame(model, marker, motions, q, u, columns) for marker in (item.a, item.b)))
@@ -79,7 +79,7 @@ def bushing_offset(ends: Ends) -> Offset:
 
 
 def lines(
-    model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, columns: int
+    model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, columns: int
 ) -> Iterator[tuple[SpringDamper, Line]]:
     """Yield each spring with its line."""
     for spring in model.springs:
@@ -87,7 +87,7 @@ def lines(
 
 
 def offsets(
-    model: Model, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
+    model: ModelData, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
 ) -> Iterator[tuple[Bushing, Offset]]:
     """Yield each bushing with its offset."""
     for bushing in model.bushings:
@@ -95,13 +95,13 @@ def offsets(
 
 
 def interaction_wrenches(
-    model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, columns: int
+    model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, columns: int
 ) -> Iterator[MarkerWrench]:
     """Yield the wrenches of all springs and bushings on their two markers.
 
     Parameters
     ----------
-    model : Model
+    model : ModelData
     motions : sequence of FrameMotion
         The outward sweep.
     t : float
@@ -125,13 +125,13 @@ def interaction_wrenches(
         yield MarkerWrench(bushing.a, a, -np.concatenate((force, moment + cross(offset.d, force))))
 
 
-def add_interactions(model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, F: Vector) -> None:
+def add_interactions(model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, F: Vector) -> None:
     """Add the generalised forces of all springs and bushings to F: ``V^T R + W^T T`` of both ends (Eq. 11)."""
     for _, frame, wrench in interaction_wrenches(model, motions, t, q, u, len(F)):
         F += frame.V.T @ wrench[:3] + frame.W.T @ wrench[3:]
 
 
-def interaction_energy(model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector) -> float:
+def interaction_energy(model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector) -> float:
     """Return the energy in linear springs and bushings, J."""
     columns = model.free_count + model.driven_count
     total = sum(spring.potential(line.length) for spring, line in lines(model, motions, t, q, u, columns))
@@ -139,7 +139,7 @@ def interaction_energy(model: Model, motions: Sequence[FrameMotion], t: float, q
 
 
 def interaction_powers(
-    model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector
+    model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector
 ) -> tuple[float, float]:
     """Return the power that dampers take, and the power that tables and laws of the user give, W."""
     columns = model.free_count + model.driven_count
@@ -154,7 +154,7 @@ def interaction_powers(
 
 
 def add_interaction_slopes(
-    model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, K: Matrix, C: Matrix
+    model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, K: Matrix, C: Matrix
 ) -> None:
     """Add stiffness and damping of springs and bushings at a state to K and C over the free speeds.
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.flexible import InterfaceFrame
+from kanefe.bodies.flexible import InterfaceFrame
+from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.frames import Matrix, Vector, cross, skew
-from kanefe.model import BodyTerms, FlexibleTerms, Model
-from kanefe.slopes import SlopeMeasure
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
 
 @dataclass(slots=True)
@@ -172,12 +172,12 @@ def interface_motion(
     return compose(G, relative)
 
 
-def sweep_outward(model: Model, t: float, q: Vector, u: Vector, columns: int | None = None) -> list[FrameMotion]:
+def sweep_outward(model: ModelData, t: float, q: Vector, u: Vector, columns: int | None = None) -> list[FrameMotion]:
     """Return the motion of every body's frame (R or G), parents before children.
 
     Parameters
     ----------
-    model : Model
+    model : ModelData
     t : float
         s.
     q : ndarray, shape (coordinates,)
@@ -201,7 +201,7 @@ def sweep_outward(model: Model, t: float, q: Vector, u: Vector, columns: int | N
     return motions
 
 
-def parent_frame(model: Model, body: BodyTerms, motions: list[FrameMotion], q: Vector, u: Vector) -> FrameMotion:
+def parent_frame(model: ModelData, body: BodyTerms, motions: list[FrameMotion], q: Vector, u: Vector) -> FrameMotion:
     """Return the motion of the frame that carries a body: its parent's R, or an interface n of a flexible parent."""
     parent = motions[body.parent]
     if body.parent_interface is None:

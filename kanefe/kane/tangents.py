@@ -9,10 +9,10 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.interactions import add_interaction_slopes
 from kanefe.kane.kinematics import FrameMotion
-from kanefe.model import Model
+from kanefe.tree.model_data import ModelData
 
 
-def elastic_stiffness(model: Model) -> Matrix:
+def elastic_stiffness(model: ModelData) -> Matrix:
     """Return K of the flexible bodies over the free speeds, (free, free)."""
     K = np.zeros((model.free_count, model.free_count))
     for body in model.bodies:
@@ -23,13 +23,13 @@ def elastic_stiffness(model: Model) -> Matrix:
 
 
 def current_tangents(
-    model: Model, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, K: Matrix, C: Matrix
+    model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, K: Matrix, C: Matrix
 ) -> tuple[Matrix, Matrix]:
     """Return K and C over the free speeds with what the state adds to constant ones; the same if nothing does.
 
     Parameters
     ----------
-    model : Model
+    model : ModelData
     motions : sequence of FrameMotion
         The outward sweep.
     t : float

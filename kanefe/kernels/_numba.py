@@ -16,8 +16,8 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from kanefe.cache_folder import cache_folder
 from kanefe.errors import ModelError
+from kanefe.storage.files import cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

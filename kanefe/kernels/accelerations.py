@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import kernel
-from kanefe.kernels.border import modal_accelerations
 from kanefe.kernels.layout import (
     ABOUT,
     ACCELERATION,
@@ -35,6 +34,7 @@ from kanefe.kernels.layout import (
     Tables,
     U,
 )
+from kanefe.kernels.modal_elimination import modal_accelerations
 from kanefe.kernels.vectors import (
     cross,
     dot,

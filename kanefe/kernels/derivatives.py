@@ -9,9 +9,9 @@ import numpy as np
 
 from kanefe.kernels._numba import entry_without_arrays
 from kanefe.kernels.constraints import Loops
-from kanefe.kernels.equations import march
 from kanefe.kernels.interactions import Interactions
 from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.march import march
 from kanefe.kernels.stepping import AT, SLOPE
 
 COMPLEX_STEP = 1e-30
@@ -32,7 +32,7 @@ def derivatives(
 ) -> bool:
     """Write derivatives of dy/dt to the rows of `found`, along the rows of `directions`; tell whether all are finite.
 
-    The first row of `vectors`, complex, is the state; all else is as in `kanefe.kernels.equations.march`.
+    The first row of `vectors`, complex, is the state; all else is as in `kanefe.kernels.march.march`.
     """
     at, slope = vectors[AT], vectors[SLOPE]
     for row in range(len(directions)):

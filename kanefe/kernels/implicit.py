@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
-from kanefe.kernels.border import coupling_span
 from kanefe.kernels.elastic import span, transposed_product
 from kanefe.kernels.joint_forces import (
     DAMPING_OF,
@@ -36,7 +35,8 @@ from kanefe.kernels.layout import (
     FlexibleTables,
     Tables,
 )
-from kanefe.kernels.planar_layout import PlanarTables
+from kanefe.kernels.modal_elimination import coupling_span
+from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.vectors import copy
 
 

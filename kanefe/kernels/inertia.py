@@ -6,7 +6,6 @@ import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.body_inertia import clear, set_rigid
-from kanefe.kernels.border import coupling_span
 from kanefe.kernels.elastic import set_flexible, set_stiff, span
 from kanefe.kernels.layout import (
     COUNT,
@@ -28,6 +27,7 @@ from kanefe.kernels.layout import (
     R,
     Tables,
 )
+from kanefe.kernels.modal_elimination import coupling_span
 from kanefe.kernels.vectors import Numbers, accumulate, cross, matrix, rotated_back, symmetric, times, vector
 
 

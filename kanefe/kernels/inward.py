@@ -10,7 +10,6 @@ import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.body_inertia import hand_force_inward, hand_inward
-from kanefe.kernels.border import eliminate_modal_forces, eliminate_modes
 from kanefe.kernels.layout import (
     ABOUT,
     ALONG,
@@ -37,6 +36,7 @@ from kanefe.kernels.layout import (
     Tables,
     U,
 )
+from kanefe.kernels.modal_elimination import eliminate_modal_forces, eliminate_modes
 from kanefe.kernels.vectors import (
     Numbers,
     accumulate,

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.layout import Tables
-from kanefe.kernels.planar_layout import PlanarTables
+from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.vectors import Numbers
 
 STIFFNESS_OF, DAMPING_OF, REST, FRICTION, FRICTION_SPEED, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING = range(9)

@@ -1,10 +1,12 @@
-"""The outward sweep: pose, velocity and remainder accelerations of every row (Eq. 3, 13-16, 22, 24-26)."""
+"""The outward sweep: pose, velocity and remainder accelerations of every row (Eq. 3, 13-16, 22, 24-26).
+
+MERGED: Where the rows are and how they move: for functions of the user that look at the state, and for views."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels._numba import entry, inlined, kernel
 from kanefe.kernels.elastic import modal_state, project, span, transposed_product
 from kanefe.kernels.layout import (
     ABOUT,
@@ -21,6 +23,7 @@ from kanefe.kernels.layout import (
     FLEXIBLE,
     INTERFACE,
     KIND,
+    MODAL_SIZE,
     OFFSET,
     OMEGA,
     PARENT,
@@ -32,6 +35,7 @@ from kanefe.kernels.layout import (
     SPHERICAL,
     TANGENT,
     VELOCITY,
+    WORK,
     WORK_DETA,
     WORK_ETA,
     FlexibleTables,
@@ -211,3 +215,24 @@ def _interface(
     put(work, i, OMEGA, plus(w, spin))
     put_matrix(work, i, R, product(G, A))
     put_matrix(work, i, TANGENT, T)
+
+
+@entry
+def frames_of_rows(
+    tables: Tables, flexible: FlexibleTables | None, drives: np.ndarray, q: np.ndarray, u: np.ndarray
+) -> np.ndarray:
+    """Return position, axes to N (9), velocity and angular velocity of every row, in N, shape (rows, 18)."""
+    rows = WORK * len(tables.rows)
+    modes = 0
+    if flexible is not None:
+        modes = flexible.sizes[MODAL_SIZE]
+    room = np.empty(rows + modes)
+    work = room[:rows].reshape(-1, WORK)
+    sweep_outward(tables, flexible, drives, q, u, work, room[rows:])
+    frames = np.empty((len(tables.rows), 18))
+    for i in range(len(tables.rows)):
+        put(frames, i, 0, vector(work, i, POSITION))
+        put_matrix(frames, i, 3, matrix(work, i, R))
+        put(frames, i, 12, vector(work, i, VELOCITY))
+        put(frames, i, 15, vector(work, i, OMEGA))
+    return frames

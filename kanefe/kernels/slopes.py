@@ -1,4 +1,4 @@
-"""Slopes of an interface read as a rotation: kernels of `kanefe.slopes`, for real and complex numbers.
+"""Slopes of an interface read as a rotation: kernels of `kanefe.bodies.slopes`, for real and complex numbers.
 
 Rotation vectors go through their square only, which is analytic: derivatives by a complex step are exact.
 """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from kanefe.errors import MissingDependency
-from kanefe.linear.linearisation import Linearisation
+from kanefe.linear.state_space import StateSpace
 
 try:
     import control
@@ -13,7 +13,7 @@ except ImportError as _error:
     raise MissingDependency("control", "Linearisation.to_control", "pip install 'kanefe[control]'") from _error
 
 
-def state_space(linearisation: Linearisation) -> Any:
+def state_space(linearisation: StateSpace) -> Any:
     """Return a `control.StateSpace` with names; python-control keeps '.' for its own use, so that names have none."""
 
     def plain(names: tuple[str, ...]) -> list[str]:

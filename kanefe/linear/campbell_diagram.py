@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.linear.equilibria import equilibrium
 from kanefe.linear.linearisation import linearise
 from kanefe.linear.modes import Modes
 from kanefe.linear.state import model_of
-from kanefe.model import Model
 
 if TYPE_CHECKING:
-    from kanefe.system import System
+    from kanefe.linear.state import Scene
     from kanefe.views.plots import Figure
 
 SURE = 0.7
@@ -113,13 +113,29 @@ class Campbell:
         ModelError, MissingDependency
             If the kind of file is unknown, or matplotlib is not installed.
         """
-        from kanefe.views.linear import campbell_picture
+        from kanefe.views.linear_plots import CampbellCurves, campbell_picture
 
-        return campbell_picture(self, path, orders)
+        multiples = np.atleast_1d(numbers(orders)) if np.size(orders) else np.zeros(0)
+        if multiples.ndim != 1 or not np.all(np.isfinite(multiples)) or np.any(multiples < 0.0):
+            raise ModelError(f"orders must be multiples of the rotation, zero or more, not {orders!r}")
+        critical = [(speed, order) for order in multiples.tolist() for speed, _ in self.critical_speeds(order)]
+        curves = CampbellCurves(
+            self.speeds, self.eigenvalues, self.frequencies, self.damping_ratios, self.grows, self._labels(),
+            multiples, critical,
+        )  # fmt: skip
+        return campbell_picture(curves, path)
+
+    def _labels(self) -> list[str]:
+        """Return a name for each mode, with the body that moves most in it, unless that is the same one in all."""
+        first = self.modes[0]
+        shares = first.participation
+        leading = [max(shares, key=lambda name: shares[name][number]) for number in self.numbers[0]]
+        several = len(set(leading)) > 1
+        return [f"mode {j + 1}{f' ({name})' if several else ''}" for j, name in enumerate(leading)]
 
 
 def campbell(
-    build: Callable[[float], System | Model],
+    build: Callable[[float], Scene | Model],
     speeds: Sequence[float] | np.ndarray,
     *,
     modes: int = 6,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from kanefe.equations.model import Model
 from kanefe.joints import Joint, Motion
-from kanefe.model import Model
 
 
 class Drive(NamedTuple):

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.linalg
 
-from kanefe.assembly import project_positions, project_speeds
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector, numbers
-from kanefe.linear.balance import BALANCED, Imbalance, worst_imbalance
+from kanefe.kane.loop_closure import project_positions, project_speeds
+from kanefe.linear.imbalance import BALANCED, Imbalance, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import model_of, state_of
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
 from kanefe.linear.targets import Named
-from kanefe.model import Model
 
 if TYPE_CHECKING:
     from kanefe.linear.linearisation import Linearisation
-    from kanefe.system import System
+    from kanefe.linear.state import Scene
 
 LARGEST_ITERATIONS = 200
 
@@ -101,7 +101,7 @@ class Equilibrium:
 
 
 def equilibrium(
-    scene: System | Model,
+    scene: Scene | Model,
     *,
     t: float = 0.0,
     start: Sequence[float] | np.ndarray | None = None,

@@ -24,11 +24,12 @@ from kanefe.kane.kinematics import (
     sweep_outward,
 )
 from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
-from kanefe.loads.callbacks import Constant
+from kanefe.loads.functions import Constant
 
 if TYPE_CHECKING:
-    from kanefe.flexible import InterfaceFrame
-    from kanefe.model import BodyTerms, Model
+    from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.equations.model import Model
+    from kanefe.tree.model_data import BodyTerms
 
 SPACE = 3
 

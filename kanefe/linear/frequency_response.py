@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.linear.linearisation import Linearisation
+from kanefe.linear.state_space import StateSpace
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
@@ -53,12 +53,13 @@ class FrequencyResponse:
         ModelError, MissingDependency
             If the kind of file is unknown, or matplotlib is not installed.
         """
-        from kanefe.views.linear import frequency_response_picture
+        from kanefe.views.linear_plots import ResponseCurves, frequency_response_picture
 
-        return frequency_response_picture(self, path)
+        names = self.output_names, self.input_names
+        return frequency_response_picture(ResponseCurves(self.frequencies, self.magnitude, self.phase, *names), path)
 
 
-def frequency_response(linearisation: Linearisation, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
+def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
     """Return the frequency response of a linearised scene: see `Linearisation.frequency_response`."""
     at = np.atleast_1d(numbers(frequencies))
     if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(at < 0.0):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.kane.assemble import all_speeds, assemble
@@ -15,7 +16,6 @@ from kanefe.linear.drives import Drive
 from kanefe.linear.forces import carrier, frame_of, scene_load_columns, scene_loads
 from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
 from kanefe.loads import FieldLoad, JointLoad
-from kanefe.model import Model
 
 KINDS = {"force": "N", "torque": "N m", "motor": "", "drive": "", "gravity": "m/s2", "load": ""}
 

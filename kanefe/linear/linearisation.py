@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.kane.assemble import speed_names
@@ -16,19 +15,17 @@ from kanefe.linear.forces import answers
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.small_motions import Directions, SmallMotions
-from kanefe.linear.state import model_of, state_of
-from kanefe.linear.tangents import tangent_names, turning
+from kanefe.linear.state import Scene, model_of, state_of
+from kanefe.linear.state_space import StateSpace
+from kanefe.linear.tangents import tangent_names
 from kanefe.linear.targets import Named
-from kanefe.model import Model
 
 if TYPE_CHECKING:
     from kanefe.linear.frequency_response import FrequencyResponse
     from kanefe.linear.modes import Modes
-    from kanefe.system import System
 
 
-@dataclass(frozen=True, eq=False)
-class Linearisation:
+class Linearisation(StateSpace):
     """Small motions x of a scene about a state, ``dx/dt = A x + B w``, ``y = C x + D w``; made by `linearise`.
 
     x are independent tangent coordinates p (displacements, angles, modal coordinates, rotation vectors in the moving
@@ -40,101 +37,8 @@ class Linearisation:
     these coordinates. A wheel that rolls, or a rotor in a frame that does not spin, is steady where a revolute joint
     carries the spin; in the tangents of a free joint, which spin with it, gravity would turn.
 
-    Attributes
-    ----------
-    model : Model
-    time : float
-        s.
-    state : ndarray
-        y = (q, u) of the model.
-    A : ndarray, shape (x, x)
-    B : ndarray, shape (x, inputs)
-    C : ndarray, shape (outputs, x)
-    D : ndarray, shape (outputs, inputs)
-    state_names, input_names, output_names : tuple of str
-        With units in brackets.
-    output_values : ndarray
-        The outputs in the state itself.
-    small : SmallMotions
-        How x moves the tree.
+    Attributes: see `StateSpace`.
     """
-
-    model: Model
-    time: float
-    state: Vector
-    A: Matrix
-    B: Matrix
-    C: Matrix
-    D: Matrix
-    state_names: tuple[str, ...]
-    input_names: tuple[str, ...]
-    output_names: tuple[str, ...]
-    output_values: Vector
-    small: SmallMotions
-
-    @property
-    def position_count(self) -> int:
-        """Number of tangent coordinates p; the rest of x are speeds."""
-        return self.small.positions.N.shape[1]
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether derivatives of the scene's own forces are exact to round-off, and not differences."""
-        return self.small.derivatives.is_exact
-
-    @cached_property
-    def _second_order(self) -> tuple[Matrix, Matrix, Matrix]:
-        """Return M, the factor of the rates, and that of the coordinates: see `kanefe.linear.small_motions`."""
-        small = self.small
-        if not small.is_holonomic:
-            raise ModelError(
-                "a scene that rolls has more coordinates than speeds and no mass, damping and stiffness matrices of "
-                "its coordinates alone. Remedy: A, or modes()"
-            )
-        n, N = self.position_count, small.positions.N
-        M = N.T @ small.mass() @ N
-        a11, a21, a22 = self.A[:n, :n], self.A[n:, :n], self.A[n:, n:]
-        return M, -M @ (a11 + a22), -M @ (a21 - a22 @ a11 + self._turning_rate())
-
-    def _turning_rate(self) -> Matrix:
-        """Return the rate of change of A's upper left block along the motion."""
-        small = self.small
-        if not small.is_moving:
-            return np.zeros((self.position_count, self.position_count))
-        lead, N = small.positions.leading, small.positions.N
-        G_rate = np.zeros_like(small.G)
-        G_rate[: len(small.du), : len(small.du)] = turning(self.model, small.du)
-        # J dN/dt = -dJ/dt N, and what follows changes by B less what G turns: dJ/dt = D - J G
-        N_rate = small.along_positions.du + small.G @ N
-        N_rate = N_rate - N @ N_rate[lead]
-        return np.asarray((G_rate @ N + small.G @ N_rate)[lead])
-
-    @property
-    def mass(self) -> Matrix:
-        """M over the independent coordinates, symmetric."""
-        return self._second_order[0]
-
-    @property
-    def damping(self) -> Matrix:
-        """Symmetric part of the factor of the rates."""
-        factor = self._second_order[1]
-        return np.asarray(0.5 * (factor + factor.T))
-
-    @property
-    def gyroscopic(self) -> Matrix:
-        """Skew part of the factor of the rates: Coriolis and gyroscopic terms."""
-        factor = self._second_order[1]
-        return np.asarray(0.5 * (factor - factor.T))
-
-    @property
-    def stiffness(self) -> Matrix:
-        """Factor of the coordinates: elastic, geometric, of gravity, centrifugal; symmetric if no force circulates."""
-        return self._second_order[2]
-
-    @property
-    def position_names(self) -> tuple[str, ...]:
-        """Names of the tangent coordinates p."""
-        return self.state_names[: self.position_count]
 
     def modes(self) -> Modes:
         """Return eigenvalues, frequencies, damping ratios and mode shapes of the whole scene.
@@ -187,7 +91,7 @@ class Linearisation:
 
 
 def linearise(
-    scene: System | Model,
+    scene: Scene | Model,
     t: float = 0.0,
     y: Sequence[float] | np.ndarray | None = None,
     *,

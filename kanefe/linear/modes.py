@@ -14,7 +14,7 @@ from kanefe.kane.assemble import all_speeds
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia
 from kanefe.kane.kinematics import FrameMotion, elastic_state, sweep_outward
 from kanefe.linear.forces import frame_of
-from kanefe.linear.linearisation import Linearisation
+from kanefe.linear.state_space import StateSpace
 
 RIGID = 1e-7
 """Eigenvalue, of the largest, that counts as zero: one that is double is known to the root of round-off only."""
@@ -41,7 +41,7 @@ class Modes:
         Whether nothing resists.
     """
 
-    linearisation: Linearisation
+    linearisation: StateSpace
     eigenvalues: np.ndarray
     vectors: np.ndarray
     is_rigid: np.ndarray
@@ -154,7 +154,7 @@ class Modes:
         return "\n".join(lines)
 
 
-def body_masses(linearisation: Linearisation) -> dict[str, Matrix]:
+def body_masses(linearisation: StateSpace) -> dict[str, Matrix]:
     """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
     model, t = linearisation.model, linearisation.time
     q, n, none = linearisation.small.q, linearisation.model.free_count, np.zeros(3)
@@ -169,7 +169,7 @@ def body_masses(linearisation: Linearisation) -> dict[str, Matrix]:
     return found
 
 
-def modes_of(linearisation: Linearisation) -> Modes:
+def modes_of(linearisation: StateSpace) -> Modes:
     """Return the modes of a linearised scene, its driven coordinates held.
 
     Where nothing damps or gyrates and the stiffness is symmetric, they come from the symmetric problem, which keeps
@@ -193,7 +193,7 @@ def modes_of(linearisation: Linearisation) -> Modes:
     return _general(linearisation, A, p - drives)
 
 
-def _undamped(linearisation: Linearisation, M: Matrix, K: Matrix, scale: Vector) -> Modes:
+def _undamped(linearisation: StateSpace, M: Matrix, K: Matrix, scale: Vector) -> Modes:
     squares, z = scipy.linalg.eigh(K * np.outer(scale, scale), M * np.outer(scale, scale))
     z = scale[:, None] * z
     # a motion that is unstable at rest grows, and decays when time runs backwards: both are listed
@@ -209,7 +209,7 @@ def _undamped(linearisation: Linearisation, M: Matrix, K: Matrix, scale: Vector)
     return _sorted(linearisation, np.array(values), np.array(vectors).T, np.array(rigid, dtype=bool))
 
 
-def _general(linearisation: Linearisation, A: Matrix, p: int) -> Modes:
+def _general(linearisation: StateSpace, A: Matrix, p: int) -> Modes:
     # a diagonal scaling that makes rates and coordinates alike: frequencies of the entries by themselves
     rates = np.sqrt(np.abs(np.diag(A[p:, :p]))) if len(A) == 2 * p else np.ones(p)
     middle = float(np.median(rates[rates > 0.0])) if np.any(rates > 0.0) else 1.0
@@ -238,7 +238,7 @@ def _distinct(shapes: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     return np.asarray(numbers[order[: np.count_nonzero(pivots > 1e-4)]])
 
 
-def _sorted(linearisation: Linearisation, values: np.ndarray, vectors: np.ndarray, is_rigid: np.ndarray) -> Modes:
+def _sorted(linearisation: StateSpace, values: np.ndarray, vectors: np.ndarray, is_rigid: np.ndarray) -> Modes:
     order = np.lexsort((-values.real, np.abs(values.imag), ~is_rigid))
     values, vectors, is_rigid = values[order], vectors[:, order].astype(complex), is_rigid[order]
     modes = Modes(linearisation, values, vectors, is_rigid)

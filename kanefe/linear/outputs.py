@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import all_speeds
@@ -15,7 +16,6 @@ from kanefe.linear.forces import frame_of
 from kanefe.linear.small_motions import Directions, Moved, SmallMotions
 from kanefe.linear.tangents import difference
 from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
-from kanefe.model import Model
 
 KINDS = {
     "position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s",

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Protocol, runtime_checkable
+
 import numpy as np
 
-from kanefe.closing_limits import LARGEST_OPENING
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.model import Model
-from kanefe.system import System
+from kanefe.kernels.tolerances import LARGEST_OPENING
+
+
+@runtime_checkable
+class Scene(Protocol):
+    """What can be frozen to a model: a `kanefe.System`."""
+
+    def freeze(self, start: float = 0.0) -> Model:
+        """Return the model at a time of the start, s."""
+        ...
 
 
 def model_of(scene: object, what: str, t: float = 0.0) -> Model:
@@ -30,7 +40,7 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     ModelError
         If it is neither, if it has unreduced bodies, or if nothing in it can move.
     """
-    model = scene.freeze(t) if isinstance(scene, System) else scene
+    model = scene.freeze(t) if isinstance(scene, Scene) else scene
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     if model.has_unreduced:

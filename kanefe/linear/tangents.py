@@ -14,12 +14,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.equations_of_motion import WORKS
+from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.assemble import speed_names
 from kanefe.linear.forces import answers, load_columns, load_values
-from kanefe.model import BodyTerms, Model
-from kanefe.scene_length import joint_scales, scene_length
+from kanefe.tree.model_data import WORKS, BodyTerms
+from kanefe.tree.scales import joint_scales, scene_length
 
 DIFFERENCE_STEP = 1e-3
 """Of central differences of the fourth order, in rad or scene lengths: both of their errors are some 1e-12."""

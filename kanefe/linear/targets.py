@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.bodies.flexible import InterfaceFrame
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.flexible import InterfaceFrame
 from kanefe.frames import Vector
-from kanefe.model import Model
 
 AXES = {"x": 0, "y": 1, "z": 2}
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.bodies.marker import Marker
+from kanefe.bodies.slopes import slope_measure
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, euler_parameters_from_matrix, rotation_vector
-from kanefe.marker import Marker
-from kanefe.slopes import slope_measure
 
 ROTATION_VECTOR = slope_measure("rotation-vector")
 

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.frames import Matrix, Vector
-from kanefe.load_pattern import LoadPattern
-from kanefe.loads.callbacks import Constant
-
-if TYPE_CHECKING:
-    from kanefe.loads.state import SceneState
+from kanefe.loads.functions import Constant, SceneView
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +45,7 @@ class FieldLoad:
         """Whether the value is the same at all times."""
         return isinstance(self.function, Constant)
 
-    def value(self, t: float, state: SceneState | None = None) -> Vector:
+    def value(self, t: float, state: SceneView | None = None) -> Vector:
         """Return the traction (3,), or the pressure (), at time t."""
         value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
         shape = () if self.is_pressure else (3,)
@@ -58,7 +55,7 @@ class FieldLoad:
         return value
 
     def forces(
-        self, t: float, A_NG: Matrix, eta: Vector, state: SceneState | None = None
+        self, t: float, A_NG: Matrix, eta: Vector, state: SceneView | None = None
     ) -> tuple[Vector, Vector, Vector]:
         """Return the forces on translation and rotation of G (in its components) and on the coordinates `eta`."""
         value = self.value(t, state)

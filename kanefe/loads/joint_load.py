@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.loads.callbacks import Constant
-
-if TYPE_CHECKING:
-    from kanefe.loads.state import SceneState
+from kanefe.loads.functions import Constant, SceneView
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +38,7 @@ class JointLoad:
         """Whether the value is the same at all times."""
         return isinstance(self.function, Constant)
 
-    def value(self, t: float, state: SceneState | None = None) -> float:
+    def value(self, t: float, state: SceneView | None = None) -> float:
         """Return the generalised force at time t."""
         value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
         if value.shape != () or not np.isfinite(value):

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
-from kanefe.loads.callbacks import Constant
-
-if TYPE_CHECKING:
-    from kanefe.kane.kinematics import FrameMotion
-    from kanefe.loads.state import SceneState
+from kanefe.loads.functions import Constant, Moving, SceneView
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,14 +44,14 @@ class PointLoad:
         """Whether the value is the same at all times."""
         return isinstance(self.function, Constant)
 
-    def value(self, t: float, state: SceneState | None = None) -> Vector:
+    def value(self, t: float, state: SceneView | None = None) -> Vector:
         """Return the three numbers of the load at time t, N or N m."""
         value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
         if value.shape != (3,) or not np.all(np.isfinite(value)):
             raise ModelError(f"{self.label} must give three finite numbers; at t = {t:.6g} s it gave {value!r}")
         return value
 
-    def wrench(self, t: float, frame: FrameMotion, state: SceneState | None = None) -> tuple[Vector, Vector]:
+    def wrench(self, t: float, frame: Moving, state: SceneView | None = None) -> tuple[Vector, Vector]:
         """Return force and moment about the frame's origin, in components of the frame."""
         value = self.value(t, state)
         if not self.follows:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
-from kanefe.marker import Marker
 
 
 @dataclass(frozen=True, eq=False)

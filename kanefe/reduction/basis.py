@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.load_cases import Load, checked_loads
-from kanefe.statics import StaticProblem
 
 
 @dataclass(frozen=True, eq=False)

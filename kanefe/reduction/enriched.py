@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Options, Reduction
 from kanefe.reduction.error_estimate import residual_shapes
 from kanefe.reduction.load_cases import Load, some_groups
 from kanefe.reduction.orthonormal import orthonormal_modes
-from kanefe.statics import StaticProblem
 
 
 @dataclass(frozen=True, repr=False)

@@ -32,10 +32,10 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.load_cases import LoadGroup
 from kanefe.reduction.orthonormal import normalised, orthonormal_columns
 from kanefe.reduction.response_model import ResponseModel
-from kanefe.statics import StaticProblem
 
 
 def error_estimate(

@@ -16,11 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Options, check_count, check_frequency
-from kanefe.reduction.load_cases import Load
-from kanefe.reduction.load_vectors import load_vectors
+from kanefe.reduction.load_cases import Load, load_vectors
 from kanefe.reduction.normal_modes import free_normal_modes
-from kanefe.statics import StaticProblem
 
 
 @dataclass(frozen=True, repr=False)

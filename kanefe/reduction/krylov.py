@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Options, check_count, is_number
 from kanefe.reduction.load_cases import Load, some_groups
 from kanefe.reduction.orthonormal import normalised, orthonormal_columns
-from kanefe.statics import StaticProblem
 
 REFINEMENTS = 2
 """Corrections of a solve with a matrix that is factored without being definite."""

@@ -9,6 +9,11 @@ A load case is named by
 - the name of a load pattern: unit tractions along x, y, z, and a unit pressure;
 
 or given as a `LoadCase`. A spin about another point is a combination of "centrifugal" and "gravity".
+
+
+MERGED: Load-dependent vectors: static shapes of load cases, which make a basis statically complete for them.
+
+Wilson, Yuan & Dickens (1982), "Dynamic analysis by direct superposition of Ritz vectors".
 """
 
 from __future__ import annotations
@@ -21,14 +26,16 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS, FiniteElementModel
-from kanefe.statics import StaticProblem
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.fe_model.statics import StaticProblem
 
 INERTIAL = ("gravity", "angular acceleration", "centrifugal")
 """Names of the loads that the motion of G itself puts on a body."""
 
+
 LOADED = 1e-9
 """Share of the largest force of a group below which a column counts as one that does nothing."""
+
 
 PRODUCTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """The axes (a, b) of the products w_a w_b of angular speeds."""
@@ -229,3 +236,15 @@ def _settled(problem: StaticProblem, group: LoadGroup) -> LoadGroup:
     left = np.linalg.norm(problem.relieved(forces), axis=0)
     kept = np.flatnonzero(left > LOADED * before.max(initial=0.0))
     return LoadGroup(group.name, group.unit, forces[:, kept], tuple(kept.tolist()))
+
+
+def load_vectors(problem: StaticProblem, loads: Sequence[Load]) -> tuple[np.ndarray, dict[str, int]]:
+    """Return the static shapes of loads, shape (tied, m), and how many each group of them has.
+
+    Of a floating body: under the loads balanced by the inertia of its rigid motion.
+    """
+    groups = load_groups(problem, loads)
+    if not groups:
+        return np.zeros((problem.size, 0)), {}
+    shapes = problem.solve(np.hstack([group.forces for group in groups]))
+    return shapes, {group.name: group.forces.shape[1] for group in groups}

@@ -20,12 +20,12 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.error_estimate import frequency_error
 from kanefe.reduction.load_cases import Load, LoadGroup, some_groups
 from kanefe.reduction.normal_modes import normal_modes
 from kanefe.reduction.orthonormal import normalised, orthonormal_columns
 from kanefe.reduction.response_model import ResponseModel
-from kanefe.statics import StaticProblem
 
 CANDIDATES = 16
 """Normal modes that are looked at first; twice as many then, until they suffice."""

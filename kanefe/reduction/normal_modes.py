@@ -9,9 +9,9 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.progress import stage
+from kanefe.fe_model.progress import stage
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.block_lanczos import lowest_modes
-from kanefe.statics import StaticProblem
 
 
 def normal_modes(

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.load_cases import LoadGroup
-from kanefe.statics import StaticProblem
 
 SWELL = 0.2
 """sigma as a share of the highest angular frequency."""

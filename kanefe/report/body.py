@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.finite_element_model import COMPONENTS, TRANSLATIONS
-from kanefe.flexible import FlexibleBody
-from kanefe.report.document import Block, Heading, Histogram, Paragraph, Picture, Report, Table
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.report.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
+from kanefe.report.document import Report
 from kanefe.report.mesh_quality import MeshQuality, mesh_quality
 from kanefe.report.modes import BodyModes, body_modes, compliance_shares, interface_masses
-from kanefe.report.records import record_tables
+from kanefe.report.record_tables import record_tables
 
 MOST_MODES = 30
 """Modes that tables list."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from html import escape
 from itertools import groupby
 
-from kanefe.report.document import Block, Heading, Histogram, Paragraph, Picture, Table
+from kanefe.report.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 2rem auto; max-width: 64rem;

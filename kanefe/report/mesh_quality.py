@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.finite_element_model import Cells
+from kanefe.fe_model.model import Cells
 
 _EDGES = {
     "line": ((0, 1),),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
 
 
 @dataclass(frozen=True, eq=False)

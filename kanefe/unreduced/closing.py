@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.assembly import consistent_start
-from kanefe.closing_limits import LARGEST_OPENING, TOLERANCE
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals, scene_rows
 from kanefe.kane.kinematics import sweep_outward
-from kanefe.model import Model
-from kanefe.scene_length import scene_length
-from kanefe.unreduced.border import Bordered
+from kanefe.kane.loop_closure import consistent_start
+from kanefe.kernels.tolerances import LARGEST_OPENING, TOLERANCE
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
+from kanefe.unreduced.bordered import Bordered
 from kanefe.unreduced.condensed import Condensed, FrozenMoments
 from kanefe.unreduced.demand import some_inertia
 
 LARGEST_ITERATIONS = 8
 
 
-def closed_start(model: Model, t: float) -> tuple[Vector, Vector]:
+def closed_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
     """Return q and u at the start, consistent with the loops at time t (s); unreduced bodies keep their shape.
 
     Raises

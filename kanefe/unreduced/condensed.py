@@ -16,15 +16,15 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.marker import Marker
+from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint, CouplerRow
-from kanefe.flexible import FlexibleBody, InterfaceFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.loads import FieldLoad
-from kanefe.marker import Marker
-from kanefe.model import BodyTerms, FlexibleTerms, Model
-from kanefe.unreduced.body import UnreducedBody
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
 
 class FrozenMoments:
@@ -57,7 +57,7 @@ class FrozenMoments:
         return self._generalised[6:, 6:]
 
     def terms(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
-        """Return the leading part of what is frozen, as `kanefe.mass_moments.MassMoments.terms`."""
+        """Return the leading part of what is frozen, as `kanefe.bodies.mass_moments.MassMoments.terms`."""
         size = 6 + len(eta)
         return self._generalised[:size, :size], self._bias[:size]
 
@@ -115,14 +115,14 @@ class Condensed:
 
     Parameters
     ----------
-    model : Model
+    model : ModelData
     is_complete : bool
         Whether the twin has the frames of all interfaces, not only of those with something attached, and the
         components that are fixed in G.
 
     Attributes
     ----------
-    model, small : Model
+    model, small : ModelData
         The scene and its twin.
     members : tuple of Member
     plain_coordinates, plain_speeds : ndarray of int
@@ -131,7 +131,7 @@ class Condensed:
         Their numbers in the twin.
     """
 
-    def __init__(self, model: Model, is_complete: bool = False) -> None:
+    def __init__(self, model: ModelData, is_complete: bool = False) -> None:
         self.model, self.is_complete = model, is_complete
         self._frames: dict[int, InterfaceFrame] = {}
         self._markers: dict[int, Marker] = {}
@@ -176,7 +176,7 @@ class Condensed:
                 self._frames[id(frame)] = replace(frame, motion=motion, fixed_components=(), fixed_columns=())
         return rows[kept]
 
-    def _number(self, model: Model, bases: list[sp.csr_matrix | None]) -> None:
+    def _number(self, model: ModelData, bases: list[sp.csr_matrix | None]) -> None:
         """Number coordinates and speeds of the twin: those of the scene, with d in the place of eta."""
         coordinates = np.full(model.coordinate_count + 1, -1)  # the last stays: driven coordinates are -1
         speeds = np.full(model.free_count + model.driven_count, -1)
@@ -210,7 +210,7 @@ class Condensed:
         self.plain_places = coordinates[self.plain_coordinates]
         self.plain_rates = speeds[self.plain_speeds]
 
-    def _twin(self, model: Model, bases: list[sp.csr_matrix | None]) -> Model:
+    def _twin(self, model: ModelData, bases: list[sp.csr_matrix | None]) -> ModelData:
         q, u = self._sizes
         members = {member.number: member for member in self.members}
         fixed = u + model.driven_count
@@ -284,7 +284,7 @@ class Condensed:
             fixed_elastic=elastic,
         )
 
-    def with_moments(self, moments: Sequence[FrozenMoments]) -> Model:
+    def with_moments(self, moments: Sequence[FrozenMoments]) -> ModelData:
         """Return the twin with other moments of its unreduced bodies."""
         bodies = list(self.small.bodies)
         for member, own in zip(self.members, moments, strict=True):
@@ -355,7 +355,7 @@ def is_unreduced(body: BodyTerms) -> bool:
     return body.flexible is not None and isinstance(body.flexible.body, UnreducedBody)
 
 
-def _attached_frames(model: Model) -> list[dict[int, InterfaceFrame]]:
+def _attached_frames(model: ModelData) -> list[dict[int, InterfaceFrame]]:
     """Return for each body the frames at which something is attached, by identity."""
     found: list[dict[int, InterfaceFrame]] = [{} for _ in model.bodies]
     for number, body in enumerate(model.bodies):
@@ -370,7 +370,7 @@ def _attached_frames(model: Model) -> list[dict[int, InterfaceFrame]]:
     return found
 
 
-def _markers(model: Model) -> Iterable[Marker]:
+def _markers(model: ModelData) -> Iterable[Marker]:
     for spring in model.springs:
         yield from (spring.a, spring.b)
     for bushing in model.bushings:
@@ -382,7 +382,7 @@ def _markers(model: Model) -> Iterable[Marker]:
                 yield from (row.a, row.b)
 
 
-def _takes_state(model: Model) -> bool:
+def _takes_state(model: ModelData) -> bool:
     """Tell whether a function of the user looks at the state: it may ask for any interface."""
     loads = [load for body in model.bodies for load, _ in body.loads]
     others = [load for body in model.bodies for load in (*body.joint_loads, *body.field_loads)]

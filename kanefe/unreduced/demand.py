@@ -7,7 +7,7 @@ import scipy.sparse.linalg as spla
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.kinematics import FrameMotion
-from kanefe.loads.state import SceneState
+from kanefe.tree.scene_state import SceneState
 from kanefe.unreduced.condensed import FrozenMoments, Member
 
 Own = tuple[Vector, Vector, Vector]

@@ -16,7 +16,7 @@ LARGEST_ITERATIONS = 2000
 
 
 class MassSolver:
-    """Conjugate gradients, preconditioned by the diagonal; a `kanefe.factorise.Factorisation`.
+    """Conjugate gradients, preconditioned by the diagonal; a `kanefe.fe_model.factorise.Factorisation`.
 
     Parameters
     ----------

@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import MissingDependency
-from kanefe.finite_element_model import Cells
-from kanefe.views.cell_types import CELL_TYPES
+from kanefe.fe_model.model import CELL_TYPES, Cells
 
 SECONDS = 300
 """After which drawing is given up."""

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.errors import MissingDependency, ModelError
-from kanefe.quantities import DRIVES, ENERGIES, INTERFACES, LOOPS, MODES, MOMENTA, QUANTITIES
-from kanefe.whole_file import ready_path, write_whole
+from kanefe.results.quantities import DRIVES, ENERGIES, INTERFACES, LOOPS, MODES, MOMENTA, QUANTITIES
+from kanefe.storage.files import ready_path, write_whole
 
 try:
     from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ except ImportError as _error:
     raise MissingDependency("matplotlib", "Result.plot", "pip install matplotlib") from _error
 
 if TYPE_CHECKING:
-    from kanefe.results import Result
+    from kanefe.results.reader import Reader
 
 Curves = Sequence[tuple[str, np.ndarray]]
 
@@ -34,9 +34,9 @@ LARGEST_LEGEND = 12
 """Curves above which a legend names only the first ones."""
 
 
-def draw(result: Result, what: str, names: Sequence[str], path: str | Path | None) -> Figure:
+def draw(result: Reader, what: str, names: Sequence[str], path: str | Path | None) -> Figure:
     """Return the picture that `Result.plot` describes, and write it to `path` if given."""
-    pictures: dict[str, Callable[[Result], Figure]] = {
+    pictures: dict[str, Callable[[Reader], Figure]] = {
         "overview": _overview, "energy": _energy_picture, "momentum": _momentum_picture,
     }  # fmt: skip
     if what in pictures:
@@ -95,7 +95,7 @@ def _curves(axes: Axes, times: np.ndarray, curves: Curves, style: str = "-", col
         axes.plot(times, values, shown, color=COLORS[i % len(COLORS)], linewidth=1.4, label=label)
 
 
-def _quantity_picture(result: Result, quantity: str, names: Sequence[str]) -> Figure:
+def _quantity_picture(result: Reader, quantity: str, names: Sequence[str]) -> Figure:
     """Draw a quantity: a diagram for each unit; several bodies by line style."""
     targets = _targets(result, quantity, names)
     parts: dict[tuple[str, str], list[Curves]] = {}
@@ -120,7 +120,7 @@ def _quantity_picture(result: Result, quantity: str, names: Sequence[str]) -> Fi
     return figure
 
 
-def _targets(result: Result, quantity: str, names: Sequence[str]) -> list[tuple[str, ...]]:
+def _targets(result: Reader, quantity: str, names: Sequence[str]) -> list[tuple[str, ...]]:
     """Return body and interface of every curve asked for; without names, all there are."""
     if quantity in ENERGIES or quantity in MOMENTA:
         if names:
@@ -151,7 +151,7 @@ def _targets(result: Result, quantity: str, names: Sequence[str]) -> list[tuple[
     return found
 
 
-def _energy_picture(result: Result) -> Figure:
+def _energy_picture(result: Reader) -> Figure:
     figure, (upper, lower) = _figure(2, 1, (8.0, 6.0))
     _energy_diagram(upper, result)
     _dress(upper, "energy [J]", "Energies", time=False)
@@ -160,7 +160,7 @@ def _energy_picture(result: Result) -> Figure:
     return figure
 
 
-def _energy_diagram(axes: Axes, result: Result) -> None:
+def _energy_diagram(axes: Axes, result: Reader) -> None:
     energy = result.energy
     for i, name in enumerate(("kinetic", "elastic", "gravity", "dissipated", "work")):
         values = getattr(energy, name)
@@ -169,7 +169,7 @@ def _energy_diagram(axes: Axes, result: Result) -> None:
     axes.plot(result.times, energy.total, "--", color="0.2", linewidth=1.4, label="mechanical")
 
 
-def _momentum_picture(result: Result) -> Figure:
+def _momentum_picture(result: Reader) -> Figure:
     figure, axes = _figure(2, 1, (8.0, 6.0))
     for ax, name in zip(axes, MOMENTA, strict=True):
         ((label, unit, components),) = QUANTITIES[name].parts
@@ -179,7 +179,7 @@ def _momentum_picture(result: Result) -> Figure:
     return figure
 
 
-def _overview(result: Result) -> Figure:
+def _overview(result: Reader) -> Figure:
     """Draw joints or positions, deflection or speeds, energies, and coupling forces or joint reactions."""
     figure, axes = _figure(2, 2, (13.0, 7.5))
     _joints_diagram(axes[0], result)
@@ -191,7 +191,7 @@ def _overview(result: Result) -> Figure:
     return figure
 
 
-def _joints_diagram(axes: Axes, result: Result) -> None:
+def _joints_diagram(axes: Axes, result: Reader) -> None:
     """Draw the coordinates of all joints of one unit, or the positions of the bodies where the joints are free."""
     shapes = [result.body(name) for name in result.bodies]
     single = [shape for shape in shapes if len(shape.coordinate_names) == 1]
@@ -209,7 +209,7 @@ def _joints_diagram(axes: Axes, result: Result) -> None:
     _dress(axes, "position [m]", "Positions in N", time=False)
 
 
-def _deflection_diagram(axes: Axes, result: Result) -> None:
+def _deflection_diagram(axes: Axes, result: Reader) -> None:
     """Draw how far the free interfaces leave their undeformed place, or how fast the bodies are."""
     moving = [
         (shape.name, interface, result.deflection(shape.name, interface)[:, :3])
@@ -231,7 +231,7 @@ def _deflection_diagram(axes: Axes, result: Result) -> None:
     _dress(axes, f"deflection [{'mm' if millimetres else 'm'}]", f"Deflection of {where} in its mesh frame", time=False)
 
 
-def _forces_diagram(axes: Axes, result: Result) -> None:
+def _forces_diagram(axes: Axes, result: Reader) -> None:
     """Draw the forces on the flexible bodies at their interfaces, or the reactions of the joints."""
     if not result.has_forces:
         axes.text(0.5, 0.5, "forces were not saved", ha="center", va="center", transform=axes.transAxes)

@@ -10,11 +10,11 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from kanefe.channels import BodyShape
 from kanefe.errors import FileError, MissingDependency, ModelError
+from kanefe.fe_model.model import CELL_TYPES
 from kanefe.frames import rotation_matrix
-from kanefe.views.cell_types import CELL_TYPES
-from kanefe.whole_file import ready_path
+from kanefe.results.channels import BodyShape
+from kanefe.storage.files import ready_path
 
 try:
     from pyevtk.hl import unstructuredGridToVTK
@@ -23,7 +23,7 @@ except ImportError as _error:
     raise MissingDependency("pyevtk", "Result.to_vtk", "pip install pyevtk") from _error
 
 if TYPE_CHECKING:
-    from kanefe.results import Result
+    from kanefe.results.reader import Reader
 
 MOST_FRAMES = 200
 """Frames written where the user does not choose."""
@@ -44,7 +44,7 @@ FieldData = Callable[[int], tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
 
 
 def write_series(
-    result: Result,
+    result: Reader,
     path: str | Path,
     *,
     fps: float | None = None,
@@ -142,7 +142,7 @@ def _chosen_frames(times: np.ndarray, fps: float | None, every: int | None) -> n
     return np.arange(0, len(times), int(every))
 
 
-def _boxes(result: Result, shapes: list[BodyShape]) -> list[tuple[int, BodyShape, np.ndarray]]:
+def _boxes(result: Reader, shapes: list[BodyShape]) -> list[tuple[int, BodyShape, np.ndarray]]:
     """Return number, shape and corners (8, 3) in the body's frame of the box of each rigid body."""
     points = [result.position(name) for name in result.bodies]
     points += [result.nodal_positions(n, frames=[0])[0] for n in result.bodies if result.body(n).is_flexible]
@@ -160,7 +160,7 @@ def _boxes(result: Result, shapes: list[BodyShape]) -> list[tuple[int, BodyShape
 
 def _write_mesh(
     path: Path,
-    result: Result,
+    result: Reader,
     shape: BodyShape,
     frame: int,
     part: int,
@@ -178,7 +178,7 @@ def _write_mesh(
     )
 
 
-def _write_boxes(path: Path, result: Result, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int) -> Path:
+def _write_boxes(path: Path, result: Reader, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int) -> Path:
     corners, numbers = [], []
     for number, shape, local in boxes:
         A_NR = rotation_matrix(result.rotation(shape.name)[frame])

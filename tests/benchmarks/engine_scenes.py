@@ -8,9 +8,9 @@ import numpy as np
 
 import kanefe as kf
 import scenes
-from kanefe.finite_element_model import FiniteElementModel
+from kanefe.equations.model import Model
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe.integrate.run import integrate
-from kanefe.model import Model
 from kanefe_fem.bench import steel_bar
 from kanefe_fem.bench.rigid_chain import GRAVITY, chain_scene
 from kanefe_fem.bench.steel_bar import FREE_MODES

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from kanefe.verify import Check, Reference
-from kanefe.verify.references import load_references
+from kanefe.checks.verification import Check, Reference
+from kanefe.checks.verification.references import load_references
 from kanefe_fem.bench.goals import Figure, Goal
 
 Run = Callable[[Reference], Iterable[Check]]

@@ -14,7 +14,7 @@ from benchmarks.fe_figures_pipeline import BrokenProcess, Settings
 from benchmarks.fe_meshes import bar
 from kanefe_fem.bench.clocks import check_agreement
 from kanefe_fem.bench.goals import Figure, Goal, median
-from kanefe_fem.bench.peer_environment import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
+from kanefe_fem.bench.peer_process import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
 
 TESTS = Path(__file__).resolve().parents[1]
 PEER = Path(__file__).with_name("peer_unreduced.py")

@@ -41,7 +41,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
     from benchmarks.fe_figures_pipeline import LARGE, BrokenProcess, Settings
     from kanefe.errors import KanefeError
-    from kanefe_fem.bench.peer_environment import NoPeers
+    from kanefe_fem.bench.peer_process import NoPeers
 
     settings = Settings(
         rounds=FEW_ROUNDS if options.quick else ROUNDS,

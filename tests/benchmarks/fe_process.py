@@ -26,8 +26,8 @@ def body(mesh: str, modes: str) -> dict[str, Any]:
     import resource
 
     import kanefe as kf
-    from kanefe_fem import solid
-    from kanefe_fem.material import Material
+    from kanefe_fem.materials.isotropic import Material
+    from kanefe_fem.solids import body as solid
 
     steel = Material(E=E, nu=NU, rho=RHO)
     small = str(bar(Path(mesh).parent, "3k"))
@@ -61,9 +61,10 @@ def held_frequencies(arm: Any) -> list[float]:
 
 def matrices(path: str) -> dict[str, Any]:
     """Return seconds of our matrices, and of dolfinx's own calls for the same ones, in turn."""
-    from kanefe_fem.material import Material
-    from kanefe_fem.mesh import read_mesh, to_order
-    from kanefe_fem.solid import solid_model
+    from kanefe_fem.materials.isotropic import Material
+    from kanefe_fem.mesh.mesh import to_order
+    from kanefe_fem.read_mesh import read_mesh
+    from kanefe_fem.solids.body import solid_model
 
     mesh = read_mesh(path)
     lifted = to_order(mesh, 2)
@@ -88,7 +89,7 @@ def dolfinx_matrices(mesh: Any) -> tuple[Any, Any]:
     import scipy.sparse as sp
 
     from kanefe_fem import _fenicsx
-    from kanefe_fem.shapes import shape
+    from kanefe_fem.mesh.shapes import shape
 
     fx = _fenicsx.load()
     domain = _fenicsx.create_mesh(fx, mesh.nodes, mesh.connectivity, shape("tetra"))
@@ -110,8 +111,8 @@ def dolfinx_matrices(mesh: Any) -> tuple[Any, Any]:
 def scene(mesh: str, modes: str) -> dict[str, Any]:
     """Make a scene with the body from a mesh and go one step; tell when that was, and the CPU time of the process."""
     import kanefe as kf
-    from kanefe_fem.material import Material
-    from kanefe_fem.solid import solid_body
+    from kanefe_fem.materials.isotropic import Material
+    from kanefe_fem.solids.body import solid_body
 
     arm = solid_body(mesh, Material(E=E, nu=NU, rho=RHO), ENDS, reduction=kf.CraigBampton(modes=int(modes)))
     swing = kf.System(gravity=(0.0, 0.0, -9.81))

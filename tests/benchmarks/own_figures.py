@@ -9,9 +9,9 @@ import numpy as np
 
 from benchmarks import engine_scenes as ours
 from benchmarks.exact_accelerations import exact_accelerations, is_extended
+from kanefe.equations.model import Model
 from kanefe.kernels.elastic import transposed_product
 from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
-from kanefe.model import Model
 from kanefe.system import System
 from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
 from kanefe_fem.bench.goals import Figure, Goal, median

@@ -41,8 +41,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     # numpy reads the number of threads when it is imported, which these do
     from benchmarks import against_peers, own_figures, start_up
     from kanefe.errors import KanefeError
-    from kanefe_fem.bench.peer_environment import NoPeers, peer_python
-    from kanefe_fem.bench.peer_process import Peers
+    from kanefe_fem.bench.peer_process import NoPeers, Peers, peer_python
 
     rounds = FEW_ROUNDS if options.quick else ROUNDS
     failures = (NoPeers, Disagreement, start_up.BrokenProcess, KanefeError, ModuleNotFoundError)

@@ -23,8 +23,8 @@ SWING = 4.0
 
 
 def _body(mesh: str) -> Any:
-    from kanefe_fem.material import Material
-    from kanefe_fem.solid import solid_body
+    from kanefe_fem.materials.isotropic import Material
+    from kanefe_fem.solids.body import solid_body
 
     return solid_body(mesh, Material(E=E, nu=NU, rho=RHO), {"root": "clamped"}, cache=False)
 
@@ -39,8 +39,8 @@ def _scene(body: Any) -> Any:
 
 def _stepper(body: Any, span: float) -> Any:
     from kanefe.integrate.dynamics import Dynamics
-    from kanefe.integrate.generalised_alpha_unreduced import UnreducedStepper
-    from kanefe.integrate.methods import StepControl
+    from kanefe.integrate.methods.generalised_alpha_unreduced import UnreducedStepper
+    from kanefe.integrate.stepper import StepControl
 
     return UnreducedStepper(Dynamics(_scene(body).freeze()), 0.0, span, StepControl(RTOL, 0.0, None))
 
@@ -49,8 +49,8 @@ def matrices(mesh: str, file: str) -> dict[str, Any]:
     """Write what the peer reads."""
     import numpy as np
 
-    from kanefe_fem.material import Material
-    from kanefe_fem.solid import solid_model
+    from kanefe_fem.materials.isotropic import Material
+    from kanefe_fem.solids.body import solid_model
 
     model = solid_model(mesh, Material(E=E, nu=NU, rho=RHO))
     arrays = {"nodes": model.nodes}

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from kanefe_fem import solid_problem
+from kanefe_fem.solids import problem as solid_problem
 
 GEO_BOX = """
 SetFactory("Built-in");

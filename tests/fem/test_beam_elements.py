@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kanefe_fem import beam_elements as be
+from kanefe_fem.beams import elements as be
 
 LENGTHS = np.array([0.4, 1.3])
 INFINITE = np.full(2, np.inf)

@@ -8,12 +8,12 @@ import pytest
 import kanefe as kf
 from fem_meshes import STEEL, shown
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import Cells
+from kanefe.fe_model.model import Cells
 from kanefe.frames import skew
-from kanefe_fem.beam_mesh import beam_model_from_mesh
-from kanefe_fem.beams import beam_body, beam_model, straight_beam
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.sections import Rectangle, Tube
+from kanefe_fem.beams.body import beam_body, beam_model, straight_beam
+from kanefe_fem.beams.from_mesh import beam_model_from_mesh
+from kanefe_fem.beams.sections import Rectangle, Tube
+from kanefe_fem.mesh.mesh import Mesh
 
 LENGTH = 2.0
 NODES = np.array([[0.0, 0, 0], [1, 0.2, 0], [1.5, 1, 0], [0.5, 1, 0.7]])

@@ -11,13 +11,13 @@ import scipy.linalg
 from scipy.spatial.transform import Rotation
 
 from kanefe.errors import MeshError, ModelError
-from kanefe.finite_element_model import Cells, rigid_motion
-from kanefe_fem import beam_elements as be
-from kanefe_fem.beam_mesh import beam_model_from_mesh
-from kanefe_fem.beams import beam_body, beam_model, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.sections import Box, Rectangle, Section, SolidCircle, Tube
+from kanefe.fe_model.model import Cells, rigid_motion
+from kanefe_fem.beams import elements as be
+from kanefe_fem.beams.body import beam_body, beam_model, straight_beam
+from kanefe_fem.beams.from_mesh import beam_model_from_mesh
+from kanefe_fem.beams.sections import Box, Rectangle, Section, SolidCircle, Tube
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.mesh import Mesh
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 ALUMINIUM = Material(E=70e9, nu=0.33, rho=2700.0)

@@ -18,14 +18,14 @@ import pytest
 
 import kanefe as kf
 from fem_meshes import STEEL, box
-from kanefe import cache
+from kanefe.bodies import cache
 from kanefe_fem import body_cache
 from kanefe_fem.body_cache import cached_body, is_whole
 from kanefe_fem.lumped import LumpedMass
-from kanefe_fem.material import AccuracyWarning, Material
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.preload import Preload
-from kanefe_fem.solid import solid_body
+from kanefe_fem.materials.isotropic import AccuracyWarning, Material
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.preload import Preload
 
 ROOT = Path(__file__).parents[2]
 ENDS = {"root": "clamped", "tip": "rigid"}
@@ -287,7 +287,7 @@ class TestMeshFiles:
         def read(path: Path, **options: Any) -> Mesh:
             return box("hexahedron", (4, 1, 1), (float(length.read_text()), 0.1, 0.1))
 
-        monkeypatch.setattr("kanefe_fem.mesh.read_mesh", read)
+        monkeypatch.setattr("kanefe_fem.read_mesh.read_mesh", read)
         source.write_text("length = 1.0")
         self.body(source, made)
         assert made == [source]  # whoever makes the body reads it

@@ -7,9 +7,9 @@ import pytest
 import scipy.linalg
 
 from kanefe.frames import skew
-from kanefe_fem.beams import beam_model, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle, Section
+from kanefe_fem.beams.body import beam_model, straight_beam
+from kanefe_fem.beams.sections import Rectangle, Section
+from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.verification.boxes import box_mesh
 from static_loads import held, static, tip_load
 
@@ -72,7 +72,7 @@ def test_frame_buckles_alike_however_it_lies():
 
 @pytest.mark.fenicsx
 def test_solid_column_buckles_at_eulers_load():
-    from kanefe_fem.solid import solid_model
+    from kanefe_fem.solids.body import solid_model
 
     model = solid_model(box_mesh((1.0, 0.02, 0.03), (20, 1, 1), "hexahedron"), SOFT)
     f = np.zeros(model.size)

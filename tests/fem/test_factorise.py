@@ -12,12 +12,12 @@ import scipy.sparse as sp
 import kanefe as kf
 from fem_meshes import STEEL, box, shown
 from kanefe.errors import ModelError
-from kanefe.factorise import splu_factorise
+from kanefe.fe_model.factorise import splu_factorise
 from kanefe_fem import _petsc
 from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
-from kanefe_fem.material import Material
+from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.memory import MemoryWarning, free_memory
-from kanefe_fem.solid import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body, solid_model
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
 

@@ -11,18 +11,17 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from fem_meshes import STEEL, box
+from kanefe.checks.verification.scenes import system_modes
 from kanefe.errors import MeshError, ModelError
-from kanefe.finite_element_model import Cells, FiniteElementModel, NodeGroup
-from kanefe.interface_ties import tie_interfaces
+from kanefe.fe_model.model import Cells, FiniteElementModel, NodeGroup
+from kanefe.fe_model.rigid_patch_error import TieWarning
+from kanefe.fe_model.ties import tie_interfaces
 from kanefe.reduction import flexible_body
-from kanefe.tie_errors import TieWarning
-from kanefe.verify.scenes import system_modes
-from kanefe_fem.beams import beam_model, straight_beam
-from kanefe_fem.interfaces import check_interfaces, node_groups
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.mesh_parts import part_of
-from kanefe_fem.sections import Rectangle
-from kanefe_fem.solid import solid_body, solid_model
+from kanefe_fem.beams.body import beam_model, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.mesh.groups import check_interfaces, node_groups
+from kanefe_fem.mesh.mesh import Mesh, part_of
+from kanefe_fem.solids.body import solid_body, solid_model
 
 LENGTH, WIDTH, HEIGHT = 1.0, 0.2, 0.1
 AREA, I_Y = WIDTH * HEIGHT, WIDTH * HEIGHT**3 / 12

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.verify.references import load_references
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import SolidCircle
+from kanefe.checks.verification.references import load_references
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import SolidCircle
+from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.verification.beam_frequencies import unit_beam
 from kanefe_fem.verification.beam_statics import beam_bar
 from kanefe_fem.verification.stiffened_beams import thin_beam

@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 
 import kanefe as kf
-from kanefe.verify.references import load_references
+from kanefe.checks.verification.references import load_references
 from kanefe_fem import Material, solid_body
 from kanefe_fem.verification.boxes import box_mesh
 from linear_scenes import run_beside

@@ -10,12 +10,12 @@ import scipy.sparse
 
 from fem_meshes import STEEL, box, shown
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import TRANSLATIONS, FiniteElementModel, MassField, NodeGroup, rigid_motion
+from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel, MassField, NodeGroup, rigid_motion
 from kanefe_fem import lumped as lumped_module
-from kanefe_fem.beams import straight_beam
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle, SolidCircle
 from kanefe_fem.lumped import LumpedMass, LumpedSpring, attach, mean_motion
-from kanefe_fem.sections import Rectangle, SolidCircle
-from kanefe_fem.solid import solid_model
+from kanefe_fem.solids.body import solid_model
 
 J = np.array([[3.0, 0.4, -0.2], [0.4, 2.5, 0.1], [-0.2, 0.1, 1.5]]) * 1e-3
 PLACE = (0.35, 0.12, 0.09)

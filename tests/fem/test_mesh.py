@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from fem_meshes import box, write_msh2
-from kanefe.finite_element_model import Cells
-from kanefe_fem.mesh import Mesh, read_mesh
-from kanefe_fem.mesh_checks import MeshWarning
-from kanefe_fem.shapes import MIDS, measures, quadrature, shape
+from kanefe.fe_model.model import Cells
+from kanefe_fem.mesh.checks import MeshWarning
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.shapes import MIDS, measures, quadrature, shape
+from kanefe_fem.read_mesh import read_mesh
 
 ARM = Path(__file__).parents[2] / "meshes" / "arm.msh"
 

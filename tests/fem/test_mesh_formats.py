@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fem_meshes import box
-from kanefe_fem.mesh import Mesh, read_mesh
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.read_mesh import read_mesh
 
 meshio = pytest.importorskip("meshio")
 BAR = box("hexahedron", (4, 1, 1), (1.0, 0.1, 0.1))
@@ -62,7 +63,7 @@ def test_abaqus_sets_of_elements_and_nodes(tmp_path: Path) -> None:
 def test_sets_of_nodes_are_interfaces(tmp_path: Path) -> None:
     import kanefe as kf
     from fem_meshes import STEEL
-    from kanefe_fem.solid import solid_model
+    from kanefe_fem.solids.body import solid_model
 
     path = tmp_path / "bar.inp"
     sets = {"root": np.unique(ROOT), "tip": np.unique(TIP)}

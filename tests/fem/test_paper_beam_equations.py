@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kanefe_fem import beam_elements as be
+from kanefe_fem.beams import elements as be
 
 LENGTH, THETA = 0.7, 0.6
 EA, EI, RHO_A = 3.0e6, 2.0e2, 1.7

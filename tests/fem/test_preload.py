@@ -10,11 +10,11 @@ import scipy.linalg
 
 from fem_meshes import STEEL, box, shown
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import COMPONENTS
-from kanefe_fem.beams import straight_beam
-from kanefe_fem.preload import Preload, preloaded
-from kanefe_fem.sections import Rectangle
-from kanefe_fem.solid import solid_model
+from kanefe.fe_model.model import COMPONENTS
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.preload import Preload, preloaded
 
 LENGTH, SECTION = 1.0, Rectangle(0.01, 0.02)
 EI, EA = STEEL.E * SECTION.I_z, STEEL.E * SECTION.A

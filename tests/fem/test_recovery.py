@@ -9,15 +9,13 @@ import pytest
 
 import kanefe as kf
 from fem_meshes import box, deformed
-from kanefe.channels import BodyShape
-from kanefe.elasticity import Elasticity
-from kanefe.finite_element_model import TRANSLATIONS
-from kanefe_fem import stress_measures
-from kanefe_fem.cell_search import find_point
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.recovery import Recovery, recover
-from kanefe_fem.strain_fields import StrainFields
-from kanefe_fem.strain_gauges import rosette_principal
+from kanefe.fe_model.model import TRANSLATIONS, Elasticity
+from kanefe.results.channels import BodyShape
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.recovery import envelope as stress_measures
+from kanefe_fem.recovery.gauges import find_point, rosette_principal
+from kanefe_fem.recovery.recovery import Recovery, recover
+from kanefe_fem.recovery.strain_fields import StrainFields
 from result_scenes import robot, turntable
 
 E, NU = 210e9, 0.3
@@ -250,7 +248,7 @@ class TestMaterials:
 
 
 def test_modes_and_displacements_give_the_same_fields(monkeypatch):
-    from kanefe_fem import strain_fields
+    from kanefe_fem.recovery import strain_fields
 
     mesh, rng = mesh_of("tetra", 2, True), np.random.default_rng(1)
     u = rng.standard_normal((len(mesh.nodes), 3, 4))
@@ -303,7 +301,7 @@ class TestBadInput:
             fields.stress_at_cells("middle")
 
     def test_too_large_a_table_is_refused_by_its_size(self, monkeypatch):
-        from kanefe_fem import recovery
+        from kanefe_fem.recovery import recovery
 
         monkeypatch.setattr(recovery, "LARGEST_TABLE", 1000)
         fields = recovered(fields_of(mesh_of("tetra", 1), np.zeros((36, 3, 1))), np.ones((1, 1)))

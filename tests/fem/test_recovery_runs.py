@@ -9,15 +9,14 @@ import pytest
 
 import kanefe as kf
 from fem_meshes import STEEL, box
-from kanefe.elasticity import Elasticity
-from kanefe.finite_element_model import Cells
+from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.kane.assemble import accelerations
 from kanefe_fem import _fenicsx
-from kanefe_fem.expressions import _Evaluator
-from kanefe_fem.material import Material
-from kanefe_fem.recovery import recover
-from kanefe_fem.solid import solid_body
-from kanefe_fem.strain_fields import StrainFields
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.recovery.expressions import _Evaluator
+from kanefe_fem.recovery.recovery import recover
+from kanefe_fem.recovery.strain_fields import StrainFields
+from kanefe_fem.solids.body import solid_body
 from test_vtk import read_grid, read_series
 
 pytestmark = pytest.mark.fenicsx

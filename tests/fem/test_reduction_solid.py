@@ -10,8 +10,8 @@ import pytest
 import kanefe as kf
 from kanefe.reduction import flexible_body
 from kanefe.reduction.load_cases import some_groups
-from kanefe_fem.material import Material
-from kanefe_fem.solid import solid_model
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.solids.body import solid_model
 from kanefe_fem.verification.boxes import box_mesh
 from reduction_cases import exact_errors, problem_of, tied_modes
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe_fem.beams import beam_body, beam_model
-from kanefe_fem.material import Material
-from kanefe_fem.recovery import recover
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import beam_body, beam_model
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.recovery.recovery import recover
 from result_scenes import at_rest, beam_arm, robot, turntable
 
 WEIGHT = 1200.0 * 0.02 * 0.04 * 9.81  # N/m, of result_scenes.beam_arm

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from kanefe.errors import ModelError
-from kanefe_fem.sections import Box, Rectangle, Section, SolidCircle, Tube
+from kanefe_fem.beams.sections import Box, Rectangle, Section, SolidCircle, Tube
 
 
 def torsion_constant(width: float, height: float, thickness: float, cells: int) -> float:

@@ -14,13 +14,14 @@ import skfem
 from skfem.helpers import ddot, sym_grad, trace
 
 from fem_meshes import STEEL, box, deformed
-from kanefe.finite_element_model import Cells
+from kanefe.fe_model.model import Cells
 from kanefe_fem import _fenicsx
-from kanefe_fem.material import Material
-from kanefe_fem.mesh import Mesh, read_mesh
-from kanefe_fem.shapes import kind_of_order, quadrature, shape
-from kanefe_fem.solid import is_straight, solid_body, solid_model
-from kanefe_fem.solid_forms import mass_degree, stiffness_degree
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.shapes import kind_of_order, quadrature, shape
+from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.solids.body import is_straight, solid_body, solid_model
+from kanefe_fem.solids.forms import mass_degree, stiffness_degree
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
 
@@ -49,7 +50,7 @@ def bent(x):
 
 def inertia_matrix(model):
     """Return the 6x6 inertia about the origin, by the mass field."""
-    from kanefe.finite_element_model import rigid_motion
+    from kanefe.fe_model.model import rigid_motion
 
     motion = rigid_motion(model.mass_field.points, (0.0, 0.0, 0.0))
     return motion.T @ (sp.kron(model.mass_field.mass, sp.identity(3)) @ motion)

@@ -10,16 +10,17 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from fem_meshes import STEEL, box, shown
-from kanefe.content_hash import digest
 from kanefe.errors import ModelError
-from kanefe.finite_element_model import Cells
-from kanefe_fem import _fenicsx, voigt
-from kanefe_fem.laminate import Laminate, Ply
-from kanefe_fem.material import AccuracyWarning, Material
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.oriented import Oriented, axes_at_angle, cylindrical_axes, spherical_axes
-from kanefe_fem.orthotropic import Anisotropic, Orthotropic
-from kanefe_fem.solid import solid_model
+from kanefe.fe_model.model import Cells
+from kanefe.storage.digest import digest
+from kanefe_fem import _fenicsx
+from kanefe_fem.materials import voigt
+from kanefe_fem.materials.isotropic import AccuracyWarning, Material
+from kanefe_fem.materials.laminate import Laminate, Ply
+from kanefe_fem.materials.oriented import Oriented, axes_at_angle, cylindrical_axes, spherical_axes
+from kanefe_fem.materials.orthotropic import Anisotropic, Orthotropic
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.solids.body import solid_model
 
 SIZE = (0.3, 0.2, 0.1)
 CARBON = Orthotropic.transversely_isotropic(E1=140e9, E2=9e9, nu12=0.3, nu23=0.4, G12=5e9, rho=1600.0, name="carbon")
@@ -187,7 +188,7 @@ class TestUserEnergy:
     def test_strain_energy(self):
         import ufl
 
-        from kanefe_fem.user_energy import UserEnergy
+        from kanefe_fem.materials.user_energy import UserEnergy
 
         lame, mu = STEEL.lame, STEEL.shear_modulus
         hooke = UserEnergy(lambda e: lame / 2 * ufl.tr(e) ** 2 + mu * ufl.inner(e, e), rho=7850.0)
@@ -196,7 +197,7 @@ class TestUserEnergy:
     def test_fibres_in_rubber(self):
         import ufl
 
-        from kanefe_fem.user_energy import UserEnergy
+        from kanefe_fem.materials.user_energy import UserEnergy
 
         mu, kappa, k = 0.5e6, 10e6, 3e6
 
@@ -216,7 +217,7 @@ class TestUserEnergy:
     def test_the_tangent_is_that_of_finite_differences(self):
         import ufl
 
-        from kanefe_fem.user_energy import UserEnergy
+        from kanefe_fem.materials.user_energy import UserEnergy
 
         def fung(e):
             Q = 4 * e[0, 0] ** 2 + 2 * e[1, 1] ** 2 + e[2, 2] ** 2 + 3 * e[0, 1] * e[1, 0] + e[0, 2] ** 2 + e[1, 2] ** 2
@@ -248,7 +249,7 @@ class TestUserEnergy:
     def test_a_body_of_it(self):
         import ufl
 
-        from kanefe_fem.user_energy import UserEnergy
+        from kanefe_fem.materials.user_energy import UserEnergy
 
         mesh = box("tetra", (2, 1, 1), SIZE)
         lame, mu = STEEL.lame, STEEL.shear_modulus
@@ -259,7 +260,7 @@ class TestUserEnergy:
     def test_bad_energies(self):
         import ufl
 
-        from kanefe_fem.user_energy import UserEnergy
+        from kanefe_fem.materials.user_energy import UserEnergy
 
         gradient = "deformation gradient"
         for energy, of, words in (
@@ -280,7 +281,7 @@ class TestUserEnergy:
     def test_the_key_of_the_cache_is_its_tangent(self):
         import ufl
 
-        from kanefe_fem.user_energy import UserEnergy
+        from kanefe_fem.materials.user_energy import UserEnergy
 
         keys = [digest(m=UserEnergy(lambda e, k=k: k * ufl.inner(e, e), 1000.0)) for k in (1.0, 1.0, 2.0)]
         assert keys[0] == keys[1] != keys[2]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.model import Model
-from kanefe.verify.rotors import spin_eigenvalues
+from kanefe.checks.verification.rotors import spin_eigenvalues
+from kanefe.equations.model import Model
 from kanefe_fem import Material, SolidCircle, beam_body, straight_beam
 from kanefe_fem.verification.rotors import DENSITY, DIAMETER, LENGTH, YOUNG, critical_speeds, flat_shaft, rayleigh_shaft
 

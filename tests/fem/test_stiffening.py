@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from kanefe.checks.verification.rotors import spin_eigenvalues
 from kanefe.errors import ModelError
-from kanefe.factorise import splu_factorise
-from kanefe.finite_element_model import COMPONENTS
+from kanefe.fe_model.factorise import splu_factorise
+from kanefe.fe_model.interface import Interface
+from kanefe.fe_model.model import COMPONENTS
+from kanefe.fe_model.statics import StaticProblem
+from kanefe.fe_model.ties import tie_interfaces
 from kanefe.frames import skew
-from kanefe.given_matrices import model_from_matrices
-from kanefe.interface import Interface
-from kanefe.interface_ties import tie_interfaces
+from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.reduction import CraigBampton, flexible_body
-from kanefe.reduction.supports import unrestrained_motions
-from kanefe.statics import StaticProblem
-from kanefe.stiffening import INERTIAL_LOADS
+from kanefe.reduction.build import unrestrained_motions
+from kanefe.reduction.stiffening import INERTIAL_LOADS
 from kanefe.system import System
-from kanefe.verify.rotors import spin_eigenvalues
-from kanefe_fem.beams import beam_body, beam_model, straight_beam
+from kanefe_fem.beams.body import beam_body, beam_model, straight_beam
+from kanefe_fem.beams.sections import Rectangle, Section
 from kanefe_fem.lumped import LumpedMass, attach
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle, Section
-from kanefe_fem.shapes import quadrature, shape
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.shapes import quadrature, shape
 from kanefe_fem.verification.boxes import box_mesh
 from static_loads import held, static
 
@@ -111,7 +111,7 @@ def test_lumped_inertia_turns_with_its_node():
 
 
 def solid(counts=(5, 1, 1), size=(1.0, 0.1, 0.05), material=STEEL):
-    from kanefe_fem.solid import solid_model
+    from kanefe_fem.solids.body import solid_model
 
     return solid_model(box_mesh(size, counts, "hexahedron", start=(0.2, -0.1, 0.3)), material)
 
@@ -277,7 +277,7 @@ def test_inertial_leaves_interfaces_and_patterns_linear():
     assert np.abs(line - full.moments.quadratic_first).max() < 0.1 * np.abs(line).max()
 
 
-@pytest.mark.filterwarnings("ignore::kanefe.given_matrices.NodalFormWarning")
+@pytest.mark.filterwarnings("ignore::kanefe.imports.from_matrices.NodalFormWarning")
 def test_given_matrices_stiffen_as_the_beams_they_come_from():
     """K_g of unit loads made beforehand; the inertia of the nodal form is that of the field in the plane."""
     beams = straight_beam(1.0, Rectangle(0.02, 0.01), STEEL, elements=6, planar=True)

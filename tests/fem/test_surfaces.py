@@ -10,14 +10,14 @@ import pytest
 import kanefe as kf
 from fem_meshes import STEEL, box, deformed, shown
 from kanefe.errors import MeshError, ModelError
-from kanefe.finite_element_model import Cells
+from kanefe.fe_model.model import Cells
 from kanefe.frames import skew
-from kanefe_fem.material import Material
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.mesh_checks import check_mesh
-from kanefe_fem.shapes import measures
-from kanefe_fem.solid import solid_body, solid_model
-from kanefe_fem.surfaces import facet_integrals
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.checks import check_mesh
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.shapes import measures
+from kanefe_fem.mesh.surfaces import facet_integrals
+from kanefe_fem.solids.body import solid_body, solid_model
 
 KINDS = ["tetra", "hexahedron", "triangle", "quad"]
 SIZE = (0.3, 0.1, 0.08)

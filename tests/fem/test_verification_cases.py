@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from kanefe.verify.runner import run_case
-from kanefe_fem.mesh_checks import check_mesh
-from kanefe_fem.shapes import measures
+from kanefe.checks.verification.runner import run_case
+from kanefe_fem.mesh.checks import check_mesh
+from kanefe_fem.mesh.shapes import measures
 from kanefe_fem.verification import beams, solids
 from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
 

@@ -7,11 +7,11 @@ import pytest
 
 from fem_meshes import STEEL, shown
 from kanefe.errors import ModelError
-from kanefe_fem import voigt
-from kanefe_fem.laminate import Laminate, Ply
-from kanefe_fem.material import Material
-from kanefe_fem.oriented import Oriented, axes_at_angle, cylindrical_axes, spherical_axes
-from kanefe_fem.orthotropic import Anisotropic, Orthotropic
+from kanefe_fem.materials import voigt
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.materials.laminate import Laminate, Ply
+from kanefe_fem.materials.oriented import Oriented, axes_at_angle, cylindrical_axes, spherical_axes
+from kanefe_fem.materials.orthotropic import Anisotropic, Orthotropic
 
 CARBON = Orthotropic.transversely_isotropic(E1=140e9, E2=9e9, nu12=0.3, nu23=0.4, G12=5e9, rho=1600.0, name="carbon")
 WOOD = Orthotropic(

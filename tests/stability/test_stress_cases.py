@@ -7,10 +7,10 @@ from importlib.util import find_spec
 
 import pytest
 
-from kanefe.stress.case import Effort, StressCase
-from kanefe.stress.registry import GROUP, OWN
-from kanefe.stress.runner import run_case
-from kanefe.stress.table import Row
+from kanefe.checks.robustness.case import Effort, StressCase
+from kanefe.checks.robustness.registry import GROUP, OWN
+from kanefe.checks.robustness.runner import run_case
+from kanefe.checks.robustness.table import Row
 
 FEM_CASES: tuple[StressCase, ...] = tuple(case for entry in entry_points(group=GROUP) for case in entry.load().CASES)
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kanefe.checks.robustness import registry, runner
+from kanefe.checks.robustness.case import KNOWN_LIMIT, Effort, Finding, StressCase
+from kanefe.checks.robustness.table import HEADER, Row, Table
 from kanefe.errors import FileError, MissingDependency, ModelError, SimulationError
-from kanefe.stress import registry, runner
-from kanefe.stress.case import KNOWN_LIMIT, Effort, Finding, StressCase
-from kanefe.stress.table import HEADER, Row, Table
 
 
 def fine(effort: Effort) -> Iterator[Finding]:

@@ -56,7 +56,7 @@ def check(options: Options) -> None:
     FileError
         If a file cannot be written.
     """
-    from kanefe.whole_file import ready_path
+    from kanefe.storage.files import ready_path
     from kanefe_fem.bench.bodies import TRIALS
     from kanefe_fem.bench.catalogue import chosen_scenes
     from kanefe_fem.bench.settings import chosen_methods

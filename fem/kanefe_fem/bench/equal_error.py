@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from kanefe.equations.model import Model
 from kanefe.errors import KanefeError
-from kanefe.model import Model
 from kanefe_fem.bench.catalogue import SCENES, USUAL
 from kanefe_fem.bench.clocks import Disagreement, Race, fill, repeated
 from kanefe_fem.bench.goals import Figure, Goal

@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from kanefe.checks.robustness.case import Effort
+from kanefe.checks.robustness.drift import free_flight as flights
+from kanefe.checks.robustness.drift import invariants
+from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
-from kanefe.integrate.methods import METHODS
-from kanefe.model import Model
-from kanefe.stress.case import Effort
-from kanefe.stress.drift import free_flight as flights
-from kanefe.stress.drift import invariants
+from kanefe.integrate.methods.table import METHODS
 from kanefe_fem.bench import spinning_arm, steel_bar
 from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, seconds
 from kanefe_fem.bench.goals import Figure, Goal
@@ -32,7 +32,7 @@ from kanefe_fem.bench.peer_curves import (
     peer_run,
     sampled,
 )
-from kanefe_fem.bench.peer_environment import NoPeers
+from kanefe_fem.bench.peer_process import NoPeers
 from kanefe_fem.bench.runs import TookTooLong, run
 from kanefe_fem.bench.scene import BenchScene, Setting
 from kanefe_fem.bench.settings import AUTO, settings_of

@@ -6,8 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from kanefe_fem.bench.clocks import FEW_ROUNDS, ROUNDS
-from kanefe_fem.bench.peer_environment import NoPeers
-from kanefe_fem.bench.peer_process import Peers
+from kanefe_fem.bench.peer_process import NoPeers, Peers
 from kanefe_fem.bench.work_precision import Limits
 
 

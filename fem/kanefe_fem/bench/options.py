@@ -50,6 +50,6 @@ class Options:
     @property
     def environment(self) -> Path:
         """Folder of the peer's environment: the user's choice, or one in kanefe's cache."""
-        from kanefe.cache_folder import cache_folder
+        from kanefe.storage.files import cache_folder
 
         return Path(self.env) if self.env else cache_folder() / "benchmarks" / "peers"

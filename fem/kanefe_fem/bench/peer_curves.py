@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.finite_element_model import FiniteElementModel
-from kanefe.model import Model
+from kanefe.equations.model import Model
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe_fem.bench import rigid_chain, spinning_arm, steel_bar
 from kanefe_fem.bench.clocks import check_agreement
 from kanefe_fem.bench.goals import median
-from kanefe_fem.bench.peer_environment import NoPeers
-from kanefe_fem.bench.peer_process import Peers
+from kanefe_fem.bench.peer_process import NoPeers, Peers
 from kanefe_fem.bench.references import Reference
 from kanefe_fem.bench.runs import LOST, WANTED_SECONDS, Point
 from kanefe_fem.bench.scene import BenchScene, Setting

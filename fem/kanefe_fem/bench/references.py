@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from kanefe.cache_folder import cache_folder
-from kanefe.content_hash import digest
+from kanefe.equations.model import Model
 from kanefe.errors import FileError
-from kanefe.model import Model
-from kanefe.whole_file import write_whole
+from kanefe.storage.digest import digest
+from kanefe.storage.files import cache_folder, write_whole
 from kanefe_fem.bench.clocks import Disagreement
 from kanefe_fem.bench.runs import run
 from kanefe_fem.bench.scene import BenchScene, Setting

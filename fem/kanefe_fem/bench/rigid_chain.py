@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.checks.verification.scenes import frame_at
+from kanefe.equations.model import Model
 from kanefe.joints import Revolute
-from kanefe.model import Model
 from kanefe.system import System
-from kanefe.verify.scenes import frame_at
 from kanefe_fem.bench.scene import BenchScene, Setting
 
 GRAVITY = (0.0, 0.0, -9.81)

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.model import Model
 from kanefe_fem.bench.clocks import seconds
 from kanefe_fem.bench.goals import median
 from kanefe_fem.bench.scene import BenchScene, Setting

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.model import Model
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kanefe.errors import ModelError
-from kanefe.integrate.methods import METHODS, own_methods
+from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe_fem.bench.scene import BenchScene, Setting
 
 AUTO = "auto"

@@ -1,7 +1,9 @@
 """The skips, each as a scene that is run with and without it.
 
 Where a skip is code that is left out, the other run has that code and nothing for it to do.
-"""
+
+
+MERGED: What skipping saves: each skip of a scene that needs less, timed with and without it, and that both agree."""
 
 from __future__ import annotations
 
@@ -9,34 +11,43 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
-from kanefe.equations_of_motion import WORKS
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
-from kanefe.flexible import FlexibleBody
 from kanefe.integrate.run import integrate
 from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
 from kanefe.kernels.interactions import INTERACTION_INTEGERS, Interactions
 from kanefe.kernels.layout import BODY_INTEGERS, COUNT, DAMPING, FlexibleTables
 from kanefe.kernels.markers import MARKER_NUMBERS
-from kanefe.model import Model
-from kanefe.order_n import OrderN
-from kanefe.results import Result
+from kanefe.order_n.route import OrderN
+from kanefe.result import Result
+from kanefe.tree.model_data import WORKS
 from kanefe_fem.bench import steel_bar, swinging_arm
-from kanefe_fem.bench.clocks import FEW_ROUNDS, fill, repeated, seconds
+from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, fill, repeated, seconds
 from kanefe_fem.bench.rigid_chain import chain_scene
-from kanefe_fem.bench.skips import Skip, compared
 
 LINKS = 20
+
+
 CHAIN = f"a step of {LINKS} links"
+
+
 STEPS = 1000
+
+
 STEP, BAR_STEP = 1e-3, 1e-5
+
+
 HEAVY = ("dolfinx", "petsc4py", "gmsh", "matplotlib", "pyvista", "h5py", "meshio")
+
 
 START = """
 import importlib, json, sys, time
@@ -213,3 +224,69 @@ def _of_steps(
 
     clocks = (lambda: seconds(lambda: run(sparing)) / STEPS, lambda: seconds(lambda: run(full)) / STEPS)
     return compared(what, timed, clocks, (run(sparing), run(full)), rounds)
+
+
+SAME = 1e-9
+"""Largest difference of what both give, as a part of the largest number: other sums, rounded in other places."""
+
+
+@dataclass(frozen=True)
+class Skip:
+    """A skip and what it saves.
+
+    Attributes
+    ----------
+    what : str
+        What is skipped, and where.
+    timed : str
+        Of what the times are.
+    sparing, full : float
+        CPU seconds with the skip and without it.
+    difference : float
+        Of the results, as a part of the largest number.
+    """
+
+    what: str
+    timed: str
+    sparing: float
+    full: float
+    difference: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both give the same."""
+        return bool(self.difference <= SAME)
+
+    def told(self) -> dict[str, Any]:
+        """Return the skip as JSON has it."""
+        return {**asdict(self), "saved": 1.0 - self.sparing / self.full, "agrees": self.agrees}
+
+
+Clock = Callable[[], float]
+
+
+def compared(what: str, timed: str, clocks: tuple[Clock, Clock], values: tuple[Any, Any], rounds: int) -> Skip:
+    """Return a skip from its two clocks (s), with and without it, and what both give."""
+    race = Race(*clocks, rounds)
+    with_skip, without = (np.asarray(value, dtype=float).ravel() for value in values)
+    difference = float(np.abs(with_skip - without).max() / np.abs(without).max())
+    return Skip(what, timed, race.ours, race.theirs, difference)
+
+
+def skips_table(rows: Sequence[Skip]) -> str:
+    """Return the skips as a table for a terminal."""
+    lines = [("skipped", "of", "with the skip", "without", "saved", "results differ by", "")]
+    for row in rows:
+        lines.append(
+            (row.what, row.timed, _time(row.sparing), _time(row.full), f"{100 * (1 - row.sparing / row.full):.0f} %",
+             f"{row.difference:.1e}", "" if row.agrees else "NO")
+        )  # fmt: skip
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    return "\n".join("  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)).rstrip() for line in lines)
+
+
+def _time(seconds: float) -> str:
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{1e9 * seconds:.3g} ns"

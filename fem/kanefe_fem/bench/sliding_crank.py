@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.interface import Interface
-from kanefe.model import Model
-from kanefe.verify.scenes import displaced_node
+from kanefe.checks.verification.scenes import displaced_node
+from kanefe.equations.model import Model
+from kanefe.fe_model.interface import Interface
 from kanefe_fem.bench.scene import BenchScene, Setting
 from kanefe_fem.verification import slider_crank
 

@@ -7,15 +7,15 @@ from functools import cache, partial
 
 import numpy as np
 
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.equations.model import Model
 from kanefe.joints import Revolute
-from kanefe.model import Model
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
-from kanefe_fem.beams import beam_body, straight_beam
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Section
 from kanefe_fem.bench.scene import BenchScene, Setting
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Section
+from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.verification import spin_up
 
 END = 20.0

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.damping import ModalDamping
-from kanefe.finite_element_model import FiniteElementModel
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification.scenes import displaced_node
+from kanefe.equations.model import Model
+from kanefe.fe_model.damping import ModalDamping
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe.joints import Free, Revolute
-from kanefe.model import Model
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
-from kanefe.verify.scenes import displaced_node
 from kanefe_fem.bench.scene import BenchScene, Setting
-from kanefe_fem.material import Material
-from kanefe_fem.mesh import Mesh
-from kanefe_fem.solid import solid_body, solid_model
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.solids.body import solid_body, solid_model
 from kanefe_fem.verification.boxes import box_mesh
 
 SIZE = (1.0, 0.1, 0.05)

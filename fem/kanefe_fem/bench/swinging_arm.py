@@ -9,9 +9,9 @@ from importlib.resources import as_file, files
 
 import numpy as np
 
-from kanefe.flexible import FlexibleBody
-from kanefe.model import Model
-from kanefe.verify.scenes import frame_at
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification.scenes import frame_at
+from kanefe.equations.model import Model
 from kanefe_fem import demo
 from kanefe_fem.bench.scene import BenchScene, Setting
 

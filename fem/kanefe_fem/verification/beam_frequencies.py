@@ -6,17 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.flexible import FlexibleBody
-from kanefe.interface import Interface
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.scenes import natural_modes, stretching_frequencies_with_tip_mass, system_modes
+from kanefe.fe_model.interface import Interface
 from kanefe.joints import Planar, Revolute
 from kanefe.linear import linearise
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.scenes import natural_modes, stretching_frequencies_with_tip_mass, system_modes
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle, Section, SolidCircle
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle, Section, SolidCircle
+from kanefe_fem.materials.isotropic import Material
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.rigid import attitude_checks
+from kanefe.checks.verification.scenes import displaced_node, states_at
 from kanefe.joints import Free, Revolute
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.rigid import attitude_checks
-from kanefe.verify.scenes import displaced_node, states_at
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle, SolidCircle
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle, SolidCircle
+from kanefe_fem.materials.isotropic import Material
 
 ALUMINIUM = Material(E=70e9, nu=0.3, rho=2700.0)
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from kanefe.flexible import FlexibleBody
-from kanefe.stiffening import StiffeningLevel
-from kanefe.verify import Case, Check, Reference
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.reduction.stiffening import StiffeningLevel
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
 
 ELEMENTS = 20

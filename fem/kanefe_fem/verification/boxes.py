@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from kanefe.finite_element_model import Cells
-from kanefe_fem.mesh import Mesh
+from kanefe.fe_model.model import Cells
+from kanefe_fem.mesh.mesh import Mesh
 
 _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 """Of a hexahedron, in VTK order."""

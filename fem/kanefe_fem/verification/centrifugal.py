@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Check, Reference
+from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
-from kanefe.flexible import FlexibleBody
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.kane.assemble import assemble
 from kanefe.kane.coupling import recovered_forces
-from kanefe.model import Model
 from kanefe.system import System
-from kanefe.verify import Check, Reference
 
 LENGTH, RATE, YOUNG, DENSITY, AREA = 2.0, 100.0, 70e9, 2700.0, 1e-3
 """Of the bar: m, rad/s, Pa, kg/m3, m2; nu = 0."""

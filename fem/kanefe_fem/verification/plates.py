@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from kanefe.checks.verification import Case, Check, Reference
 from kanefe.reduction import CraigBampton
-from kanefe.verify import Case, Check, Reference
-from kanefe_fem.material import Material
-from kanefe_fem.solid import solid_body
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.solids.body import solid_body
 from kanefe_fem.verification.boxes import box_mesh
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

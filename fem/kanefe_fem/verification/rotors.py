@@ -8,16 +8,16 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.linalg
 
-from kanefe.interface import Interface
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.rotors import TOLERANCE, asymmetric_rotor_checks, spin_eigenvalues
+from kanefe.equations.model import Model
+from kanefe.fe_model.interface import Interface
 from kanefe.joints import Motion, Revolute
-from kanefe.model import Model
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.rotors import TOLERANCE, asymmetric_rotor_checks, spin_eigenvalues
-from kanefe_fem.beams import beam_body, beam_model, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle, SolidCircle
+from kanefe_fem.beams.body import beam_body, beam_model, straight_beam
+from kanefe_fem.beams.sections import Rectangle, SolidCircle
+from kanefe_fem.materials.isotropic import Material
 
 YOUNG, DENSITY, DIAMETER, LENGTH = 210e9, 7850.0, 0.05, 1.0
 """Of the round shaft of D04a: Pa, kg/m3, m, m."""

@@ -6,17 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.scenes import system_modes, whole_run
 from kanefe.joints import Planar
 from kanefe.reduction import CraigBampton
-from kanefe.results import Result
+from kanefe.result import Result
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.scenes import system_modes, whole_run
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
-from kanefe_fem.solid import solid_body
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.solids.body import solid_body
 from kanefe_fem.verification.boxes import box_mesh
 
 LENGTH, WIDTH, THICKNESS = 1.0, 0.1, 0.01

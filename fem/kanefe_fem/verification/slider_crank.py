@@ -6,17 +6,17 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from kanefe.interface import Interface
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.scenes import displaced_node, frame_at, states_at
+from kanefe.equations.model import Model
+from kanefe.fe_model.interface import Interface
 from kanefe.joints import Motion, Prismatic, Revolute, Spherical
-from kanefe.model import Model
 from kanefe.reduction import CraigBampton
-from kanefe.stiffening import StiffeningLevel
+from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.scenes import displaced_node, frame_at, states_at
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 
 STEEL = Material(E=200e9, nu=0.3, rho=7870.0)
 CRANK, ROD, RATE, SLIDER = 0.15, 0.3, 150.0, 0.075552

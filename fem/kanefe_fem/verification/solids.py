@@ -7,15 +7,15 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import scipy.linalg
 
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.rigid import attitude_checks
+from kanefe.checks.verification.scenes import natural_modes, states_at, stretching_frequencies_with_tip_mass
 from kanefe.joints import Free
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.rigid import attitude_checks
-from kanefe.verify.scenes import natural_modes, states_at, stretching_frequencies_with_tip_mass
-from kanefe_fem.material import Material
-from kanefe_fem.solid import solid_body, solid_model
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.solids.body import solid_body, solid_model
 from kanefe_fem.verification import plates, satellite, stiffened_solids
 from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics

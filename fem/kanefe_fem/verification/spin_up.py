@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Check, Reference
+from kanefe.checks.verification.scenes import State, states_at
+from kanefe.equations.model import Model
 from kanefe.joints import Motion, Revolute
-from kanefe.model import Model
-from kanefe.stiffening import StiffeningLevel
+from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System
-from kanefe.verify import Check, Reference
-from kanefe.verify.scenes import State, states_at
 
 LENGTH, EA, GA, EI, LINE_MASS, LINE_INERTIA = 10.0, 2.8e7, 1e7, 1.4e4, 1.2, 6e-4
 """Of the arm: m, N, N, N m2, kg/m, kg m."""

@@ -7,21 +7,21 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from kanefe.finite_element_model import FiniteElementModel
-from kanefe.flexible import FlexibleBody
-from kanefe.interface import Interface
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.rotors import spin_eigenvalues
+from kanefe.checks.verification.scenes import displaced_node, frame_at, states_at
+from kanefe.equations.model import Model
+from kanefe.fe_model.interface import Interface
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe.joints import Motion, Revolute
 from kanefe.linear import equilibrium
-from kanefe.model import Model
 from kanefe.reduction import CraigBampton
-from kanefe.stiffening import StiffeningLevel
+from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.rotors import spin_eigenvalues
-from kanefe.verify.scenes import displaced_node, frame_at, states_at
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Rectangle, Section, SolidCircle
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle, Section, SolidCircle
+from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.verification import spin_up
 from kanefe_fem.verification.beam_motion import ALUMINIUM
 from kanefe_fem.verification.beam_statics import ELEMENTS as BAR_ELEMENTS

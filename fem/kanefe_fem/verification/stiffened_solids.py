@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from kanefe.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.checks.verification import Case, Check, Reference
+from kanefe.checks.verification.rotors import spin_eigenvalues
 from kanefe.joints import Motion, Revolute
 from kanefe.reduction import CraigBampton
-from kanefe.stiffening import StiffeningLevel
+from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System
-from kanefe.verify import Case, Check, Reference
-from kanefe.verify.rotors import spin_eigenvalues
-from kanefe_fem.material import Material
-from kanefe_fem.solid import solid_body
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.solids.body import solid_body
 from kanefe_fem.verification import spin_up
 from kanefe_fem.verification.boxes import box_mesh
 

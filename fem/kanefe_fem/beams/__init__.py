@@ -1,0 +1,1 @@
+"""Beams: elements, sections, loads, and bodies made from them."""

@@ -1,0 +1,117 @@
+"""What a frame of beams must satisfy before its matrices are assembled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.csgraph
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import NodeGroup
+from kanefe_fem.beams.sections import CrossSection
+
+if TYPE_CHECKING:
+    from kanefe_fem.materials.isotropic import Material
+
+Groups = Mapping[str, int | Sequence[int]]
+
+
+def check_nodes(nodes: Any, planar: bool) -> np.ndarray:
+    """Return the nodes as floats of shape (n, 3)."""
+    points = np.array(nodes, dtype=float)
+    if points.ndim != 2 or points.shape[1] not in ((2, 3) if planar else (3,)) or len(points) < 2:
+        wanted = "(n, 2) or (n, 3)" if planar else "(n, 3)"
+        raise ModelError(f"nodes has shape {points.shape}; a beam model needs {wanted}, n >= 2. Remedy: one row a node")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if bad.size:
+        raise ModelError(f"node {bad[0]} has the position {points[bad[0]]}. Remedy: give finite coordinates in m")
+    if points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    out_of_plane = np.flatnonzero(points[:, 2] != 0.0) if planar else np.empty(0, dtype=int)
+    if out_of_plane.size:
+        raise ModelError(
+            f"node {out_of_plane[0]} has z = {points[out_of_plane[0], 2]:g} m, but a planar model lies in the plane "
+            "z = 0 of G. Remedy: put it there, or planar=False"
+        )
+    return points
+
+
+def check_elements(elements: Any, points: np.ndarray) -> np.ndarray:
+    """Return the elements as integers of shape (m, 2): known nodes, no zero length, no doubles, one connected part."""
+    table = np.array(elements)
+    if table.ndim != 2 or table.shape[1] != 2 or len(table) == 0:
+        raise ModelError(f"elements has shape {table.shape}, not (m, 2). Remedy: two node numbers for each element")
+    if not np.issubdtype(table.dtype, np.integer):
+        raise ModelError(f"elements has numbers of type {table.dtype}. Remedy: whole node numbers, from 0")
+    table = table.astype(np.int64)
+    unknown = np.flatnonzero(((table < 0) | (table >= len(points))).any(axis=1))
+    if unknown.size:
+        raise ModelError(
+            f"element {unknown[0]} has the nodes {table[unknown[0]].tolist()}, but the nodes are 0 to "
+            f"{len(points) - 1}. Remedy: count them from 0"
+        )
+    span = np.ptp(points, axis=0).max()
+    length = np.linalg.norm(points[table[:, 1]] - points[table[:, 0]], axis=1)
+    empty = np.flatnonzero(length <= 1e-12 * span)
+    if empty.size:
+        raise ModelError(
+            f"element {empty[0]} (nodes {table[empty[0]].tolist()}) has no length. Remedy: merge its nodes, or move one"
+        )
+    _, first, counts = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_counts=True)
+    if (counts > 1).any():
+        double = first[np.argmax(counts > 1)]
+        raise ModelError(f"the element between nodes {table[double].tolist()} is given twice. Remedy: keep one")
+    check_connected(table, len(points))
+    return table
+
+
+def check_connected(table: np.ndarray, count: int) -> None:
+    """Raise a ModelError if a node belongs to no element or the frame falls into parts."""
+    unused = np.setdiff1d(np.arange(count), table)
+    if unused.size:
+        raise ModelError(
+            f"node {unused[0]} ({unused.size} in all) belongs to no element. Remedy: remove it, or connect it"
+        )
+    graph = sp.coo_matrix((np.ones(len(table)), (table[:, 0], table[:, 1])), shape=(count, count))
+    parts, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
+    if parts > 1:
+        raise ModelError(
+            f"the frame falls into {parts} unconnected parts: node {np.argmax(label != label[0])} is not connected to "
+            "node 0. Remedy: share the nodes where beams meet, or make one body of each part"
+        )
+
+
+def per_element(section: Any, material: Any, count: int) -> tuple[list[CrossSection], list[Material]]:
+    """Return one section and one material for each element."""
+    table: dict[str, list[Any]] = {}
+    needed = {"section": ("A", "I_y", "I_z", "J", "shear_y", "shear_z"), "material": ("E", "shear_modulus", "rho")}
+    for name, given in (("section", section), ("material", material)):
+        several = isinstance(given, (Sequence, np.ndarray)) and not isinstance(given, str)
+        items = list(given) if several else [given] * count
+        if len(items) != count:
+            raise ModelError(f"{len(items)} {name}s for {count} elements. Remedy: one for all, or one for each element")
+        for number, item in enumerate(items):
+            missing = [attribute for attribute in needed[name] if not hasattr(item, attribute)]
+            if missing:
+                raise ModelError(
+                    f"the {name} of element {number} is {item!r}, which has no {missing[0]}. "
+                    f"Remedy: {'a section of kanefe_fem.beams.sections' if name == 'section' else 'kanefe_fem.Material'}"
+                )
+        table[name] = items
+    return table["section"], table["material"]
+
+
+def check_groups(groups: Groups, points: np.ndarray) -> dict[str, NodeGroup]:
+    """Return the named groups of nodes; the reference point is the mean position."""
+    result = {}
+    for name, given in groups.items():
+        numbers = np.atleast_1d(np.asarray(given))
+        known = np.issubdtype(numbers.dtype, np.integer) and numbers.ndim == 1 and numbers.size > 0
+        if not known or (numbers < -len(points)).any() or (numbers >= len(points)).any():
+            raise ModelError(f"group {name!r} has the nodes {given!r}. Remedy: numbers from 0 to {len(points) - 1}")
+        numbers = np.unique(numbers % len(points))
+        result[name] = NodeGroup(numbers, points[numbers].mean(axis=0))
+    return result

@@ -1,0 +1,112 @@
+"""Mass of beams: a cloud of points that translates as the sections do.
+
+The inertia comes from the displacement field, not from nodal accelerations (which for elements with rotations are
+wrong in space: the angular acceleration of a slope is not the body's alpha). The field is given as a cloud of points
+that only translate: four Gauss stations along each element (exact to degree 7, the integrand N^T N has degree 6),
+and at each station points in the section that carry its second moments exactly,
+
+    (+-a, 0), (0, +-b) in local (y, z), a quarter of the mass each, a = sqrt(2 I_z / A), b = sqrt(2 I_y / A)
+
+so that mass, first moments, inertia and rotary inertia of the sections are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.fe_model.model import MassField
+from kanefe_fem.beams import elements as be
+from kanefe_fem.beams.sections import CrossSection
+from kanefe_fem.materials.isotropic import Material
+
+AXIAL_STATIONS = 4
+
+
+def mass_field(
+    points: np.ndarray,
+    table: np.ndarray,
+    sections: Sequence[CrossSection],
+    materials: Sequence[Material],
+    properties: be.ElementProperties,
+    axes: np.ndarray,
+    dofs: np.ndarray,
+    planar: bool,
+    rotary_inertia: bool,
+) -> MassField:
+    """Return the cloud of translating points that carries the mass of a frame exactly (see the module's text).
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Nodes in G in m.
+    table : ndarray of int, shape (m, 2)
+        Nodes of the elements.
+    sections, materials : sequences of m
+    properties, axes, dofs
+        Numbers, A_GL and degrees of freedom of the elements.
+    planar, rotary_inertia : bool
+        As in `kanefe_fem.beams.body.beam_model`.
+    """
+    A, I_y, I_z = np.array([[s.A, s.I_y, s.I_z] for s in sections]).T
+    offsets = _section_points(np.sqrt(I_z / A), np.sqrt(I_y / A), planar, rotary_inertia)
+    stations, weights = be.gauss_stations(AXIAL_STATIONS)
+    m, g, s = len(table), len(stations), offsets.shape[1]
+
+    # u_p = u_c + theta x offset = L_p (u_c, theta), all in L
+    lever = np.zeros((m, s, 3, 6))
+    lever[..., [0, 1, 2], [0, 1, 2]] = 1.0
+    lever[..., 1, 3], lever[..., 2, 3] = -offsets[..., 2], offsets[..., 1]
+    if rotary_inertia:
+        lever[..., 0, 4], lever[..., 0, 5] = offsets[..., 2], -offsets[..., 1]
+    of_sections = be.interpolation(properties, stations)
+    size = len(points) * (dofs.shape[1] // 2)
+    N = _matrix_of_points(np.einsum("mpij,mgjk->mgpik", lever, of_sections), axes, dofs, size, planar)
+    turn_L = np.repeat(of_sections[:, :, None, 3:], s, axis=2)
+    if not rotary_inertia:
+        turn_L[..., 1:, :] = 0.0  # the points do not follow: they have no arm for it
+    turns = _matrix_of_points(turn_L, axes, dofs, size, False)
+
+    start, end = points[table[:, 0]], points[table[:, 1]]
+    on_axis = start[:, None] + stations[None, :, None] * (end - start)[:, None]
+    arms = np.repeat(np.einsum("mab,mpb->mpa", axes, offsets)[:, None], g, axis=1)
+    rho = np.array([material.rho for material in materials])
+    masses = (rho * A * properties.length)[:, None] * weights
+    masses = np.repeat(masses[:, :, None] / s, s, axis=2)
+    return MassField(
+        points=(on_axis[:, :, None] + arms).reshape(-1, 3),
+        mass=sp.diags(masses.ravel(), format="csr"),
+        interpolation=N,
+        turns=turns,
+        arms=arms.reshape(-1, 3),
+    )
+
+
+def _matrix_of_points(N_L: np.ndarray, axes: np.ndarray, dofs: np.ndarray, size: int, in_plane: bool) -> sp.csr_matrix:
+    """Return the vectors of the points in G, (m, stations, points, 3) of them in L by the element's own 12 dofs."""
+    N_G = np.einsum("mab,mgpbk,mkl->mgpal", axes, N_L, be.spatial_transformation(axes), optimize=True)
+    if dofs.shape[1] == len(be.PLANAR_DOFS):
+        N_G = N_G[..., be.PLANAR_DOFS]
+    if in_plane:
+        N_G[..., 2, :] = 0.0
+    count = N_G.size // dofs.shape[1]
+    columns = np.broadcast_to(dofs[:, None, None, None, :], N_G.shape).ravel()
+    rows = np.repeat(np.arange(count), dofs.shape[1])
+    N = sp.coo_matrix((N_G.ravel(), (rows, columns)), shape=(count, size)).tocsr()
+    N.eliminate_zeros()
+    return N
+
+
+def _section_points(radius_y: np.ndarray, radius_z: np.ndarray, planar: bool, rotary_inertia: bool) -> np.ndarray:
+    """Return the section's points of equal mass in L, shape (m, points, 3), from its radii of gyration in m."""
+    if planar and not rotary_inertia:
+        return np.zeros((len(radius_y), 1, 3))
+    offsets = np.zeros((len(radius_y), 2 if planar else 4, 3))
+    if planar:
+        offsets[:, 0, 1], offsets[:, 1, 1] = radius_y, -radius_y
+        return offsets
+    offsets[:, 0, 1], offsets[:, 1, 1] = np.sqrt(2.0) * radius_y, -np.sqrt(2.0) * radius_y
+    offsets[:, 2, 2], offsets[:, 3, 2] = np.sqrt(2.0) * radius_z, -np.sqrt(2.0) * radius_z
+    return offsets

@@ -1,0 +1,1 @@
+"""Materials, and which cells of a mesh have them."""

@@ -1,0 +1,150 @@
+"""Isotropic linear elastic materials in SI units, and a warning when the units look mixed up."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.errors import ModelError, UnitWarning
+from kanefe_fem.materials.voigt import isotropic, one_number
+
+
+class AccuracyWarning(UserWarning):
+    """The discretisation asked for is known to be poor here."""
+
+
+WAVE_SPEED = (10.0, 20e3)
+"""Range of sqrt(E / rho) of solids in m/s: soft rubber 30, diamond 18 000."""
+
+DENSITY = (0.1, 5e4)
+"""Range of densities in kg/m3: aerogel 1, osmium 22 600."""
+
+EXTENT = (1e-5, 200.0)
+"""Range of the size of one solid body in m."""
+
+MASS = 1e8
+"""Greatest mass of one solid body in kg."""
+
+LOCKING_NU = 0.45
+"""Poisson ratio from which elements of order 1 are much too stiff."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elastic material.
+
+    Parameters
+    ----------
+    E : float
+        Young's modulus in Pa, > 0.
+    nu : float
+        Poisson's ratio, -1 < nu < 0.5.
+    rho : float
+        Density in kg/m3, > 0.
+    name : str, optional
+        For messages only.
+
+    Raises
+    ------
+    ModelError
+        A value is out of range or not finite.
+
+    Examples
+    --------
+    >>> aluminium = Material(E=70e9, nu=0.33, rho=2700.0, name="aluminium")
+    >>> round(aluminium.shear_modulus / 1e9, 2)
+    26.32
+    """
+
+    E: float
+    nu: float
+    rho: float
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        label = f"material {self.name!r}" if self.name else "material"
+        for field in ("E", "nu", "rho"):
+            number = one_number(label, field, getattr(self, field))
+            if not math.isfinite(number):
+                raise ModelError(f"{label}: {field} = {number} is not finite. Remedy: give one number, in SI units")
+            object.__setattr__(self, field, number)
+        if self.E <= 0.0:
+            raise ModelError(f"{label}: E = {self.E:g} Pa must be positive. Remedy: steel has E=210e9")
+        if not -1.0 < self.nu < 0.5:
+            raise ModelError(
+                f"{label}: nu = {self.nu:g} must be above -1 and below 0.5 (the body would be incompressible, or gain "
+                "energy when deformed). Remedy: metals have nu=0.3; for rubber take nu=0.49 and order=2"
+            )
+        if self.rho <= 0.0:
+            raise ModelError(f"{label}: rho = {self.rho:g} kg/m3 must be positive. Remedy: steel has rho=7850")
+
+    @property
+    def shear_modulus(self) -> float:
+        """Lame's second parameter mu = E / (2 (1 + nu)), in Pa."""
+        return self.E / (2.0 * (1.0 + self.nu))
+
+    @property
+    def lame(self) -> float:
+        """Lame's first parameter lambda = E nu / ((1 + nu) (1 - 2 nu)), in Pa."""
+        return self.E * self.nu / ((1.0 + self.nu) * (1.0 - 2.0 * self.nu))
+
+    @property
+    def plane_stress_lame(self) -> float:
+        """Lame's first parameter of plane stress, E nu / (1 - nu^2), in Pa."""
+        return self.E * self.nu / (1.0 - self.nu**2)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Stresses from strains in the order xx, yy, zz, yz, xz, xy, shape (6, 6), Pa."""
+        return isotropic(self.lame, self.shear_modulus)
+
+    def describe(self) -> dict[str, object]:
+        """Return the constants (json-able)."""
+        return {"E": self.E, "nu": self.nu, "rho": self.rho, "name": self.name}
+
+
+def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) -> None:
+    """Warn (UnitWarning) when a body's size, mass, density, stiffness or frequency is not that of a solid in SI units.
+
+    Parameters
+    ----------
+    label : str
+        Name of the body or of its group, for the message.
+    E : float
+        Young's modulus of the stiffest direction in Pa.
+    rho : float
+        Density in kg/m3.
+    size : float
+        Diagonal of the bounding box in m.
+    mass : float
+        Mass in kg.
+
+    Notes
+    -----
+    The limits are `EXTENT`, `MASS`, `DENSITY` and `WAVE_SPEED`. A mesh in mm makes a body of hundreds of metres and
+    millions of tons; E in MPa a wave speed of some m/s; rho in t/mm3 a density of 1e-9. The first frequency of the body
+    as a free rod, ``sqrt(E / rho) / (2 size)``, is told with each warning.
+    """
+    c = math.sqrt(E / rho)
+    odd = []
+    if not EXTENT[0] <= size <= EXTENT[1]:
+        odd.append(f"it is {size:.3g} m in size (is the mesh in mm? kanefe takes m)")
+    if mass > MASS:
+        odd.append(f"its mass is {mass:.3g} kg (is the mesh in mm, or rho in g/m3?)")
+    if not DENSITY[0] <= rho <= DENSITY[1]:
+        odd.append(f"its density is {rho:.3g} kg/m3 (is rho in t/mm3 or g/m3?)")
+    elif not WAVE_SPEED[0] <= c <= WAVE_SPEED[1]:
+        odd.append(
+            f"its wave speed sqrt(E/rho) is {c:.3g} m/s for E = {E:.3g} Pa and rho = {rho:.3g} kg/m3 "
+            "(is E in MPa or GPa, or rho in g/cm3?)"
+        )
+    if odd:
+        warnings.warn(
+            f"{label}: {'; '.join(odd)}. First frequency as a free rod: {c / (2.0 * size):.3g} Hz. "
+            "Remedy: lengths in m, E in Pa, rho in kg/m3",
+            UnitWarning,
+            stacklevel=3,
+        )

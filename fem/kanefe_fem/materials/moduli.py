@@ -1,0 +1,37 @@
+"""MOVED"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class IsotropicModuli:
+    """Lame's parameters of each cell in Pa (times the thickness in 2D).
+
+    Attributes
+    ----------
+    lame, shear : ndarray, shape (m,)
+        lambda and mu.
+    """
+
+    lame: np.ndarray
+    shear: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class AnisotropicModuli:
+    """Stiffness matrix of each cell, engineering shear strains, in Pa (times the thickness in 2D).
+
+    Attributes
+    ----------
+    matrices : ndarray, shape (m, 6, 6), or (m, 3, 3) in 2D
+        Symmetric; in the order of `VOIGT`, axes of the mesh.
+    """
+
+    matrices: np.ndarray
+
+
+Moduli = IsotropicModuli | AnisotropicModuli

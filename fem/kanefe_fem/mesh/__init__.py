@@ -1,0 +1,1 @@
+"""A mesh in arrays: cells, groups, surfaces, shape functions, checks."""

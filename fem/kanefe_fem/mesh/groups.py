@@ -1,0 +1,163 @@
+"""Groups of facets, lines and points of a mesh as candidates for interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.interface import as_interface
+from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, NodeGroup
+from kanefe.fe_model.ties import separate_patches
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.shapes import quadrature, shape
+
+_DEGREE = 4
+"""Of the quadrature: exact for two quadratic shapes on straight facets; the area of curved ones is no polynomial."""
+
+
+def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
+    """Refuse interfaces that the mesh does not have or whose nodes cannot follow them, before anything is assembled.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    interfaces : dict of str to str, Interface or None
+        None: only the group is checked.
+
+    Raises
+    ------
+    ModelError
+        Unknown name or kind, or as `kanefe.fe_model.ties.tie_interfaces`.
+    MeshError
+        The group has no facets, or facets that are not on the body.
+    """
+    if not isinstance(interfaces, Mapping):
+        raise ModelError(
+            f"interfaces must be a dict of names to kinds, such as {{'root': 'clamped'}}, not {interfaces!r}"
+        )
+    specs = {name: None if given is None else as_interface(name, given) for name, given in interfaces.items()}
+    body = np.zeros(len(mesh.nodes), dtype=bool)
+    body[mesh.connectivity] = True
+    for name, spec in specs.items():
+        groups = (name,) if spec is None else spec.group_names(name)
+        for group in groups:
+            _check_group(mesh, group, body)
+        if len({_measure_dimension(mesh, group) for group in groups}) > 1:
+            raise ModelError(
+                f"the groups {', '.join(map(repr, groups))} of interface {name!r} are facets, lines and points mixed. "
+                "Remedy: groups of one sort"
+            )
+    # a node that is found by its place may be a mid-side node that this mesh has not got yet
+    patches = {name: spec for name, spec in specs.items() if spec is not None and spec.group_names(name)}
+    empty = sp.csr_matrix((len(mesh.nodes) * mesh.dimension,) * 2)
+    groups_of_patches = {group for name, spec in patches.items() for group in spec.group_names(name)}
+    bare = FiniteElementModel(
+        nodes=mesh.nodes,
+        components=TRANSLATIONS[: mesh.dimension],
+        stiffness=empty,
+        mass=empty,
+        groups={group: node_group(mesh, group) for group in groups_of_patches},
+    )
+    separate_patches(bare, patches)
+
+
+def has_groups(model: FiniteElementModel, interfaces: Any) -> bool:
+    """Tell whether every interface is of one group of the model, or found by its place: no mesh can refuse it.
+
+    What else makes no sense, `kanefe.fe_model.ties.tie_interfaces` finds without the mesh. Whether several groups are
+    of one sort, the model does not know.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    interfaces : dict of str to str or Interface
+
+    Raises
+    ------
+    ModelError
+        If an interface is of no known kind.
+    """
+    if not isinstance(interfaces, Mapping):
+        return False
+    of_each = [as_interface(name, given).group_names(name) for name, given in interfaces.items()]
+    return all(len(groups) <= 1 and all(group in model.groups for group in groups) for groups in of_each)
+
+
+def node_groups(mesh: Mesh) -> dict[str, NodeGroup]:
+    """Return the groups of facets, lines and points; of equal names, facets go before lines and points."""
+    groups: dict[str, NodeGroup] = {}
+    for name in [*mesh.facets, *mesh.lines, *mesh.points]:
+        if name and name not in groups and len(group_nodes(mesh, name)):
+            groups[name] = node_group(mesh, name)
+    return groups
+
+
+def node_group(mesh: Mesh, name: str) -> NodeGroup:
+    """Return one group with its reference point and its measure: the area of facets, the length of lines."""
+    nodes = group_nodes(mesh, name)
+    measure = _measure(mesh, _blocks(mesh, name), nodes)
+    total = measure.sum()
+    if not total > 0.0:
+        return NodeGroup(nodes, mesh.nodes[nodes].mean(axis=0))
+    return NodeGroup(nodes, np.asarray(measure.sum(axis=0)).ravel() @ mesh.nodes[nodes] / total, measure)
+
+
+def group_nodes(mesh: Mesh, name: str) -> np.ndarray:
+    """Return the nodes of a group of facets, lines or points."""
+    blocks = _blocks(mesh, name)
+    if any(len(b.nodes) for b in blocks):
+        return np.unique(np.concatenate([b.nodes.reshape(-1) for b in blocks]))
+    return np.unique(np.asarray(mesh.points.get(name, ()), dtype=np.int64))
+
+
+def _blocks(mesh: Mesh, name: str) -> tuple[Cells, ...]:
+    return mesh.facets.get(name) or mesh.lines.get(name) or ()
+
+
+def _measure_dimension(mesh: Mesh, name: str) -> int:
+    return max((shape(block.kind).dimension for block in _blocks(mesh, name)), default=0)
+
+
+def _measure(mesh: Mesh, blocks: tuple[Cells, ...], nodes: np.ndarray) -> sp.csr_matrix:
+    """Return int N_i N_j over blocks of facets or lines, shape (nodes, nodes)."""
+    total = sp.csr_matrix((len(nodes), len(nodes)))
+    for block in blocks:
+        element, at = shape(block.kind), np.searchsorted(nodes, block.nodes)
+        points, weights = quadrature(block.kind, _DEGREE)
+        values = element.values(points)
+        stretches = []
+        for gradient in element.gradients(points):
+            jacobian = np.einsum("mnx,na->mxa", mesh.nodes[block.nodes], gradient)
+            gram = np.einsum("mxa,mxb->mab", jacobian, jacobian)
+            stretches.append(np.sqrt(np.maximum(np.linalg.det(gram), 0.0)))
+        products = np.einsum("q,qi,qj->qij", weights, values, values).reshape(len(weights), -1)
+        entries = np.stack(stretches, axis=1) @ products
+        count = block.nodes.shape[1]
+        rows, columns = np.repeat(at, count, axis=1), np.tile(at, (1, count))
+        total += sp.csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())), total.shape)
+    return total
+
+
+def _check_group(mesh: Mesh, name: str, body: np.ndarray) -> None:
+    """Refuse a group that the mesh does not have, that is empty or that is not on the body."""
+    known = sorted({*mesh.facets, *mesh.lines, *mesh.points} - {""})
+    if name not in known:
+        also = f"; {name!r} is a group of cells, an interface is a group of facets" if name in mesh.cells else ""
+        raise ModelError(
+            f"{mesh.source} has no group of facets called {name!r}{also}. Remedy: use one of those it has "
+            f"({', '.join(known) or 'none'}), or give the facets a physical group of this name"
+        )
+    nodes = group_nodes(mesh, name)
+    if not len(nodes):
+        raise MeshError(
+            f"{mesh.source}: the group {name!r} has no facets. Remedy: mesh its surfaces, and save all elements"
+        )
+    if not body[nodes].all():
+        raise MeshError(
+            f"{mesh.source}: the group {name!r} has {np.count_nonzero(~body[nodes])} nodes that are not on the "
+            "body. Remedy: choose faces of the meshed body only"
+        )

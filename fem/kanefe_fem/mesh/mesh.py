@@ -1,0 +1,271 @@
+"""The mesh as plain arrays: nodes, cells, facets, lines and points, with their groups by name.
+
+`read_mesh` is the only way in from a file. Nothing here knows the finite-element library.
+
+
+MERGED: Parts of a mesh: several bodies from one mesh, each of some of its groups of cells."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.model import Cells
+from kanefe_fem.mesh.shapes import MIDS, kind_of_order, row_numbers, shape
+
+if TYPE_CHECKING:
+    pass  # MOVED
+
+
+Blocks = Mapping[str, tuple[Cells, ...]]
+"""Blocks of cells by the name of their group."""
+
+
+_EMPTY: Blocks = MappingProxyType({})
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A mesh with its groups by name, in metres.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n, 3)
+        Reference coordinates in m.
+    dimension : int
+        3: the body is made of tetrahedra or hexahedra; 2: of triangles or quadrilaterals; 1: only lines (beams).
+    cells : dict of str to tuple of Cells
+        The body's cells by the group (material) they belong to. Empty if `dimension` is 1.
+    facets : dict of str to tuple of Cells
+        Groups of facets: surfaces of a 3D mesh, lines of a 2D mesh. A facet may be in several groups.
+    lines : dict of str to tuple of Cells
+        Groups of line elements ("line" (m, 2) or "line3" (m, 3)), whatever the dimension.
+    points : dict of str to ndarray of int
+        Groups of single nodes.
+    source : str
+        File name, or what made the mesh.
+    provenance : dict
+        Digest of the file, versions.
+
+    Notes
+    -----
+    The node order in a cell is VTK's. `kanefe_fem.mesh.checks.check_mesh` looks for everything that would make wrong
+    matrices or crash the assembler; `read_mesh` and `solid_model` call it.
+
+    Examples
+    --------
+    >>> nodes = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> mesh = Mesh(np.array(nodes, float), 3, {"body": (Cells("tetra", np.array([[0, 1, 2, 3]])),)})
+    >>> mesh.dimension, mesh.cell_count
+    (3, 1)
+    """
+
+    nodes: np.ndarray
+    dimension: int
+    cells: Blocks
+    facets: Blocks = field(default_factory=dict)
+    lines: Blocks = field(default_factory=dict)
+    points: Mapping[str, np.ndarray] = field(default_factory=dict)
+    source: str = "arrays"
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        nodes = np.array(self.nodes, dtype=float, ndmin=2)
+        if nodes.ndim != 2 or nodes.shape[1] not in (2, 3):
+            raise MeshError(f"nodes have shape {nodes.shape}. Remedy: give an array of shape (n, 3), in m")
+        if nodes.shape[1] == 2:
+            nodes = np.column_stack([nodes, np.zeros(len(nodes))])
+        freeze = object.__setattr__
+        freeze(self, "nodes", _frozen(nodes))
+        for name in ("cells", "facets", "lines"):
+            freeze(self, name, MappingProxyType({k: tuple(v) for k, v in getattr(self, name).items()}))
+        freeze(self, "points", MappingProxyType({k: _frozen(np.asarray(v)) for k, v in self.points.items()}))
+
+    @property
+    def cell_blocks(self) -> tuple[Cells, ...]:
+        """All blocks of the body's cells, group after group."""
+        return tuple(block for blocks in self.cells.values() for block in blocks)
+
+    @property
+    def cell_count(self) -> int:
+        """Number of the body's cells."""
+        return sum(len(block.nodes) for block in self.cell_blocks)
+
+    @property
+    def kind(self) -> str:
+        """Shape of the body's cells (all have the same)."""
+        return self.cell_blocks[0].kind if self.cells else "line"
+
+    @property
+    def order(self) -> int:
+        """Order of the geometry: 1 straight, 2 with mid-side nodes."""
+        return shape(self.kind).order
+
+    @property
+    def connectivity(self) -> np.ndarray:
+        """Nodes of all the body's cells, group after group, shape (m, nodes per cell)."""
+        return np.concatenate([block.nodes for block in self.cell_blocks])
+
+    def with_order(self, order: int) -> Mesh:
+        """Return the mesh with geometry of order 1 or 2; see `to_order`."""
+        return to_order(self, order)
+
+
+def to_order(mesh: Mesh, order: int) -> Mesh:
+    """Return the mesh with geometry of the given order, its unused nodes dropped.
+
+    From 1 to 2, the new nodes are the means of corners (sides stay straight) and come after the old ones; from 2 to 1,
+    the mid-side nodes are dropped, so that curved sides become straight. Facets follow the cells; facets, lines and
+    points that are not on the body are left out.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Mesh of dimension 2 or 3.
+    order : int
+        1 or 2.
+    """
+    target = kind_of_order(mesh.kind, order)
+    cells, nodes, table = _lift_cells(mesh, target)
+    used = np.zeros(len(nodes) + 1, dtype=bool)
+    used[cells] = True
+    renumber = np.where(used, np.cumsum(used) - 1, -1)
+    renumber[-1] = -1
+    ends = np.cumsum([len(block.nodes) for block in mesh.cell_blocks])[:-1]
+    pieces = iter(np.split(renumber[cells], ends))
+    new_cells = {name: tuple(Cells(target, next(pieces)) for _ in blocks) for name, blocks in mesh.cells.items()}
+
+    def along(groups: Blocks) -> dict[str, tuple[Cells, ...]]:
+        return {
+            name: tuple(_renumbered(_lift_along(block, order, table), renumber) for block in blocks)
+            for name, blocks in groups.items()
+        }
+
+    points = {name: renumber[ids][renumber[ids] >= 0] for name, ids in mesh.points.items()}
+    return replace(
+        mesh,
+        nodes=nodes[used[:-1]],
+        cells=new_cells,
+        facets=along(mesh.facets),
+        lines=along(mesh.lines),
+        points=points,
+    )
+
+
+def _lift_cells(mesh: Mesh, target: str) -> tuple[np.ndarray, np.ndarray, dict[int, tuple[np.ndarray, np.ndarray]]]:
+    """Return connectivity and nodes with the target's mid nodes, and the mid nodes by their corners."""
+    old, wanted = shape(mesh.kind), shape(target)
+    connectivity = mesh.connectivity
+    corners = connectivity[:, : old.corners]
+    nodes = np.asarray(mesh.nodes)
+    table: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    if wanted.order == 1:
+        return corners, nodes, table
+    columns = [corners]
+    for size in sorted({len(mid) for mid in MIDS[target]}):
+        where = [i for i, mid in enumerate(MIDS[target]) if len(mid) == size]
+        keys = np.sort(np.stack([corners[:, list(MIDS[target][i])] for i in where], axis=1), axis=2)
+        keys = keys.reshape(-1, size)
+        if old.order == 2:
+            mids = connectivity[:, [old.corners + i for i in where]]
+            table[size] = (keys, mids.reshape(-1))
+            columns.append(mids)
+            continue
+        _, first, inverse = np.unique(row_numbers(keys), return_index=True, return_inverse=True)
+        mids = (len(nodes) + inverse).reshape(len(corners), len(where))
+        table[size] = (keys[first], len(nodes) + np.arange(len(first)))
+        nodes = np.vstack([nodes, nodes[keys[first]].mean(axis=1)])
+        columns.append(mids)
+    # MIDS lists edges, then faces, then the centre: the columns come out in the order of the nodes
+    return np.hstack(columns), nodes, table
+
+
+def _lift_along(block: Cells, order: int, table: dict[int, tuple[np.ndarray, np.ndarray]]) -> Cells:
+    """Return facets or lines of the given order, their mid nodes those of the cells (-1: not on the body)."""
+    element = shape(block.kind)
+    target = kind_of_order(block.kind, order)
+    corners = block.nodes[:, : element.corners]
+    columns = [corners]
+    for mid in MIDS[target]:
+        keys, mids = table.get(len(mid), (np.zeros((0, len(mid)), dtype=int), np.zeros(0, dtype=int)))
+        wanted = np.sort(corners[:, list(mid)], axis=1)
+        numbers = row_numbers(np.vstack([keys, wanted]))
+        known, sought = numbers[: len(keys)], numbers[len(keys) :]
+        position = np.full(numbers.max(initial=0) + 1, -1)
+        position[known] = mids
+        columns.append(position[sought][:, None])
+    return Cells(target, np.hstack(columns))
+
+
+def _renumbered(block: Cells, renumber: np.ndarray) -> Cells:
+    """Return the cells with new node numbers, without those that touch a dropped node."""
+    nodes = renumber[block.nodes]
+    return Cells(block.kind, nodes[(nodes >= 0).all(axis=1)])
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    """Return the array, read-only."""
+    array.setflags(write=False)
+    return array
+
+
+def part_of(mesh: Mesh, cells: str | Sequence[str] | None) -> Mesh:
+    """Return the mesh of some groups of cells, with the facets, lines and points that are on them.
+
+    The facets between two bodies are in the parts of both, each with nodes of its own: they are interfaces by which a
+    scene joins the bodies.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Whose node numbers exist.
+    cells : str, sequence of str, or None
+        Names of groups of cells. None: the whole mesh.
+
+    Raises
+    ------
+    ModelError
+        If the mesh has no such group of cells.
+
+    Examples
+    --------
+    >>> rotor = part_of(mesh, "rotor")                                   # doctest: +SKIP
+    """
+    if cells is None:
+        return mesh
+    names = [cells] if isinstance(cells, str) else list(cells)
+    unknown = [name for name in names if name not in mesh.cells]
+    if unknown or not names:
+        raise ModelError(
+            f"{mesh.source} has no group of cells called {unknown[0] if unknown else None!r}. Remedy: cells= some of "
+            f"{', '.join(map(repr, mesh.cells)) or 'none'}"
+        )
+    kept = {name: mesh.cells[name] for name in mesh.cells if name in names}
+    used = np.zeros(len(mesh.nodes), dtype=bool)
+    for blocks in kept.values():
+        for block in blocks:
+            used[block.nodes] = True
+    number = np.cumsum(used) - 1
+
+    def inside(groups: Blocks) -> dict[str, tuple[Cells, ...]]:
+        found = {
+            name: tuple(Cells(b.kind, number[b.nodes[used[b.nodes].all(axis=1)]]) for b in blocks)
+            for name, blocks in groups.items()
+        }
+        return {name: blocks for name, blocks in found.items() if any(len(block.nodes) for block in blocks)}
+
+    points = {name: number[ids[used[ids]]] for name, ids in mesh.points.items() if used[ids].any()}
+    return replace(
+        mesh,
+        nodes=mesh.nodes[used],
+        cells=inside(kept),
+        facets=inside(mesh.facets),
+        lines=inside(mesh.lines),
+        points=points,
+        source=mesh.source if len(kept) == len(mesh.cells) else f"{mesh.source} ({', '.join(kept)})",
+    )

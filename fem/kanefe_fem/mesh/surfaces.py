@@ -1,0 +1,156 @@
+"""Surfaces of a solid that carry distributed loads: the integrals over their facets, before anything is assembled.
+
+Which side is outside follows from the cell that a facet bounds, not from the order of the facet's nodes, which mesh
+generators choose as they like.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.model import Cells
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.shapes import quadrature, row_numbers, shape
+
+DEGREE = 6
+"""Of the quadrature: exact for pressures (5 in each direction at most); the area of a curved facet is no polynomial."""
+
+
+@dataclass(frozen=True, eq=False)
+class FacetIntegrals:
+    """Integrals over a group of facets of a mesh of n nodes.
+
+    Attributes
+    ----------
+    shares : ndarray, shape (n,)
+        int N_i dA in m2.
+    pressure : ndarray, shape (n, 3)
+        -int N_i n dA in m2, n the outward normal.
+    """
+
+    shares: np.ndarray
+    pressure: np.ndarray
+
+
+def check_surfaces(mesh: Mesh, names: Sequence[str]) -> None:
+    """Refuse surfaces that cannot carry a load.
+
+    Raises
+    ------
+    ModelError
+        Unknown name; the message lists the groups of facets.
+    MeshError
+        The group has no facets, or a facet that is twice in it, not on the body, or inside it.
+    """
+    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+        raise ModelError(f"surfaces={names!r} is no list of names. Remedy: names of groups of facets, such as ['top']")
+    known = sorted(set(mesh.facets) - {""})
+    for name in names:
+        if name not in mesh.facets or name == "":
+            also = f"; {name!r} is a group of cells" if name in mesh.cells else ""
+            raise ModelError(
+                f"{mesh.source} has no group of facets called {name!r}{also}. Remedy: use one of those it has "
+                f"({', '.join(known) or 'none'}), or give the facets a physical group of this name"
+            )
+        if not any(len(block.nodes) for block in mesh.facets[name]):
+            raise MeshError(
+                f"{mesh.source}: the group {name!r} has no facets. Remedy: mesh its surfaces, and save all elements"
+            )
+        _refuse_doubles(mesh, name)
+        for block in mesh.facets[name]:
+            _outward_signs(mesh, name, block)
+
+
+def facet_integrals(mesh: Mesh, name: str, thickness: float = 1.0) -> FacetIntegrals:
+    """Return the integrals over a checked group of facets.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of the order of the displacement.
+    name : str
+        Of the group.
+    thickness : float
+        Of a plane body, whose facets are lines, in m.
+    """
+    shares, pressure = np.zeros(len(mesh.nodes)), np.zeros((len(mesh.nodes), 3))
+    for block in mesh.facets[name]:
+        signs = thickness * _outward_signs(mesh, name, block)
+        element, x = shape(block.kind), mesh.nodes[block.nodes]
+        points, weights = quadrature(block.kind, DEGREE)
+        for value, gradient, weight in zip(element.values(points), element.gradients(points), weights, strict=True):
+            normal = weight * _normals(np.einsum("mnx,na->mxa", x, gradient))
+            area = thickness * np.linalg.norm(normal, axis=1)
+            np.add.at(shares, block.nodes, area[:, None] * value)
+            np.add.at(pressure, block.nodes, -(signs[:, None] * normal)[:, None, :] * value[:, None])
+    return FacetIntegrals(shares, pressure)
+
+
+def _normals(tangents: np.ndarray) -> np.ndarray:
+    """Return the normal of each facet, as long as the facet's measure, from its tangents, shape (m, 3, d - 1)."""
+    if tangents.shape[2] == 1:
+        t = tangents[:, :, 0]
+        return np.column_stack((t[:, 1], -t[:, 0], np.zeros(len(t))))
+    return np.cross(tangents[:, :, 0], tangents[:, :, 1])
+
+
+def _refuse_doubles(mesh: Mesh, name: str) -> None:
+    for kind in {block.kind for block in mesh.facets[name]}:
+        facets = np.concatenate([block.nodes for block in mesh.facets[name] if block.kind == kind])
+        _, counts = np.unique(row_numbers(np.sort(facets[:, : shape(kind).corners], axis=1)), return_counts=True)
+        if counts.max() > 1:
+            raise MeshError(
+                f"{mesh.source}: {np.count_nonzero(counts > 1)} facets of the surface {name!r} are twice in it, and "
+                "would carry a load twice. Remedy: remove the duplicate surfaces (Coherence in a .geo) and mesh again"
+            )
+
+
+def _outward_signs(mesh: Mesh, name: str, block: Cells) -> np.ndarray:
+    """Return +1 for each facet whose nodes turn about the outward normal, -1 for the others.
+
+    Decided on the reference cell, where it holds for every cell with a positive Jacobian, however bent.
+    """
+    cell = shape(mesh.kind)
+    corners = block.nodes[:, : shape(block.kind).corners]
+    cells = mesh.connectivity[:, : cell.corners]
+    owner = _owners(mesh, name, corners, cells)
+    local = (cells[owner][:, None, :] == corners[:, :, None]).argmax(axis=2)
+    reference = cell.nodes[: cell.corners]
+    x = reference[local]
+    # a side of a cube lies in a plane of one constant coordinate; any corners of a simplex are a side
+    if not cell.is_simplex and not (np.ptp(x, axis=1) == 0.0).any(axis=1).all():
+        raise MeshError(f"{mesh.source}: a facet of the surface {name!r} is no side of a cell. Remedy: mesh again")
+    tangents = np.zeros((len(x), 3, cell.dimension - 1))
+    tangents[:, : cell.dimension, 0] = x[:, 1] - x[:, 0]
+    if cell.dimension == 3:
+        tangents[:, :, 1] = x[:, -1] - x[:, 0]
+    outward = x.mean(axis=1) - reference.mean(axis=0)
+    return np.sign(np.einsum("mx,mx->m", _normals(tangents)[:, : cell.dimension], outward))
+
+
+def _owners(mesh: Mesh, name: str, corners: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Return the one cell that each facet bounds."""
+    count = len(mesh.nodes)
+    on_facet, on_cell = (
+        sp.csr_matrix((np.ones(table.size), (np.repeat(np.arange(len(table)), table.shape[1]), table.ravel())),
+                      shape=(len(table), count))
+        for table in (corners, cells)
+    )  # fmt: skip
+    shared = (on_facet @ on_cell.T).tocoo()
+    bounds = shared.data == corners.shape[1]
+    facet, owner = shared.row[bounds], shared.col[bounds]
+    owners = np.bincount(facet, minlength=len(corners))
+    for wrong, what in ((owners == 0, "not on the body"), (owners > 1, "inside the body, where no side is outside")):
+        if wrong.any():
+            raise MeshError(
+                f"{mesh.source}: {np.count_nonzero(wrong)} facets of the surface {name!r} are {what}. "
+                "Remedy: choose outer faces of the meshed body only"
+            )
+    result = np.empty(len(corners), dtype=np.int64)
+    result[facet] = owner
+    return result

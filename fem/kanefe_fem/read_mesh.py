@@ -1,0 +1,86 @@
+"""MOVED"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from kanefe.errors import FileError, MeshError
+from kanefe_fem.mesh.checks import check_arrays, check_mesh
+from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
+
+GMSH_SUFFIXES = (".msh", ".geo", ".py")
+
+
+def read_mesh(
+    path: str | Path,
+    order: int | None = None,
+    *,
+    names: Mapping[int, str] | None = None,
+    cells: str | Sequence[str] | None = None,
+) -> Mesh:
+    """Read a mesh, or mesh a gmsh source.
+
+    ==============  ====================================================================================
+    suffix          how
+    ==============  ====================================================================================
+    .msh            gmsh (2.2 and 4.1, ascii and binary); groups are the physical groups
+    .geo            gmsh, meshed in 3D, or in 2D if the source has no volume
+    .py             a Python source which defines ``build(gmsh)``: called with gmsh initialised and an empty
+                    model; it makes the geometry and the physical groups, and may mesh; else it is meshed here
+    any other       meshio (.vtu, .xdmf, .inp, ...); groups are its cell sets and point sets, else the integers of
+                    the cell data "gmsh:physical", "medit:ref", "group", ...
+    ==============  ====================================================================================
+
+    Parameters
+    ----------
+    path : str or Path
+        File to read; lengths are in m.
+    order : int, optional
+        Order of the geometry, 1 or 2. A source is meshed with this order (2: the mid-side nodes lie on the curved
+        surface); the mesh of a file is converted (to 2: with straight sides). Default: as the file or the source says.
+    names : dict of int to str, optional
+        Names of the groups which the file knows by number only (.vtu, .xdmf). Default: the number itself, as in "1".
+    cells : str or sequence of str, optional
+        Groups of cells to keep: one body of several in the file (see `kanefe_fem.mesh.mesh.part_of`). Default: all.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    FileError
+        The file is not there, is truncated or cannot be read.
+    MeshError
+        The mesh cannot be used; the message names the place and the remedy.
+    MissingDependency
+        gmsh or meshio is needed and is not installed.
+
+    Notes
+    -----
+    A physical group without a name is called by its number. As in gmsh, elements of no physical group are left out
+    when there are groups; a warning says how many.
+    """
+    path = Path(path)
+    if order not in (None, 1, 2):
+        raise MeshError(f"order {order!r} of the geometry of {path.name} is not possible. Remedy: give 1 or 2")
+    if not path.is_file():
+        raise FileError(f"there is no mesh file {path}. Remedy: check the name and the working directory")
+    if path.suffix.lower() in GMSH_SUFFIXES:
+        from kanefe_fem import _gmsh
+
+        mesh = _gmsh.read(path, order)
+    else:
+        from kanefe_fem import _meshio
+
+        mesh = _meshio.read(path, names or {})
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    provenance = {"file": path.name, "sha256": digest, **mesh.provenance}
+    mesh = replace(mesh, provenance=provenance)
+    mesh = mesh if cells is None else part_of(check_arrays(mesh), cells)
+    frame_only = mesh.lines and not mesh.cells  # beams need no group of cells
+    mesh = check_arrays(mesh) if frame_only else check_mesh(mesh)
+    return mesh if order is None or not mesh.cells else to_order(mesh, order)

@@ -1,0 +1,1 @@
+"""Stresses, strains and section forces of a run."""

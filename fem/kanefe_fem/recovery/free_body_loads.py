@@ -1,0 +1,173 @@
+"""What acts on the free body of beams at an instant: gravity and inertia of its mass points, forces at interfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.kane.assemble import accelerations, all_speeds
+from kanefe.kane.kinematics import sweep_outward
+from kanefe.result import Result
+from kanefe_fem.beams import elements as be
+
+BALANCE = 1e-4
+"""Imbalance of the free body, relative to the forces on it, above which some load must be missing."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpreadLoads:
+    """Loads along m elements that vary as a polynomial through samples at g Gauss stations, in their axes L.
+
+    Attributes
+    ----------
+    lengths : ndarray, shape (m,)
+        Of the elements, m.
+    samples : ndarray, shape (T, m, g, 6)
+        Force and moment a unit length, N/m and N.
+    fixed_ends : ndarray, shape (T, m, 12)
+        Forces on the ends that do the same work.
+    """
+
+    lengths: np.ndarray
+    samples: np.ndarray
+    fixed_ends: np.ndarray
+
+    @classmethod
+    def of_station_forces(cls, properties: be.ElementProperties, wrenches: np.ndarray) -> SpreadLoads:
+        """Return the load whose integrals by the Gauss rule are wrenches (T, m, g, 6) at its stations."""
+        stations, weights = be.gauss_stations(wrenches.shape[2])
+        samples = wrenches / (weights[:, None] * properties.length[:, None, None])
+        N = be.interpolation(properties, stations)
+        return cls(properties.length, samples, np.einsum("mgij,tmgi->tmj", N, wrenches))
+
+    def before(self, xi: np.ndarray) -> np.ndarray:
+        """Return the wrench about each station x/l (s,) of the load before it, shape (T, m, s, 6)."""
+        count = self.samples.shape[2]
+        stations = be.gauss_stations(count)[0]
+        to_polynomial = np.linalg.inv(np.vander(stations, count, increasing=True))
+        q = np.einsum("cg,tmgi->tmci", to_polynomial, self.samples)
+        powers = np.arange(count)
+        total = xi[:, None] ** (powers + 1) / (powers + 1)  # int_0^xi s^c ds
+        arm = xi[:, None] ** (powers + 2) / ((powers + 1) * (powers + 2))  # int_0^xi (xi - s) s^c ds
+        length = self.lengths[:, None, None]
+        wrench = np.einsum("sc,tmci->tmsi", total, q) * length
+        moved = np.einsum("sc,tmci->tmsi", arm, q[..., :3]) * length**2
+        # a force at the distance a before the station, r = (-a, 0, 0), has the moment r x F = (0, a F_z, -a F_y)
+        wrench[..., 4] += moved[..., 2]
+        wrench[..., 5] -= moved[..., 1]
+        return wrench
+
+
+@dataclass(frozen=True, eq=False)
+class FreeBodyLoads:
+    """What acts on a body of beams, in G, at T times.
+
+    Attributes
+    ----------
+    points : ndarray, shape (P, 3)
+        Mass points, undeformed, m.
+    point_forces : ndarray, shape (T, P, 3)
+        Gravity less mass times acceleration, N.
+    nodal_forces : ndarray, shape (T, N)
+        Of the interfaces on the degrees of freedom of the nodes, N and N m.
+    """
+
+    points: np.ndarray
+    point_forces: np.ndarray
+    nodal_forces: np.ndarray
+
+
+def free_body_loads(result: Result, name: str, frames: np.ndarray) -> FreeBodyLoads:
+    """Return what acts on a body at some output times of a run in memory.
+
+    Raises
+    ------
+    ModelError
+        If the result was read from a file, an interface has several nodes, or the forces are not in balance, because
+        loads of the scene act on the body elsewhere.
+    """
+    body = result.body(name).flexible
+    if result.run is None or body is None:
+        raise ModelError(
+            f"a result read from a file does not tell what acts on {name!r}. Remedy: inertia=False, or recover in the "
+            "program that runs the scene"
+        )
+    forces, moved = _inertia_forces(result, name, body, frames)
+    nodal = np.zeros((len(frames), len(body.nodes) * len(body.components)))
+    kept = [COMPONENTS.index(c) for c in body.components]
+    wrench = np.concatenate((forces.sum(axis=1), np.cross(moved, forces).sum(axis=1)), axis=1)
+    scale = np.concatenate(
+        (abs(forces).sum(axis=(1, 2)), (np.linalg.norm(moved, axis=2) * np.linalg.norm(forces, axis=2)).sum(axis=1))
+    )
+    eta = result.modal_coordinates(name)[frames]
+    for frame in body.interfaces:
+        coupling = result.coupling_force(name, frame.name)[frames]
+        if not coupling.any():
+            continue
+        node = _node_of(name, body, frame)
+        nodal[:, node * len(kept) + np.arange(len(kept))] += coupling[:, kept]
+        place = frame.position + np.array([frame.moved(row)[0][:3] for row in eta])
+        wrench += np.concatenate((coupling[:, :3], coupling[:, 3:] + np.cross(place, coupling[:, :3])), axis=1)
+        scale = np.maximum(scale, np.repeat([abs(coupling[:, :3]).max(), abs(coupling[:, 3:]).max()], len(frames)))
+    _check_balance(name, wrench[:, kept], np.repeat(scale.reshape(2, -1), 3, axis=0).T[:, kept])
+    return FreeBodyLoads(body.inertia_points, forces, nodal)
+
+
+def _inertia_forces(result: Result, name: str, body: FlexibleBody, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return gravity less mass times acceleration of the mass points, and where they are, each (T, P, 3), in G."""
+    run = result.run
+    if run is None or not body.is_exact:
+        raise ModelError(
+            f"body {name!r} has no mass points that move with modes. Remedy: inertia=False, or make it with "
+            "kanefe_fem.beam_body and a reduction"
+        )
+    model, count = run.model, body.free_count
+    number, terms = model.index(name), model.flexible_terms(name)
+    gravity = model.gravity if model.bodies[number].has_gravity else np.zeros(3)
+    basis = body.inertia_basis[:, :count]
+    forces = np.empty((len(frames), len(body.inertia_points), 3))
+    moved = np.empty_like(forces)
+    for row, frame in enumerate(frames):
+        t, q, u = run.times[frame], run.trajectory.coordinates[frame], run.trajectory.speeds[frame]
+        full, du = all_speeds(model, t, u), accelerations(model, t, q, u)
+        G = sweep_outward(model, t, q, full)[number]
+        rates = np.concatenate((du, model.driven_speeds(t)[1]))
+        a, alpha = G.V @ rates + G.Z - G.A_NF.T @ gravity, G.W @ rates + G.Y
+        deformed, velocity, acceleration = (
+            (basis @ values).reshape(-1, 3) for values in (q[terms.eta], u[terms.speeds], du[terms.speeds])
+        )
+        r = body.inertia_points + deformed
+        turning = np.cross(alpha, r) + np.cross(G.w, np.cross(G.w, r) + 2.0 * velocity)
+        forces[row] = -(body.inertia_mass @ (a + turning + acceleration))
+        moved[row] = r
+    forces[:, :, [a for a, c in enumerate(TRANSLATIONS) if c not in body.components]] = 0.0  # across a planar body
+    return forces, moved
+
+
+def _node_of(name: str, body: FlexibleBody, frame: InterfaceFrame) -> int:
+    """Return the node that an interface is."""
+    distance = np.linalg.norm(body.nodes - frame.position, axis=1)
+    node = int(distance.argmin())
+    own = body.node_frame(node).motion
+    if (
+        distance[node] > 1e-9 * np.ptp(body.nodes, axis=0).max()
+        or abs(own - frame.motion).max() > 1e-9 * abs(own).max()
+    ):
+        raise ModelError(
+            f"interface {frame.name!r} of {name!r} has several nodes, and how its force is shared between them is not "
+            "known. Remedy: inertia=False, or interfaces of one node"
+        )
+    return node
+
+
+def _check_balance(name: str, wrench: np.ndarray, scale: np.ndarray) -> None:
+    worst = float((abs(wrench) / np.maximum(scale, 1e-300)).max(initial=0.0))
+    if worst > BALANCE and abs(wrench).max() > 0.0:
+        raise ModelError(
+            f"gravity, inertia and the forces at the interfaces of {name!r} are not in balance (by {worst:.1e} of "
+            "them): other loads act on it. Remedy: inertia=False, or put those loads on interfaces that carry a body"
+        )

@@ -1,0 +1,421 @@
+"""Which output times and which material a recovery is asked for, checked.
+
+MERGED: Recovery: displacement, strain and stress of a flexible body at the times of a run, or as an envelope over them.
+
+``stress = sum_i eta_i(t) s_i`` with the stress modes ``s_i = C : sym grad psi_i``, made once for a body. This is the
+mode-displacement method: it holds the stress that the kept modes carry and misses the quasi-static part of those
+that the reduction dropped, which matters near concentrated loads and for loads that the kept modes resemble little.
+Remedies: more modes, or a reduction with the static shapes of the loads of the scene (load-dependent vectors).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.result import LARGEST_TABLE, Result
+from kanefe.results.channels import BodyShape
+from kanefe.results.selection import Frames, frame_index
+from kanefe_fem.recovery import envelope as stress_measures
+from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, envelope_of
+from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
+from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, checked_elasticity
+
+if TYPE_CHECKING:
+    from kanefe_fem.recovery.expressions import ExpressionTerms
+    from kanefe_fem.recovery.section_forces import SectionForces
+
+
+def nearest_frames(stored: np.ndarray, times: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return the numbers of the output times nearest to some times."""
+    wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    slack = 0.5 * float(np.diff(stored).max()) if len(stored) > 1 else 0.0
+    outside = ~((wanted >= stored[0] - slack) & (wanted <= stored[-1] + slack))
+    if outside.any():
+        raise ModelError(
+            f"the time {wanted[outside][0]:g} s was not stored: the run has {stored[0]:g} to {stored[-1]:g} s. "
+            "Remedy: choose times of the run"
+        )
+    return np.abs(stored[None] - wanted[:, None]).argmin(axis=1)
+
+
+def material_row(name: str, shape: BodyShape, material: int | str) -> int:
+    """Return the row of the table of moduli that a group of cells or a number names."""
+    table = checked_elasticity(name, shape).table
+    groups = list(shape.provenance.get("materials", {}))
+    if isinstance(material, str):
+        if material not in groups or len(groups) != len(table):
+            known = ", ".join(groups) if len(groups) == len(table) else f"numbers 0 to {len(table) - 1}"
+            raise ModelError(f"body {name!r} has no material of the group {material!r}. It has: {known}")
+        return groups.index(material)
+    if not 0 <= material < len(table):
+        raise ModelError(f"material {material} of body {name!r} is none of 0 to {len(table) - 1}")
+    return int(material)
+
+
+def recover(
+    result: Result,
+    name: str,
+    *,
+    times: Sequence[float] | np.ndarray | None = None,
+    frames: Frames | None = None,
+    material: int | str | None = None,
+) -> Recovery:
+    """Return the fields of a flexible body in a run; each is computed when it is asked for.
+
+    Parameters
+    ----------
+    result : Result
+        Of a run, or read from a file.
+    name : str
+        The body.
+    times : sequence of float, optional
+        Times in s; the nearest output times are taken (`Recovery.times`). Default: all output times.
+    frames : int, slice or sequence of int, optional
+        Which output times, instead of `times`.
+    material : int or str, optional
+        Row of the body's table of moduli, or the group of cells that has it. Only its cells are looked at, and values
+        at nodes elsewhere are NaN. Without it, stresses at nodes where materials meet are means over both sides.
+
+    Returns
+    -------
+    Recovery
+
+    Raises
+    ------
+    ModelError
+        If the body is rigid, a time or frame was not stored, or there is no such material.
+
+    Examples
+    --------
+    >>> import kanefe_fem
+    >>> fields = kanefe_fem.recover(result, "arm", times=[0.1, 0.2])         # doctest: +SKIP
+    >>> fields.von_mises.shape                                              # doctest: +SKIP
+    (2, 4406)
+    >>> kanefe_fem.recover(result, "arm").envelope("von_mises").peak         # doctest: +SKIP
+    """
+    shape = result.body(name)
+    eta = result.modal_coordinates(name)  # refuses a rigid body by name
+    if times is not None and frames is not None:
+        raise ModelError("give times= or frames=, not both")
+    chosen = frame_index(frames, len(result.times)) if times is None else nearest_frames(result.times, times)
+    rows = np.atleast_1d(np.arange(len(result.times))[chosen])
+    row = None if material is None else material_row(name, shape, material)
+    return Recovery(result, name, rows, eta[rows], row)
+
+
+class Recovery:
+    """Fields of a flexible body at T output times of a run, made by `recover`.
+
+    Displacements are in m, stresses in Pa; both and the strains are components in the mesh frame G, in the order xx,
+    yy, zz, yz, xz, xy with engineering shear strains. A stress at a node is the mean over the cells that meet there of
+    the values carried there from the Gauss points.
+
+    Parameters
+    ----------
+    result : Result
+    name : str
+    frames : ndarray of int, shape (T,)
+        Which output times of the result.
+    eta : ndarray, shape (T, k)
+        Modal coordinates.
+    material : int, optional
+        Row of the table of moduli.
+
+    Notes
+    -----
+    Stresses come from the kept modes. See the module's text for what that leaves out.
+    """
+
+    def __init__(
+        self, result: Result, name: str, frames: np.ndarray, eta: np.ndarray, material: int | None = None
+    ) -> None:
+        self.result = result
+        self.name = name
+        self.frames = frames
+        self.eta = eta
+        self.material = material
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the fields, shape (T,), s."""
+        return self.result.times[self.frames]
+
+    def displacement(self) -> np.ndarray:
+        """Return the displacement of the nodes, shape (T, n, 3), m."""
+        return self.result.nodal_displacements(self.name, self.frames)
+
+    def strain_at_nodes(self) -> np.ndarray:
+        """Return the strain at the nodes, shape (T, n, 6)."""
+        return self._tensor("strain", "nodes")
+
+    def stress_at_nodes(self) -> np.ndarray:
+        """Return the stress at the nodes, shape (T, n, 6), Pa."""
+        return self._tensor("stress", "nodes")
+
+    def strain_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:
+        """Return the strain at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6)."""
+        return self._tensor("strain", _place(at))
+
+    def stress_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:
+        """Return the stress at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6), Pa."""
+        return self._tensor("stress", _place(at))
+
+    @property
+    def von_mises(self) -> np.ndarray:
+        """Von Mises' stress at the nodes, shape (T, n), Pa."""
+        return stress_measures.von_mises(self.stress_at_nodes())
+
+    @property
+    def principal(self) -> np.ndarray:
+        """Principal stresses at the nodes, greatest first, shape (T, n, 3), Pa."""
+        return stress_measures.principal(self.stress_at_nodes())
+
+    @property
+    def principal_strain(self) -> np.ndarray:
+        """Principal strains at the nodes, greatest first, shape (T, n, 3)."""
+        return stress_measures.principal_strains(self.strain_at_nodes())
+
+    def envelope(self, quantity: Scalar = "von_mises", at: Literal["nodes", "cells"] = "nodes") -> Envelope:
+        """Return the greatest value of a scalar over the times of these fields, at every node or cell.
+
+        Parameters
+        ----------
+        quantity : {"von_mises", "tresca", "max_principal", "min_principal", "max_shear"}
+            Of "min_principal" the least value is taken.
+        at : {"nodes", "cells"}
+
+        Raises
+        ------
+        ModelError
+            If there is no such quantity or place.
+
+        Examples
+        --------
+        ``worst = kanefe_fem.recover(result, "arm").envelope(); print(worst.peak, worst.peak_time)``
+        """
+        return envelope_of(self._fields(), self.eta, self.times, quantity, at, self.material)
+
+    def gauge(self, position: Sequence[float] | np.ndarray, direction: Sequence[float] | np.ndarray) -> np.ndarray:
+        """Return the history of a strain gauge, shape (T,).
+
+        Parameters
+        ----------
+        position : array_like, shape (3,)
+            Of the gauge in G, m: on the mesh, or off it by no more than a tenth of a cell (a chord of a curve).
+        direction : array_like, shape (3,)
+            In which it measures, in G; of any length.
+
+        Raises
+        ------
+        ModelError
+            If the position is not on the mesh, or the direction is none.
+
+        Examples
+        --------
+        ``recover(result, "arm").gauge((0.05, 0.0, 0.02), (1, 0, 0))``
+        """
+        return gauge_strains(self._fields(), self.eta, position, [direction], self.material)[:, 0]
+
+    def rosette(
+        self,
+        position: Sequence[float] | np.ndarray,
+        direction: Sequence[float] | np.ndarray,
+        normal: Sequence[float] | np.ndarray,
+        angles: Sequence[float] = (0.0, np.pi / 4, np.pi / 2),
+    ) -> np.ndarray:
+        """Return the histories of the gauges of a rosette, shape (T, gauges).
+
+        Parameters
+        ----------
+        position : array_like, shape (3,)
+            In G, m.
+        direction : array_like, shape (3,)
+            Of the angle zero, in G; its part in the surface counts.
+        normal : array_like, shape (3,)
+            Outward normal of the surface in G. Angles turn about it, right-handed.
+        angles : sequence of float
+            Of the gauges in rad. Default: 0, 45 and 90 degrees.
+        """
+        directions = rosette_directions(direction, normal, angles)
+        return gauge_strains(self._fields(), self.eta, position, directions, self.material)
+
+    def section_forces(self, stations: int = 2, *, inertia: bool = False) -> SectionForces:
+        """Return the section forces along the elements of a body of beams; see `kanefe_fem.recovery.section_forces`.
+
+        Parameters
+        ----------
+        stations : int
+            Equally spaced stations of each element, both ends included.
+        inertia : bool
+            Solve for the static deflection under the loads of each instant (gravity, inertia and the forces at the
+            interfaces) instead of taking that of the kept modes: the mode-acceleration method, exact in statics
+            whatever the modes.
+
+        Raises
+        ------
+        ModelError
+            If the body is not made of beams; with `inertia` also if other loads act on it, the result was read from a
+            file, or an interface has several nodes.
+        """
+        from kanefe_fem.recovery.section_forces import section_forces
+
+        return section_forces(self, stations, inertia)
+
+    def expression(
+        self, function: Callable[[ExpressionTerms], Any], at: Literal["nodes", "cells", "gauss"] = "nodes"
+    ) -> np.ndarray:
+        """Return any UFL expression of the displacement; needs dolfinx.
+
+        Parameters
+        ----------
+        function : callable
+            ``function(terms) -> UFL expression``; `terms` has `u`, `x`, `strain`, `stress` and `ufl`, see
+            `kanefe_fem.recovery.expressions.ExpressionTerms`.
+        at : {"nodes", "cells", "gauss"}
+            At the nodes (means over the cells that meet there), the centres of the cells, or their Gauss points.
+
+        Returns
+        -------
+        ndarray, shape (T, n, ...), (T, cells, ...) or (T, cells, g, ...)
+            With the shape of the expression; real.
+
+        Examples
+        --------
+        Density of the elastic energy:
+        ``fields.expression(lambda f: 0.5 * f.ufl.inner(f.stress, f.strain), at="cells")``
+        """
+        from kanefe_fem.recovery.expressions import evaluate_expression
+
+        return evaluate_expression(self, function, at)
+
+    def to_vtk(self, path: str | Path, *, quantities: Sequence[str] = ("von_mises",), scale: float = 1.0) -> Path:
+        """Write the scene at these times for ParaView, with fields on this body; see `Result.to_vtk`.
+
+        Parameters
+        ----------
+        path : path
+            Of the .pvd file.
+        quantities : sequence of str
+            Scalars of `envelope` and "stress", "strain" (six components each, in the axes of G), at the nodes. Scalars
+            are written at the centres of the cells too, where nothing is averaged.
+        scale : float
+            Factor on the elastic displacements.
+
+        Raises
+        ------
+        ModelError, FileError, MissingDependency
+            If there is no such quantity, the files cannot be written, or pyevtk is not installed.
+        """
+        from kanefe.views.vtk import write_series
+
+        unknown = [q for q in quantities if q not in (*SCALARS, "stress", "strain")]
+        if unknown or isinstance(quantities, str):
+            raise ModelError(f"quantities={quantities!r}: choose a list of {', '.join((*SCALARS, 'stress', 'strain'))}")
+        checked_elasticity(self.name, self.result.body(self.name))
+        place = {int(frame): row for row, frame in enumerate(self.frames)}
+
+        def data(frame: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+            return self._at_frame(place[frame], quantities)
+
+        return write_series(self.result, path, frames=self.frames, fields={self.name: data}, scale=scale)
+
+    def picture(
+        self,
+        path: str | Path,
+        quantity: Scalar = "von_mises",
+        *,
+        frame: int | None = None,
+        scale: float | None = None,
+        view: Sequence[float] = (1.0, -1.3, 0.9),
+        title: str | None = None,
+        limit: float | None = None,
+    ) -> Path:
+        """Draw the deformed body with a scalar of its stress in colours; needs pyvista.
+
+        Parameters
+        ----------
+        path : path
+            Of the picture (.png).
+        quantity : str
+            One of those of `envelope`.
+        frame : int, optional
+            Which of these times; it shows the deformed body. Default: the undeformed body with the envelope over all.
+        scale : float, optional
+            Factor on the displacements. Default: the largest is a twentieth of the body's size.
+        view : array_like, shape (3,)
+            Direction in G from the body towards the eye.
+        title : str, optional
+        limit : float, optional
+            Value of the last colour, Pa. Default: the largest there is.
+
+        Raises
+        ------
+        MissingDependency
+            If pyvista is not installed: ``pip install 'kanefe[report]'``.
+        """
+        from kanefe.storage.files import write_whole
+        from kanefe.views.pictures import drawn, field_drawing
+
+        if quantity not in SCALARS:
+            raise ModelError(f"there is no picture of {quantity!r}. There are: {', '.join(SCALARS)}")
+        fields = self._fields()
+        if frame is None:
+            values = self.envelope(quantity).values
+            points = fields.nodes
+        else:
+            stress = fields.evaluate("stress", "nodes", self.eta[frame][None], self.material)[0]
+            values = SCALARS[quantity](stress)
+            moved = self.result.nodal_displacements(self.name, int(self.frames[frame]))
+            size, largest = float(np.ptp(fields.nodes, axis=0).max()), float(abs(moved).max())
+            factor = scale if scale is not None else (0.05 * size / largest if largest > 0.0 else 1.0)
+            points = fields.nodes + factor * moved
+        label = f"{TITLES[quantity]} [MPa]"
+        last = None if limit is None else limit / 1e6
+        drawing = field_drawing(points, fields.cells, values / 1e6, label, view=view, title=title, limit=last)
+        (image,) = drawn([drawing])
+        write_whole(path, lambda file: file.write(image))
+        return Path(path)
+
+    def _at_frame(self, row: int, quantities: Sequence[str]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        fields, eta = self._fields(), self.eta[row][None]
+        point_data: dict[str, np.ndarray] = {}
+        cell_data: dict[str, np.ndarray] = {}
+        needs_stress = any(quantity != "strain" for quantity in quantities)
+        at_nodes = fields.evaluate("stress", "nodes", eta, self.material)[0] if needs_stress else np.zeros(0)
+        for quantity in quantities:
+            if quantity in SCALARS:
+                label = f"{quantity.replace('_', ' ')} [Pa]"
+                point_data[label] = SCALARS[quantity](at_nodes)
+                cell_data[label] = SCALARS[quantity](fields.evaluate("stress", "cells", eta)[0])
+                continue
+            values = at_nodes if quantity == "stress" else fields.evaluate("strain", "nodes", eta, self.material)[0]
+            unit = " [Pa]" if quantity == "stress" else ""
+            for number, component in enumerate(stress_measures.COMPONENTS):
+                point_data[f"{quantity} {component}{unit}"] = values[:, number]
+        return point_data, cell_data
+
+    def _fields(self) -> StrainFields:
+        return StrainFields.of_body(self.name, self.result.body(self.name))
+
+    def _tensor(self, what: Tensor, at: Place) -> np.ndarray:
+        fields = self._fields()
+        points = len(fields.nodes) if at == "nodes" else fields.cell_count * (8 if at == "gauss" else 1)
+        size = 48 * len(self.eta) * points
+        if size > LARGEST_TABLE:
+            raise ModelError(
+                f"the {what} of {self.name!r} at {len(self.eta)} times takes up to {size / 2**30:.1f} GiB. Remedy: "
+                "choose times with recover(..., times=[...]), or take envelope()"
+            )
+        return fields.evaluate(what, at, self.eta, self.material)
+
+
+def _place(at: str) -> Place:
+    places: dict[str, Place] = {"centroid": "cells", "gauss": "gauss"}
+    if at not in places:
+        raise ModelError(f"a field at cells is at their 'centroid' or 'gauss' points, not {at!r}")
+    return places[at]

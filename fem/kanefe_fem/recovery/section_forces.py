@@ -1,0 +1,216 @@
+"""Section forces of beams: what the part of a beam beyond a section does to the part before it.
+
+From the kept modes (mode displacement) the end forces of an element are ``K_e u_e``. With ``inertia=True`` the static
+problem of each instant is solved anew, ``K u = f``, with everything that acts on the free body: gravity and inertia of
+every mass point (d'Alembert) and the forces at the interfaces. So what the dropped modes carry quasi-statically is
+there too (mode acceleration, Craig & Kurdila, "Fundamentals of structural dynamics", 2006, section 11.5), and the
+load along each element bends the diagrams inside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity, rigid_motion
+from kanefe_fem.beams import elements as be
+from kanefe_fem.beams.mass import AXIAL_STATIONS
+from kanefe_fem.recovery.free_body_loads import SpreadLoads, free_body_loads
+
+if TYPE_CHECKING:
+    from kanefe_fem.recovery.recovery import Recovery
+
+NAMES = ("N", "Vy", "Vz", "T", "My", "Mz")
+
+
+@dataclass(frozen=True, eq=False)
+class SectionForces:
+    """Section forces of m beam elements at s stations each, at T times.
+
+    Positive signs: the force (N, Vy, Vz) and the moment (T, My, Mz) of the part beyond the section on the part before
+    it, in the element's own axes: x from its first node to its second, y and z across. So N is positive in tension.
+
+    Attributes
+    ----------
+    times : ndarray, shape (T,)
+        s.
+    stations : ndarray, shape (s,)
+        x/l in [0, 1].
+    positions : ndarray, shape (m, s, 3)
+        Undeformed, in G, m.
+    forces : ndarray, shape (T, m, s, 6)
+        N, Vy, Vz in N, T, My, Mz in N m.
+    """
+
+    times: np.ndarray
+    stations: np.ndarray
+    positions: np.ndarray
+    forces: np.ndarray
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return one of N, Vy, Vz, T, My, Mz, shape (T, m, s)."""
+        if name not in NAMES:
+            raise ModelError(f"there is no section force {name!r}. There are: {', '.join(NAMES)}")
+        return self.forces[..., NAMES.index(name)]
+
+
+def section_forces(recovery: Recovery, stations: int, inertia: bool) -> SectionForces:
+    """Return the section forces that `Recovery.section_forces` describes."""
+    result, name = recovery.result, recovery.name
+    shape = result.body(name)
+    frame = BeamFrame.of_body(name, shape.nodes, shape.components, shape.elasticity, shape.cells)
+    if not isinstance(stations, (int, np.integer)) or stations < 2:
+        raise ModelError(f"stations={stations!r} of each element. Remedy: at least 2, its ends")
+    xi = np.linspace(0.0, 1.0, stations)
+    if not inertia:
+        motion = np.asarray(recovery.eta @ shape.basis.T)  # (T, N)
+        forces = frame.along(frame.end_forces(motion), xi, None)
+        return SectionForces(recovery.times, xi, frame.positions(xi), forces)
+    acting = free_body_loads(result, name, recovery.frames)
+    spread = frame.spread_count(name, acting.points)
+    loads = frame.spread_loads(acting.points[:spread], acting.point_forces[:, :spread])
+    lumped = frame.lumped_forces(acting.points[spread:], acting.point_forces[:, spread:])
+    motion = frame.static_deflection(frame.nodal_forces(loads) + lumped + acting.nodal_forces)
+    forces = frame.along(frame.end_forces(motion) - loads.fixed_ends, xi, loads)
+    return SectionForces(recovery.times, xi, frame.positions(xi), forces)
+
+
+class BeamFrame:
+    """The elements of a body of beams.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (n, 3)
+    components : tuple of str
+    elasticity : Elasticity
+        With axes.
+    table : ndarray of int, shape (m, 2)
+        Nodes of the elements.
+    """
+
+    def __init__(
+        self, nodes: np.ndarray, components: tuple[str, ...], elasticity: Elasticity, table: np.ndarray
+    ) -> None:
+        self.nodes = nodes
+        self.components = components
+        self.table = table
+        self.axes = np.asarray(elasticity.axes)
+        self.lengths = np.linalg.norm(nodes[table[:, 1]] - nodes[table[:, 0]], axis=1)
+        self.properties = be.properties_of(elasticity, self.lengths)
+        width = len(components)
+        rows = [COMPONENTS.index(c) for c in components]
+        self.element_dofs = np.array([*rows, *(row + 6 for row in rows)])  # of the spatial element
+        self.dofs = (table[:, :, None] * width + np.arange(width)).reshape(len(table), -1)
+        self.size = len(nodes) * width
+
+    @classmethod
+    def of_body(
+        cls,
+        name: str,
+        nodes: np.ndarray,
+        components: tuple[str, ...],
+        elasticity: Elasticity | None,
+        cells: tuple[Cells, ...],
+    ) -> BeamFrame:
+        """Return the elements of a body; a ModelError if it is not made of beams."""
+        if elasticity is None or elasticity.axes is None:
+            raise ModelError(
+                f"body {name!r} is not made of beams, so it has no section forces. Remedy: kanefe_fem.beam_body, or "
+                "the stresses of recover(...)"
+            )
+        return cls(nodes, components, elasticity, np.concatenate([block.nodes for block in cells]))
+
+    @property
+    def element_count(self) -> int:
+        """Number m of elements."""
+        return len(self.table)
+
+    def positions(self, xi: np.ndarray) -> np.ndarray:
+        """Return the undeformed stations, shape (m, s, 3), m."""
+        start, end = self.nodes[self.table[:, 0]], self.nodes[self.table[:, 1]]
+        return start[:, None] + xi[None, :, None] * (end - start)[:, None]
+
+    def end_forces(self, motion: np.ndarray) -> np.ndarray:
+        """Return ``K_e u_e`` in L, shape (T, m, 12), from motions (T, N)."""
+        u = np.zeros((len(motion), self.element_count, 12))
+        u[:, :, self.element_dofs] = motion[:, self.dofs]
+        u_L = np.einsum("mij,tmj->tmi", be.spatial_transformation(self.axes), u)
+        return np.einsum("mij,tmj->tmi", be.spatial_stiffness(self.properties), u_L)
+
+    def along(self, ends: np.ndarray, xi: np.ndarray, loads: SpreadLoads | None) -> np.ndarray:
+        """Return the section forces at stations, shape (T, m, s, 6), from the forces on the ends (T, m, 12).
+
+        By equilibrium of the piece between the first end and the section.
+        """
+        x = xi[None, :] * self.lengths[:, None]  # (m, s)
+        forces = np.repeat(-ends[:, :, None, :6], len(xi), axis=2)
+        # moment of the first end's force about the section, arm -x along the axis
+        forces[..., 4] -= x * ends[:, :, 2, None]
+        forces[..., 5] += x * ends[:, :, 1, None]
+        return forces if loads is None else forces - loads.before(xi)
+
+    def spread_count(self, name: str, places: np.ndarray) -> int:
+        """Return how many of the mass points (P, 3) are those of the elements; lumped masses come after them."""
+        xi = be.gauss_stations(AXIAL_STATIONS)[0]
+        m = self.element_count
+        for in_section in (4, 2, 1):
+            count = m * AXIAL_STATIONS * in_section
+            if count > len(places):
+                continue
+            local = np.einsum(
+                "ma,mgpa->mgp",
+                self.axes[:, :, 0],
+                places[:count].reshape(m, AXIAL_STATIONS, in_section, 3) - self.nodes[self.table[:, 0]][:, None, None],
+            )
+            if np.allclose(local / self.lengths[:, None, None], xi[:, None], atol=1e-9):
+                return count
+        raise ModelError(f"the mass points of {name!r} are not those of beam elements. Remedy: inertia=False")
+
+    def lumped_forces(self, places: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Return forces (T, L, 3) at lumped masses (L, 3) on the degrees of freedom of the nearest nodes, (T, N)."""
+        total = np.zeros((len(forces), self.size))
+        width = len(self.components)
+        for place, force in zip(places, np.swapaxes(forces, 0, 1), strict=True):
+            node = int(np.linalg.norm(self.nodes - place, axis=1).argmin())
+            motion = rigid_motion(place[None], self.nodes[node])[:, [COMPONENTS.index(c) for c in self.components]]
+            total[:, node * width : (node + 1) * width] += force @ motion
+        return total
+
+    def spread_loads(self, places: np.ndarray, forces: np.ndarray) -> SpreadLoads:
+        """Return forces (T, P, 3) on the mass points (P, 3) of the elements, in L.
+
+        Every element has the same number of points, in groups at its Gauss stations.
+        """
+        m = self.element_count
+        start = self.nodes[self.table[:, 0]]
+        local = np.einsum("mba,mpb->mpa", self.axes, places.reshape(m, -1, 3) - start[:, None])
+        force = np.einsum("mba,tmpb->tmpa", self.axes, forces.reshape(len(forces), m, -1, 3))
+        offset = np.broadcast_to(local * np.array([0.0, 1.0, 1.0]), force.shape)
+        wrenches = np.concatenate((force, np.cross(offset, force)), axis=-1)
+        by_station = wrenches.reshape(len(forces), m, AXIAL_STATIONS, -1, 6).sum(axis=3)
+        return SpreadLoads.of_station_forces(self.properties, by_station)
+
+    def nodal_forces(self, loads: SpreadLoads) -> np.ndarray:
+        """Return the forces on the degrees of freedom that do the work of the loads, shape (T, N)."""
+        f = np.einsum("mji,tmj->tmi", be.spatial_transformation(self.axes), loads.fixed_ends)[:, :, self.element_dofs]
+        total = np.zeros((len(f), self.size))
+        for row, element_forces in zip(total, f, strict=True):
+            np.add.at(row, self.dofs, element_forces)
+        return total
+
+    def static_deflection(self, forces: np.ndarray) -> np.ndarray:
+        """Return a deflection of the free frame under forces in balance, (T, N): rigid motions do not matter."""
+        K = be.rotate_element_matrix(be.spatial_stiffness(self.properties), be.spatial_transformation(self.axes))
+        K = K[:, self.element_dofs][:, :, self.element_dofs]
+        width = self.dofs.shape[1]
+        rows, columns = np.repeat(self.dofs, width, axis=1).ravel(), np.tile(self.dofs, width).ravel()
+        full = sp.coo_matrix((K.ravel(), (rows, columns)), shape=(self.size, self.size)).tocsc()
+        kept = np.arange(len(self.components), self.size)  # the first node is held: it has every rigid motion
+        u = np.zeros_like(forces)
+        u[:, kept] = spla.splu(full[kept][:, kept]).solve(np.ascontiguousarray(forces[:, kept].T)).T
+        return u

@@ -1,0 +1,1 @@
+"""Solids: forms, matrices, preload, and bodies made from them."""

@@ -1,0 +1,341 @@
+"""Solid bodies: from a mesh and materials to a full-order model, or to a `FlexibleBody`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
+from kanefe.fe_model.progress import stage, stages, told_size
+from kanefe_fem.lumped import Lumped, attach, groups_of
+from kanefe_fem.materials.of_groups import Materials, cell_materials, materials_by_group, warn_of_group_units
+from kanefe_fem.mesh.checks import check_arrays, check_groups, check_mesh, extent
+from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
+from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
+from kanefe_fem.mesh.shapes import MIDS, shape
+from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
+from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.solids.preload import Preload, preloaded
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
+    from kanefe.reduction.stiffening import StiffeningLevel
+
+Plane = Literal["stress", "strain"]
+
+STAGES = 6
+"""Stages of the making of a body."""
+
+STRAIGHT = 1e-12
+"""Mid-side nodes this close (relative to the body) to the means of their corners make a straight geometry."""
+
+
+def solid_model(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    order: int = 2,
+    plane: Plane | None = None,
+    thickness: float | None = None,
+    surfaces: Sequence[str] = (),
+    *,
+    cells: str | Sequence[str] | None = None,
+    densities: Mapping[str, float] | None = None,
+    lumped: Sequence[Lumped] = (),
+    preload: Preload | None = None,
+) -> FiniteElementModel:
+    """Return the full-order model of a solid (3D) or of a plane body (2D).
+
+    Parameters
+    ----------
+    mesh : Mesh, str or Path
+        The mesh, or the file it is read from (see `kanefe_fem.read_mesh`); m.
+    materials : SolidMaterial or dict of str to SolidMaterial
+        Material of each group of cells (`Material`, `Orthotropic`, `Anisotropic`, `Laminate`, `UserEnergy`, or one of
+        them `Oriented`); one alone if there is one group.
+    order : int
+        Order of the displacement, 1 or 2. With 2 on a mesh of order 1 the sides stay straight and mid-side nodes are
+        added; with 1 on a mesh of order 2 the mid-side nodes are dropped.
+    plane : {"stress", "strain"}, optional
+        For 2D meshes, and only there.
+    thickness : float, optional
+        Of a 2D body in m; required there.
+    surfaces : sequence of str
+        Groups of outer facets that can carry tractions and pressures (lines of a 2D mesh: their faces, as wide as the
+        body is thick).
+    cells : str or sequence of str, optional
+        The groups of cells that make the body, of a mesh with several bodies. Default: all. Facets between two bodies
+        are interfaces of both.
+    densities : dict of str to float, optional
+        Of groups of cells, instead of their materials', kg/m3: what is smeared over a part (cables, fuel, paint).
+    lumped : sequence of LumpedMass or LumpedSpring
+        What hangs on nodes and groups; see `kanefe_fem.attach`.
+    preload : Preload, optional
+        A static load case that the body is under: its tangent stiffness is taken; see `kanefe_fem.preloaded`.
+
+    Returns
+    -------
+    FiniteElementModel
+        Nodes in the assembler's numbering; components ("x", "y", "z") or ("x", "y"); exact mass field; groups of
+        facets, lines and points by name, mid-side nodes included.
+
+    Raises
+    ------
+    MeshError, ModelError, FileError, MissingDependency
+        Each names the thing at fault and the remedy.
+
+    Examples
+    --------
+    >>> from kanefe_fem.materials.isotropic import Material
+    >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
+    >>> model = solid_model("meshes/arm.msh", steel)                      # doctest: +SKIP
+    >>> model.groups["tip"].position                                     # doctest: +SKIP
+    """
+    from kanefe_fem._petsc import factorise
+    from kanefe_fem.solids import problem as solid_problem
+    from kanefe_fem.solids.problem import solid_stress_stiffness
+
+    start = time.perf_counter()
+    mesh = _as_mesh(mesh, cells)
+    by_group = materials_by_group(mesh, materials, order, plane, densities)
+    scale = _thickness(mesh, plane, thickness)
+    check_surfaces(mesh, surfaces)
+    if preload is not None:
+        check_surfaces(mesh, preload.surfaces)
+        check_interfaces(mesh, dict.fromkeys(preload.groups))
+        surfaces = [*dict.fromkeys([*surfaces, *preload.surfaces])]
+    check_interfaces(mesh, dict.fromkeys(groups_of(lumped)))
+    lifted = to_order(mesh, order)
+    integrals = {name: facet_integrals(lifted, name, scale) for name in surfaces}
+    of_cells = cell_materials(lifted, by_group, plane, scale, densities)
+    warn_of_group_units(lifted, by_group, scale, densities)
+    read = time.perf_counter()
+    told_size(mesh.dimension * len(lifted.nodes))
+    with stage("assemble"):
+        assembly = solid_problem.assemble(
+            lifted.nodes,
+            lifted.connectivity,
+            lifted.kind,
+            straight=is_straight(lifted),
+            moduli=of_cells.moduli,
+            density=of_cells.density,
+        )
+    assembled = time.perf_counter()
+    numbered = _renumber(lifted, assembly.order_of_nodes)
+    components = TRANSLATIONS[: mesh.dimension]
+    field = MassField(numbered.nodes, assembly.mass, _interpolation(len(numbered.nodes), mesh.dimension))
+    blocks = sp.identity(mesh.dimension, format="csr")
+    model = FiniteElementModel(
+        nodes=numbered.nodes,
+        components=components,
+        stiffness=assembly.stiffness,
+        mass=sp.kron(assembly.mass, blocks, format="csr"),
+        mass_field=field,
+        cells=numbered.cell_blocks,
+        groups=node_groups(numbered),
+        load_patterns={
+            name: NodalPattern.of_nodes(
+                numbered.nodes,
+                components,
+                found.shares[assembly.order_of_nodes],
+                found.pressure[assembly.order_of_nodes],
+            )
+            for name, found in integrals.items()
+        },
+        elasticity=of_cells.elasticity,
+        stress_stiffness=solid_stress_stiffness(assembly.problem),
+        provenance={
+            "source": mesh.source,
+            **mesh.provenance,
+            "element": f"{lifted.kind}, displacement of order {order}",
+            "plane": plane,
+            "thickness_m": thickness,
+            "materials": {name: material.describe() for name, material in by_group.items()},
+            "densities": dict(densities or {}),
+            "nodes": len(numbered.nodes),
+            "cells": numbered.cell_count,
+            "dofs": len(numbered.nodes) * len(components),
+            "versions": assembly.versions,
+            "seconds": {
+                "read and check": read - start,
+                **assembly.seconds,
+                "number and group": time.perf_counter() - assembled,
+            },
+        },
+    )
+    if lumped:
+        model = attach(model, lumped)
+    return model if preload is None else preloaded(model, preload, factorise)
+
+
+def solid_body(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    interfaces: Mapping[str, Any],
+    reduction: Any = None,
+    damping: Any = None,
+    order: int = 2,
+    plane: Plane | None = None,
+    thickness: float | None = None,
+    surfaces: Sequence[str] = (),
+    *,
+    cells: str | Sequence[str] | None = None,
+    densities: Mapping[str, float] | None = None,
+    lumped: Sequence[Lumped] = (),
+    preload: Preload | None = None,
+    stiffening: StiffeningLevel = "none",
+    cache: bool = True,
+    progress: bool | None = None,
+) -> FlexibleBody:
+    """Return a flexible body made from a mesh: `solid_model`, then `kanefe.reduction.flexible_body`.
+
+    Parameters
+    ----------
+    mesh, materials, order, plane, thickness, surfaces, cells, densities, lumped, preload
+        As for `solid_model`.
+    interfaces : dict of str to str or Interface
+        How each named group of facets carries the body's frame or another body: "clamped", "rigid", "hinged",
+        "average", "node", or a `kanefe.Interface`.
+    reduction : CraigBampton, optional
+        None keeps every degree of freedom.
+    damping : optional
+        None, RayleighDamping, ModalDamping or a matrix.
+    stiffening : "none", "inertial" or "full"
+        By the motion, as in `kanefe.reduction.flexible_body`.
+    cache : bool
+        Whether to take the body, or else its assembled model, from the cache if it was made before, and to keep both
+        there (see `kanefe.bodies.cache`). A preload or stiffening takes more than the matrices: then it is assembled.
+    progress : bool, optional
+        Whether to show the stages. Default: on a terminal, of a large body.
+
+    Examples
+    --------
+    >>> import kanefe as kf                                              # doctest: +SKIP
+    >>> arm = solid_body("meshes/arm.msh", Material(E=70e9, nu=0.33, rho=2700.0),
+    ...                  interfaces={"root": "clamped", "tip": "rigid"},
+    ...                  reduction=kf.CraigBampton(modes=12))              # doctest: +SKIP
+    """
+    # whatever parameters there are beside the mesh: none of them can be forgotten in the key of the cache
+    options = {name: value for name, value in locals().items() if name not in ("mesh", "cache", "progress")}
+    from kanefe_fem.body_cache import cached_body
+
+    def make(mesh: Mesh | str | Path) -> FlexibleBody:
+        with stages(STAGES, progress) as done:
+            body = _made_body(mesh, cache=cache, **options)
+        return replace(body, provenance={**body.provenance, "stages": done.seconds})
+
+    return cached_body(mesh, options, make) if cache else make(mesh)
+
+
+def _made_body(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    interfaces: Mapping[str, Any],
+    reduction: Any,
+    damping: Any,
+    stiffening: StiffeningLevel,
+    cache: bool,
+    **of: Any,
+) -> FlexibleBody:
+    """Return the body, made anew; its model too, or from the cache."""
+    from kanefe.reduction import flexible_body
+    from kanefe_fem._petsc import factorise
+    from kanefe_fem.body_cache import cached_model
+
+    def read_and_checked() -> Mesh:
+        with stage("read the mesh"):
+            read = _as_mesh(mesh, of["cells"])
+        check_interfaces(read, interfaces)
+        return read
+
+    def assembled() -> FiniteElementModel:
+        return solid_model(read_and_checked(), materials, **of)
+
+    if cache and stiffening == "none" and of["preload"] is None:
+        model = cached_model(mesh, {"materials": materials, **of}, assembled)
+        is_found = model.stress_stiffness is None
+        if is_found and not has_groups(model, interfaces):
+            read_and_checked()
+    else:
+        model = assembled()
+    return flexible_body(
+        model, interfaces, reduction=reduction, damping=damping, stiffening=stiffening, factorise=factorise
+    )
+
+
+def is_straight(mesh: Mesh) -> bool:
+    """Tell whether all mid-side nodes are the means of their corners."""
+    mids = MIDS[mesh.kind]
+    corners = shape(mesh.kind).corners
+    connectivity = mesh.connectivity
+    tolerance = STRAIGHT * extent(mesh)
+    for i, mid in enumerate(mids):
+        mean = sum(mesh.nodes[connectivity[:, c]] for c in mid) / len(mid)
+        if np.abs(mesh.nodes[connectivity[:, corners + i]] - mean).max() > tolerance:
+            return False
+    return True
+
+
+def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:
+    """Return a checked mesh of dimension 2 or 3, of all or some groups of cells."""
+    if isinstance(mesh, Mesh):
+        mesh = check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
+    else:
+        mesh = read_mesh(mesh, cells=cells)
+    if mesh.dimension == 1:
+        raise MeshError(
+            f"{mesh.source} has only lines. Remedy: mesh the volume (or the plane surface) and give it a physical "
+            "group; for a frame of beams use kanefe_fem.beam_model_from_mesh"
+        )
+    check_groups(mesh)
+    return mesh
+
+
+def _thickness(mesh: Mesh, plane: str | None, thickness: float | None) -> float:
+    """Return the thickness of a 2D body, 1 for a solid; refuse what does not fit the mesh."""
+    if mesh.dimension == 3:
+        if plane is not None or thickness is not None:
+            raise ModelError(
+                f"{mesh.source} has volumes: plane and thickness are for 2D meshes. Remedy: leave them out"
+            )
+        return 1.0
+    if plane not in ("stress", "strain"):
+        raise ModelError(
+            f"{mesh.source} is a mesh of surfaces, and plane={plane!r}. Remedy: give plane='stress' (thin) or "
+            "plane='strain' (long) and a thickness; for a solid, mesh the volume in 3D and give it a physical volume"
+        )
+    if thickness is None or not np.isfinite(thickness) or thickness <= 0.0:
+        raise ModelError(f"thickness={thickness!r} of a plane body. Remedy: give a positive number of metres")
+    return float(thickness)
+
+
+def _interpolation(nodes: int, dimension: int) -> sp.csr_matrix:
+    """Return the displacements of the nodes in space from the degrees of freedom, shape (3 nodes, dimension nodes)."""
+    return sp.kron(sp.identity(nodes), sp.eye(3, dimension), format="csr")
+
+
+def _renumber(mesh: Mesh, order_of_nodes: np.ndarray) -> Mesh:
+    """Return the mesh with its nodes in the given order."""
+    place = np.empty(len(order_of_nodes), dtype=np.int64)
+    place[order_of_nodes] = np.arange(len(order_of_nodes))
+
+    def moved(groups: Mapping[str, tuple[Cells, ...]]) -> dict[str, tuple[Cells, ...]]:
+        return {name: tuple(Cells(b.kind, place[b.nodes]) for b in blocks) for name, blocks in groups.items()}
+
+    return Mesh(
+        nodes=mesh.nodes[order_of_nodes],
+        dimension=mesh.dimension,
+        cells=moved(mesh.cells),
+        facets=moved(mesh.facets),
+        lines=moved(mesh.lines),
+        points={name: place[ids] for name, ids in mesh.points.items()},
+        source=mesh.source,
+        provenance=mesh.provenance,
+    )

@@ -1,0 +1,213 @@
+"""A solid on its mesh in FEniCSx: spaces, material, and the assembly of stiffness and mass.
+
+MERGED: Geometric stiffness of solids: what the stress of a static displacement does to further displacements."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.fe_model.model import StressStiffness
+from kanefe_fem import _fenicsx
+from kanefe_fem.materials.moduli import Moduli
+from kanefe_fem.mesh.shapes import Shape, kind_of_order, shape
+from kanefe_fem.solids import forms as solid_forms
+from kanefe_fem.solids.forms import MaterialFields, stiffness_degree
+
+
+@dataclass(frozen=True, eq=False)
+class SolidProblem:
+    """What further forms of the same solid need.
+
+    Attributes
+    ----------
+    fx : namespace
+        Of `kanefe_fem._fenicsx.load`.
+    mesh : dolfinx mesh
+    vector, scalar : function spaces
+        Of the displacement, and the scalar space of the same order.
+    fields : MaterialFields
+        Of the moduli, times the thickness in 2D.
+    element, geometry : Shape
+        Of the displacement and of the mesh: they set the degrees of quadrature.
+    order_of_nodes : ndarray of int, shape (n,)
+        Number, in the arrays given, of each node of the matrices.
+    scalar_order : ndarray of int, shape (n,), or None
+        Degree of freedom of the scalar space of each node of the matrices. None: the same number.
+    """
+
+    fx: Any
+    mesh: Any
+    vector: Any
+    scalar: Any
+    fields: MaterialFields
+    element: Shape
+    geometry: Shape
+    order_of_nodes: np.ndarray
+    scalar_order: np.ndarray | None
+
+    def displacement(self, u: np.ndarray) -> Any:
+        """Return the function with the displacements u (n d,) in m, in the order of the matrices."""
+        function = self.fx.fem.Function(self.vector)
+        function.x.array[:] = u
+        return function
+
+    def stress(self, u: Any) -> Any:
+        """Return the stress of a displacement as a UFL tensor, in Pa (N/m in 2D)."""
+        return solid_forms.stress(self.fx, self.fields, u)
+
+    def measure(self, degree: int) -> Any:
+        """Return dx of the mesh with a quadrature exact to the degree."""
+        return self.fx.ufl.Measure("dx", domain=self.mesh)(metadata={"quadrature_degree": degree})
+
+    def scalar_matrix(self, form: Any) -> sp.csr_matrix:
+        """Return the matrix of a compiled form on the scalar space, in the order of the nodes of the matrices."""
+        matrix = _fenicsx.assemble_matrix(self.fx, form)
+        if self.scalar_order is None:
+            return matrix
+        return matrix[self.scalar_order][:, self.scalar_order]
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Matrices in the assembler's own numbering of the nodes.
+
+    Attributes
+    ----------
+    stiffness : csr_matrix, shape (n d, n d)
+        K in N/m, node-major.
+    mass : csr_matrix, shape (n, n)
+        Scalar mass matrix Ms in kg.
+    problem : SolidProblem
+    seconds : dict
+        Time of each stage.
+    versions : dict
+        Of dolfinx and PETSc.
+    """
+
+    stiffness: sp.csr_matrix
+    mass: sp.csr_matrix
+    problem: SolidProblem
+    seconds: dict[str, float]
+    versions: dict[str, str]
+
+    @property
+    def order_of_nodes(self) -> np.ndarray:
+        """Number, in the arrays given, of each node of the matrices, shape (n,)."""
+        return self.problem.order_of_nodes
+
+
+def assemble(
+    nodes: np.ndarray, connectivity: np.ndarray, kind: str, *, straight: bool, moduli: Moduli, density: np.ndarray
+) -> Assembly:
+    """Assemble stiffness and scalar mass of a linear elastic body.
+
+    ``K_ij = int s(N_i) : e(N_j)`` with ``s = lambda tr(e) I + 2 mu e`` or ``C : e``, and ``Ms_ij = int rho N_i N_j``.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (n, 3)
+        Nodes of the displacement in m; all are used.
+    connectivity : ndarray of int, shape (m, nodes per cell)
+        VTK order.
+    kind : str
+        meshio's name of the cells; its order is that of the displacement.
+    straight : bool
+        The mid-side nodes are the means of the corners: the geometry is taken of order 1 (faster).
+    moduli : IsotropicModuli or AnisotropicModuli
+        Of each cell.
+    density : ndarray, shape (m,)
+        rho in kg/m3 of each cell (times the thickness in 2D).
+
+    Notes
+    -----
+    The mass is integrated exactly.
+    """
+    fx = _fenicsx.load()
+    with _fenicsx.quiet(), _fenicsx.compiling():
+        return _assemble(fx, nodes, connectivity, kind, straight, moduli, density)
+
+
+def _assemble(
+    fx: Any,
+    nodes: np.ndarray,
+    connectivity: np.ndarray,
+    kind: str,
+    straight: bool,
+    moduli: Moduli,
+    density: np.ndarray,
+) -> Assembly:
+    clock = [time.perf_counter()]
+    element = shape(kind)
+    geometry = shape(kind_of_order(kind, 1)) if straight else element
+    mesh = _fenicsx.create_mesh(fx, nodes, connectivity, geometry)
+    original = np.asarray(mesh.topology.original_cell_index)
+    clock.append(time.perf_counter())
+
+    vector = _fenicsx.lagrange_space(fx, mesh, element, element.dimension)
+    scalar = _fenicsx.lagrange_space(fx, mesh, element, 0)
+    fields = solid_forms.material_fields(fx, mesh, moduli, original)
+    rho = _fenicsx.cell_function(fx, mesh, density[original])
+    numbering = _fenicsx.node_of_dof(fx, vector, connectivity[original], element)
+    numbering_of_scalar = _fenicsx.node_of_dof(fx, scalar, connectivity[original], element)
+    _fenicsx.check_numbering(vector, nodes, numbering)
+    same = np.array_equal(numbering, numbering_of_scalar)
+    scalar_order = None if same else np.argsort(numbering_of_scalar)[numbering]
+    problem = SolidProblem(fx, mesh, vector, scalar, fields, element, geometry, numbering, scalar_order)
+
+    u, v = fx.ufl.TrialFunction(vector), fx.ufl.TestFunction(vector)
+    p, q = fx.ufl.TrialFunction(scalar), fx.ufl.TestFunction(scalar)
+    energy = solid_forms.stiffness_integrand(fx, fields, u, v)
+    stiffness_form = fx.fem.form(energy * problem.measure(solid_forms.stiffness_degree(element, geometry)))
+    mass_form = fx.fem.form(rho * p * q * problem.measure(solid_forms.mass_degree(element, geometry)))
+    clock.append(time.perf_counter())
+
+    stiffness = _fenicsx.assemble_matrix(fx, stiffness_form)
+    clock.append(time.perf_counter())
+    mass = problem.scalar_matrix(mass_form)
+    clock.append(time.perf_counter())
+
+    stages = ("create mesh", "compile forms", "assemble stiffness", "assemble mass")
+    seconds = dict(zip(stages, np.diff(clock).tolist(), strict=True))
+    return Assembly(stiffness, mass, problem, seconds, fx.versions)
+
+
+def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
+    """Return the function of a static displacement (N,) that gives the geometric stiffness (N, N) of its stress s.
+
+    ``K_g = int grad(u) s : grad(v)`` is the same for each component of the displacement, so that a matrix of the
+    scalar space, ``int grad(p) . s grad(q)``, is all that is assembled. Its form is compiled at the first call.
+
+    Parameters
+    ----------
+    problem : SolidProblem
+        2D or 3D; in 2D the stress is per width (times the thickness).
+    """
+    made: list[tuple[Any, Any]] = []
+    dimension = problem.element.dimension
+
+    def geometric_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
+        with _fenicsx.quiet(), _fenicsx.compiling():
+            if not made:
+                made.append(_form(problem))
+            loaded, form = made[0]
+            loaded.x.array[:] = displacement
+            scalar = problem.scalar_matrix(form)
+        return sp.kron(scalar, sp.identity(dimension), format="csr")
+
+    return geometric_stiffness
+
+
+def _form(problem: SolidProblem) -> tuple[Any, Any]:
+    """Return the function that holds the static displacement, and the compiled form."""
+    fx = problem.fx
+    loaded = problem.displacement(np.zeros(len(problem.order_of_nodes) * problem.element.dimension))
+    p, q = fx.ufl.TrialFunction(problem.scalar), fx.ufl.TestFunction(problem.scalar)
+    # the points of the stiffness: then a strain that vanishes at all of them, as in a rigid turn, does no work at all
+    degree = stiffness_degree(problem.element, problem.geometry)
+    integrand = fx.ufl.inner(fx.ufl.dot(problem.stress(loaded), fx.ufl.grad(p)), fx.ufl.grad(q))
+    return loaded, fx.fem.form(integrand * problem.measure(degree))

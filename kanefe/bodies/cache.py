@@ -1,0 +1,236 @@
+"""The cache of flexible bodies and of their full-order models: what is made from the same is made once.
+
+Each is kept in a file of its own, named by a digest of all it is made from. Files are put in place as a whole, so
+that any number of processes can write and read at once, and one that is killed leaves at most a file of no name, which
+is thrown away later. Opening a body costs milliseconds, whatever its mesh: see `kanefe.storage.array_file`.
+
+A model serves the bodies that differ from the one it was assembled for in what is done with its matrices only: their
+interfaces, reduction, and damping. It takes about a kilobyte for each degree of freedom.
+
+=======================  =============================================================================================
+``KANEFE_CACHE=0``       nothing is kept and nothing is looked for
+``KANEFE_CACHE_DIR``     the folder (of the compiled kernels too); default: that of the user's system
+``KANEFE_CACHE_GB``      how much all files may take, default 10; those not used for longest go first
+=======================  =============================================================================================
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+from kanefe.errors import FileError, ModelError
+from kanefe.storage.files import cache_folder
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
+    from kanefe.fe_model.model import FiniteElementModel
+
+Kind = Literal["body", "model"]
+Kept = TypeVar("Kept")
+
+DEFAULT_GB = 10.0
+LEFT_OVER = 24 * 3600.0
+"""Age in s of an unfinished file from which it counts as left by a process that was killed."""
+
+
+class CacheWarning(UserWarning):
+    """Something is wrong with the cache; bodies are made as if there were none."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file in the cache.
+
+    Attributes
+    ----------
+    key : str
+        Digest of what it is made from.
+    kind : "body", "model" or None
+        None if the file cannot be read.
+    path : Path
+    size : int
+        Bytes.
+    used : float
+        When it was used last, s since 1970.
+    about : dict
+        Its provenance; empty if the file cannot be read.
+    """
+
+    key: str
+    kind: Kind | None
+    path: Path
+    size: int
+    used: float
+    about: dict[str, Any]
+
+    @property
+    def summary(self) -> str:
+        """What it is made from, in a line."""
+        if self.kind is None:
+            return "cannot be read; it is made again when it is needed"
+        told = [self.about.get("source"), self.about.get("element")]
+        told += [f"{self.about['dofs']} dofs" if "dofs" in self.about else None]
+        reduction = self.about.get("reduction")
+        told += [reduction.get("method") if isinstance(reduction, dict) else reduction]
+        return ", ".join(str(part) for part in told if part)
+
+
+def is_on() -> bool:
+    """Tell whether bodies are cached: unless ``KANEFE_CACHE=0``."""
+    return os.environ.get("KANEFE_CACHE", "1") != "0"
+
+
+def bodies_folder() -> Path:
+    """Return the folder of the cached bodies and models."""
+    return cache_folder() / "bodies"
+
+
+def find(key: str) -> FlexibleBody | None:
+    """Return the body of a key, or None.
+
+    A file that cannot be read is thrown away with a `CacheWarning`.
+    """
+    from kanefe.storage.object_file import load_body
+
+    return _found(key, "body", load_body)
+
+
+def find_model(key: str) -> FiniteElementModel | None:
+    """Return the full-order model of a key, or None; as `find`."""
+    from kanefe.fe_model.file import load_model
+
+    return _found(key, "model", load_model)
+
+
+def keep(key: str, body: FlexibleBody) -> None:
+    """Put a body into the cache; where it cannot be written, a `CacheWarning` says so and nothing else happens."""
+    from kanefe.storage.object_file import save_body
+
+    _keep(key, "body", body, save_body)
+
+
+def keep_model(key: str, model: FiniteElementModel) -> None:
+    """Put a full-order model into the cache, without its function of the geometric stiffness; as `keep`."""
+    from kanefe.fe_model.file import save_model
+
+    _keep(key, "model", model, save_model)
+
+
+def entries() -> list[Entry]:
+    """Return what is in the cache, last used first."""
+    found = []
+    for path in bodies_folder().glob("*.npz"):
+        with contextlib.suppress(FileNotFoundError):  # another process clears it
+            status = path.stat()
+            kind, about = _about(path)
+            found.append(Entry(path.stem, kind, path, status.st_size, status.st_mtime, about))
+    return sorted(found, key=lambda entry: -entry.used)
+
+
+def clear() -> tuple[int, int]:
+    """Throw away all bodies and models and what killed processes left; return how many files and how many bytes."""
+    count = freed = 0
+    for path in [*bodies_folder().glob("*.npz"), *bodies_folder().glob(".*.npz.*")]:
+        with contextlib.suppress(FileNotFoundError):
+            size = path.stat().st_size
+            path.unlink()
+            count, freed = count + 1, freed + size
+    return count, freed
+
+
+def clear_kernels() -> int:
+    """Throw away the compiled kernels, which are compiled again when they are needed; return how many bytes."""
+    folder = cache_folder() / "kernels"
+    freed = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    shutil.rmtree(folder, ignore_errors=True)
+    return freed
+
+
+def limit() -> float:
+    """Return how many bytes all files may take.
+
+    Raises
+    ------
+    ModelError
+        If ``KANEFE_CACHE_GB`` is no number.
+    """
+    text = os.environ.get("KANEFE_CACHE_GB", "")
+    try:
+        return 1e9 * float(text) if text else 1e9 * DEFAULT_GB
+    except ValueError as error:
+        raise ModelError(f"KANEFE_CACHE_GB={text!r} is no number of gigabytes. Remedy: KANEFE_CACHE_GB=10") from error
+
+
+def _path(key: str) -> Path:
+    return bodies_folder() / f"{key}.npz"
+
+
+def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
+    path = _path(key)
+    if not path.is_file():
+        return None
+    try:
+        found = load(path)
+    except FileError as error:
+        warnings.warn(f"a cached {kind} is thrown away and made again: {error}", CacheWarning, stacklevel=4)
+        with contextlib.suppress(OSError):
+            path.unlink()
+        return None
+    with contextlib.suppress(OSError):  # a cache that can be read only
+        os.utime(path)
+    return found
+
+
+def _keep(key: str, kind: Kind, value: Kept, save: Callable[[Kept, Path], None]) -> None:
+    try:
+        save(value, _path(key))
+    except (FileError, TypeError) as error:
+        warnings.warn(
+            f"the {kind} is not cached: {error} (KANEFE_CACHE_DIR names another folder, KANEFE_CACHE=0 turns it off)",
+            CacheWarning,
+            stacklevel=4,
+        )
+        return
+    _make_room(_path(key))
+
+
+def _about(path: Path) -> tuple[Kind | None, dict[str, Any]]:
+    """Return what a file holds, and its provenance."""
+    from kanefe.storage.array_file import read_header
+    from kanefe.storage.object_file import DAMAGE
+    from kanefe.storage.serialise import decoded
+
+    try:
+        header = json.loads(read_header(path))
+        kind: Kind = "model" if "model" in header else "body"
+        held = header["model"]["fields"]["model"] if kind == "model" else header["body"]
+        return kind, dict(decoded(json.dumps(held["fields"]["provenance"]), {}))
+    except DAMAGE:
+        return None, {}
+
+
+def _make_room(newest: Path) -> None:
+    """Throw away what was not used for longest until the rest fits, and what killed processes left."""
+    files = []
+    for path in bodies_folder().glob("*.npz"):
+        with contextlib.suppress(FileNotFoundError):
+            status = path.stat()
+            files.append((path != newest, -status.st_mtime, status.st_size, path))
+    room = limit()
+    for is_older, _, size, path in sorted(files):
+        room -= size
+        if is_older and room < 0.0:
+            path.unlink(missing_ok=True)
+    for path in bodies_folder().glob(".*.npz.*"):
+        with contextlib.suppress(FileNotFoundError):
+            if time.time() - path.stat().st_mtime > LEFT_OVER:
+                path.unlink()

@@ -1,0 +1,280 @@
+"""FlexibleBody: the contract between finite elements and Kane's equations.
+
+A body is a set of frozen arrays in its mesh frame G: a basis Psi of K coordinates, its stiffness, damping and mass
+moments, and the motion of its interfaces. The first k coordinates are free; the last ones are the interface
+components that are fixed in G. Their rows of the equations are deleted, and give the coupling forces when asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from kanefe.bodies.mass_moments import MassMoments
+from kanefe.bodies.nodal_moments import NodalMoments
+from kanefe.errors import ModelError
+from kanefe.fe_model.load_pattern import LoadPattern
+from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
+
+if TYPE_CHECKING:
+    from kanefe.report import Report
+
+UNITS = "m, kg, s, N, rad"
+
+
+@dataclass(frozen=True, eq=False)
+class InterfaceFrame:
+    """A frame n of a flexible body that moves with its interface.
+
+    Attributes
+    ----------
+    name : str
+    position : ndarray, shape (3,)
+        p_GoNo_G, undeformed, in m.
+    motion : ndarray, shape (6, K)
+        Translation (m) and slopes (rad) of the frame from all coordinates, in components of G.
+    fixed_components : tuple of int
+        Which of the six components, along the axes of the interface, are fixed in G (0..5).
+    fixed_columns : tuple of int
+        The coordinates they are, among the last ones of the body.
+    quadratic : ndarray, shape (6, K, K), or None
+        Second-order part of the motion, ``1/2 eta^T quadratic eta`` in m and rad (rotation vector): the foreshortening
+        and what goes with it. None: without stiffening by loads on the interface.
+    axes : ndarray, shape (3, 3)
+        From the axes of the interface, when undeformed, to those of G.
+    """
+
+    name: str
+    position: np.ndarray
+    motion: np.ndarray
+    fixed_components: tuple[int, ...] = ()
+    fixed_columns: tuple[int, ...] = ()
+    quadratic: np.ndarray | None = None
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+    def moved(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return translation and slopes of the frame, (6,), and their derivatives by the leading coordinates (6, k).
+
+        Parameters
+        ----------
+        eta : ndarray, shape (k,)
+            The leading coordinates of the body.
+        """
+        count = len(eta)
+        motion = self.motion[:, :count]
+        if self.quadratic is None:
+            return motion @ eta, motion
+        bent = self.quadratic[:, :count, :count] @ eta
+        return motion @ eta + 0.5 * (bent @ eta), motion + bent
+
+    def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the rotations about the axes of the interface that its nodes, of given components, cannot follow."""
+        turns = abs(self.axes.T @ self.motion[3:]).max(axis=1, initial=0.0)
+        possible = ROTATIONS if "z" in components else ("rz",)
+        return tuple(c for c in possible if turns[ROTATIONS.index(c)] <= 1e-12 * turns.max())
+
+    def displacements(self, eta: np.ndarray) -> np.ndarray:
+        """Return translations and slopes of the frame, (T, 6), at many states eta (T, k)."""
+        count = eta.shape[1]
+        moved = eta @ self.motion[:, :count].T
+        if self.quadratic is None:
+            return np.asarray(moved)
+        bent = np.tensordot(eta, self.quadratic[:, :count, :count], axes=(1, 2))  # (T, 6, k)
+        return np.asarray(moved + 0.5 * np.einsum("tci,ti->tc", bent, eta))
+
+    def remainder(self, deta: np.ndarray) -> np.ndarray:
+        """Return the accelerations of translation and slopes that go with rates, ``deta^T quadratic deta``, (6,)."""
+        if self.quadratic is None:
+            return np.zeros(6)
+        count = len(deta)
+        return np.asarray((self.quadratic[:, :count, :count] @ deta) @ deta)
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleBody:
+    """A flexible body ready for the Kane assembler.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n, 3)
+        Reference coordinates of the mesh in G, m.
+    components : tuple of str
+        Degrees of freedom of every node.
+    basis : ndarray, shape (n * components, K)
+        Psi: motion of the nodes from the coordinates, fixed interface components last.
+    free_count : int
+        Number k of free coordinates.
+    stiffness : ndarray, shape (K, K)
+    damping : ndarray, shape (k, k)
+    moments : MassMoments or NodalMoments
+        Inertia: exact from a mass field, or the nodal form.
+    interfaces : tuple of InterfaceFrame
+    inertia_points : ndarray, shape (P, 3)
+        Mass points of the field in m; the nodes where the nodal form is used.
+    inertia_mass : csr_matrix
+        Scalar mass matrix (P, P) of the field; M of the nodes in the nodal form.
+    inertia_basis : ndarray
+        Psi at the mass points, (3 P, K); at the nodes in the nodal form.
+    cells : tuple of Cells
+        For views.
+    load_patterns : tuple of LoadPattern
+        Surfaces and lines that can carry distributed loads.
+    elasticity : Elasticity or None
+        Moduli of the cells, for stresses and section forces.
+    units : str
+    provenance : dict
+        Where the body comes from (json-able).
+    """
+
+    nodes: np.ndarray
+    components: tuple[str, ...]
+    basis: np.ndarray
+    free_count: int
+    stiffness: np.ndarray
+    damping: np.ndarray
+    moments: MassMoments | NodalMoments
+    interfaces: tuple[InterfaceFrame, ...]
+    inertia_points: np.ndarray
+    inertia_mass: sp.csr_matrix
+    inertia_basis: np.ndarray
+    cells: tuple[Cells, ...] = ()
+    load_patterns: tuple[LoadPattern, ...] = ()
+    elasticity: Elasticity | None = None
+    units: str = UNITS
+    provenance: Mapping[str, Any] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        frozen = [self.nodes, self.basis, self.stiffness, self.damping, self.inertia_points, self.inertia_basis]
+        frozen += [*self.moments.arrays().values(), self.inertia_mass.data]
+        for frame in self.interfaces:
+            frozen += [frame.position, frame.motion, frame.axes]
+            frozen += [] if frame.quadratic is None else [frame.quadratic]
+        frozen += [block.nodes for block in self.cells]
+        frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
+        for array in frozen:
+            array.flags.writeable = False
+
+    @property
+    def count(self) -> int:
+        """Number K of coordinates, free and fixed."""
+        return self.basis.shape[1]
+
+    @property
+    def fixed_count(self) -> int:
+        """Number of interface components fixed in G."""
+        return self.count - self.free_count
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the inertia is exact (a mass field), or the nodal approximation."""
+        return isinstance(self.moments, MassMoments)
+
+    @property
+    def is_floating(self) -> bool:
+        """Whether no interface is fixed in G: G follows the body's mean motion, and only a free joint can hold it."""
+        return self.fixed_count == 0
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Natural frequencies with the fixed interfaces held, shape (k,), in Hz."""
+        k = self.free_count
+        if k == 0:
+            return np.zeros(0)
+        squares = scipy.linalg.eigh(self.stiffness[:k, :k], self.moments.elastic_mass[:k, :k], eigvals_only=True)
+        return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+
+    @property
+    def mass(self) -> float:
+        """Mass in kg."""
+        return float(self.moments.mass)
+
+    @property
+    def center_of_mass(self) -> np.ndarray:
+        """Undeformed centre of mass in G, shape (3,), m."""
+        generalised, _ = self.moments.leading(0).terms(np.zeros(0), np.zeros(0), np.zeros(3))
+        c = generalised[3:6, :3] / self.mass
+        return np.array((c[2, 1], c[0, 2], c[1, 0]))
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Undeformed inertia about the origin of G, in components of G, shape (3, 3), kg m2."""
+        generalised, _ = self.moments.leading(0).terms(np.zeros(0), np.zeros(0), np.zeros(3))
+        return generalised[3:6, 3:6]
+
+    def interface(self, name: str) -> InterfaceFrame:
+        """Return the interface called `name`; raise a ModelError that lists those there are."""
+        for frame in self.interfaces:
+            if frame.name == name:
+                return frame
+        known = ", ".join(frame.name for frame in self.interfaces) or "none"
+        raise ModelError(f"this flexible body has no interface called {name!r}. It has: {known}")
+
+    def load_pattern(self, name: str) -> LoadPattern:
+        """Return the surface or line called `name`; raise a ModelError that lists those there are."""
+        for pattern in self.load_patterns:
+            if pattern.name == name:
+                return pattern
+        known = ", ".join(pattern.name for pattern in self.load_patterns) or "none"
+        raise ModelError(
+            f"this flexible body has no surface or line for loads called {name!r}. It has: {known}. Remedy: make it "
+            f"with solid_body(..., surfaces=[{name!r}]), or with beam_model(..., lines={{{name!r}: [...]}})"
+        )
+
+    def node_frame(self, node: int) -> InterfaceFrame:
+        """Return a frame that moves with one node of the mesh (slopes are zero where the node has none)."""
+        if not 0 <= node < len(self.nodes):
+            raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
+        motion = np.zeros((6, self.count))
+        width = len(self.components)
+        motion[[COMPONENTS.index(c) for c in self.components]] = self.basis[node * width : (node + 1) * width]
+        return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
+
+    def node_displacements(self, eta: np.ndarray) -> np.ndarray:
+        """Return the displacement of every node in G, shape (n, 3) in m, from the free coordinates (k,)."""
+        motion = (self.basis[:, : self.free_count] @ eta).reshape(len(self.nodes), len(self.components))
+        displacement = np.zeros((len(self.nodes), 3))
+        for column, component in enumerate(self.components):
+            if component in ("x", "y", "z"):
+                displacement[:, COMPONENTS.index(component)] = motion[:, column]
+        return displacement
+
+    def report(self) -> Report:
+        """Return what the body is: mesh quality, mass, modes, effective masses, interfaces, reduction, provenance.
+
+        Returns
+        -------
+        Report
+            ``print(report)``, ``report.to_html(path)`` and ``report.to_markdown(path)``; the last two with pictures of
+            the mode shapes where pyvista is installed (``pip install 'kanefe[report]'``).
+
+        Examples
+        --------
+        ``body.report().to_html("arm.html")``
+        """
+        from kanefe.report import body_report
+
+        return body_report(self)
+
+    def save(self, path: str) -> None:
+        """Write the body to one file (.npz); an old file survives a failure. See `FlexibleBody.load`."""
+        from kanefe.storage.object_file import save_body
+
+        save_body(self, path)
+
+    @staticmethod
+    def load(path: str) -> FlexibleBody:
+        """Read a body that `save` wrote.
+
+        Raises
+        ------
+        FileError
+            If the file is not there, truncated, or of another format or version.
+        """
+        from kanefe.storage.object_file import load_body
+
+        return load_body(path)

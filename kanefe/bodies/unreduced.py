@@ -1,0 +1,176 @@
+"""UnreducedBody: a flexible body whose coordinates are all degrees of freedom of its mesh, with sparse matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.inertia_field import InertiaField
+from kanefe.errors import FileError, ModelError
+from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.storage.serialise import NOT_SAVED
+
+LISTED_FREQUENCIES = 12
+"""How many of its natural frequencies an unreduced body tells."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnreducedBody(FlexibleBody):
+    """A flexible body without reduction: coordinates are degrees of freedom (m, rad), matrices are sparse.
+
+    The free coordinates are those of the interior, then the free components of the interfaces; the fixed ones come
+    last. Without an interface fixed in G the body floats: G follows its mean motion, ``mean_motions @ eta = 0``.
+
+    Attributes
+    ----------
+    basis, stiffness : csr_matrix, shape (n * components, K) and (K, K)
+    damping : csr_matrix, shape (k, k)
+    moments : InertiaField
+    damping_factors : (float, float)
+        Factors of M (1/s) and K (s) in C; `damping` is what a given matrix adds to them.
+    rigid_motions : ndarray, shape (k, rigid)
+        M-orthonormal rigid motions of a floating body; none of one that is held.
+    factorise : callable
+        Factors a symmetric positive definite sparse matrix. A file leaves it out.
+    """
+
+    basis: sp.csr_matrix
+    stiffness: sp.csr_matrix
+    damping: sp.csr_matrix
+    moments: InertiaField  # type: ignore[assignment]
+    damping_factors: tuple[float, float] = (0.0, 0.0)
+    rigid_motions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    factorise: Factorise = field(default=splu_factorise, metadata=NOT_SAVED)
+
+    def __post_init__(self) -> None:
+        if not self.rigid_motions.shape[1]:
+            object.__setattr__(self, "rigid_motions", np.zeros((self.free_count, 0)))
+        frozen = [self.nodes, self.basis.data, self.stiffness.data, self.damping.data, self.rigid_motions]
+        frozen += [*self.moments.arrays().values()]
+        frozen += [a for frame in self.interfaces for a in (frame.position, frame.motion)]
+        frozen += [block.nodes for block in self.cells]
+        frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
+        for array in frozen:
+            array.flags.writeable = False
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the inertia is exact (a mass field), or the nodal approximation."""
+        return self.moments.is_exact
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether C is not zero."""
+        return any(self.damping_factors) or self.damping.nnz > 0
+
+    @cached_property
+    def inertia_field(self) -> InertiaField:
+        """Inertia of the free coordinates."""
+        return self.moments.leading(self.free_count)
+
+    @cached_property
+    def free_stiffness(self) -> sp.csr_matrix:
+        """K of the free coordinates, shape (k, k)."""
+        k = self.free_count
+        return self.stiffness[:k, :k].tocsr() if self.fixed_count else self.stiffness
+
+    @cached_property
+    def free_mass(self) -> sp.csr_matrix:
+        """M of the free coordinates, shape (k, k)."""
+        return self.inertia_field.elastic_mass
+
+    @cached_property
+    def held_factors(self) -> Factorisation:
+        """Factors of K of the free coordinates; only a body that is held has them."""
+        return self.factorise(self.free_stiffness.tocsc())
+
+    def coordinate_scales(self, length: float) -> np.ndarray:
+        """Return a large value of each free coordinate, (k,): `length` of displacements, 1 rad of rotations."""
+        k = self.free_count
+        by_column = self.basis[:, :k].tocsc()
+        is_turn = np.array([c not in TRANSLATIONS for c in self.components])
+        turns = is_turn[by_column.indices[by_column.indptr[:-1]] % len(self.components)]
+        for frame in self.interfaces:
+            moves = frame.motion[:, :k] != 0
+            turns = np.where(moves.any(axis=0), moves[3:].any(axis=0), turns)
+        return np.where(turns, 1.0, length)
+
+    def damping_force(self, deta: np.ndarray) -> np.ndarray:
+        """Return ``C deta``, shape (k,)."""
+        of_mass, of_stiffness = self.damping_factors
+        force = of_stiffness * (self.free_stiffness @ deta)
+        if of_mass:
+            force += of_mass * (self.free_mass @ deta)
+        if self.damping.nnz:
+            force += self.damping @ deta
+        return np.asarray(force)
+
+    def centred(self, motion: np.ndarray) -> np.ndarray:
+        """Return coordinates or rates (k,) without the mean motion that G has."""
+        if not self.rigid_motions.shape[1]:
+            return motion
+        return np.asarray(motion - self.rigid_motions @ (self.mean_motions @ motion))
+
+    @cached_property
+    def mean_motions(self) -> np.ndarray:
+        """Rigid motions of a floating body times M, shape (rigid, k): rows that are zero on its coordinates."""
+        return np.ascontiguousarray((self.free_mass @ self.rigid_motions).T)
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """The lowest natural frequencies with the fixed interfaces held, at most 12, in Hz."""
+        K, M, rigid = self.free_stiffness, self.free_mass, self.rigid_motions.shape[1]
+        count = min(LISTED_FREQUENCIES + rigid, self.free_count - 1)
+        shift = -1e-6 * float(K.diagonal().sum() / M.diagonal().sum())
+        inverse = spla.LinearOperator(K.shape, matvec=self.factorise((K - shift * M).tocsc()).solve, dtype=float)
+        start = np.random.default_rng(0).standard_normal(K.shape[0])
+        squares = spla.eigsh(K, k=count, M=M, sigma=shift, OPinv=inverse, v0=start, return_eigenvectors=False)
+        return np.sqrt(np.maximum(np.sort(squares)[rigid:], 0.0)) / (2 * np.pi)
+
+    @cached_property
+    def _total(self) -> tuple[float, np.ndarray, np.ndarray]:
+        return self.moments.leading(0).total()
+
+    @property
+    def mass(self) -> float:
+        """Mass in kg."""
+        return self._total[0]
+
+    @property
+    def center_of_mass(self) -> np.ndarray:
+        """Undeformed centre of mass in G, shape (3,), m."""
+        return self._total[1] / self.mass
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Undeformed inertia about the origin of G, in components of G, shape (3, 3), kg m2."""
+        return self._total[2]
+
+    def node_frame(self, node: int) -> InterfaceFrame:
+        """Return a frame that moves with one node of the mesh (slopes are zero where the node has none)."""
+        if not 0 <= node < len(self.nodes):
+            raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
+        motion = np.zeros((6, self.count))
+        width = len(self.components)
+        rows = self.basis[node * width : (node + 1) * width].toarray()
+        motion[[COMPONENTS.index(c) for c in self.components]] = rows
+        return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
+
+    def save(self, path: str) -> None:
+        """Refuse: an unreduced body is its model.
+
+        Raises
+        ------
+        FileError
+            Always.
+        """
+        raise FileError(
+            f"an unreduced body is not written to {path}: it is as large as its matrices. Remedy: make it anew from "
+            "the model, or save a reduced one, reduction=CraigBampton(modes=20)"
+        )

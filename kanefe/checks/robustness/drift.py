@@ -1,0 +1,108 @@
+"""Energy and momenta of free flight over a million steps of fixed size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from kanefe.checks.robustness.bodies import lattice
+from kanefe.checks.robustness.case import Effort, Finding, StressCase
+from kanefe.checks.robustness.runs import long_methods, stepped_run
+from kanefe.equations.model import Model
+from kanefe.frames import Vector
+from kanefe.integrate.trajectory import Trajectory
+from kanefe.joints import Free, Spherical
+from kanefe.kane.energy import momenta
+from kanefe.system import System
+
+STEPS = 1_000_000
+LIMIT = 1e-10
+REASON = "the goal for 1e6 steps of free flight"
+SAMPLES = 200
+"""Of each run, at which the invariants are looked at."""
+
+
+def tumbling_pair() -> Model:
+    """Return two rigid bodies of three different moments of inertia on a ball joint, tumbling freely at 3 rad/s."""
+    scene = System()
+    first = scene.add_rigid_body(
+        "first", 2.0, (0.1, 0.2, 0.25), com=(0.05, 0.0, 0.02),
+        joint=Free(angular_velocity=(0.2, 3.0, 0.1)),
+    )  # fmt: skip
+    scene.add_rigid_body(
+        "second", 1.0, (0.03, 0.05, 0.06), com=(0.2, 0.05, 0.0), parent=first, at=(0.3, 0.0, 0.1),
+        joint=Spherical(angular_velocity=(1.0, -0.5, 0.7)),
+    )  # fmt: skip
+    return at_rest(scene.freeze())
+
+
+def tumbling_lattice() -> Model:
+    """Return a free flexible body, displaced by some centimetres at a metre of length, tumbling at 1 rad/s."""
+    scene = System()
+    scene.add_flexible_body("lattice", lattice(1, {}, modes=4), joint=Free(angular_velocity=(0.3, 1.0, 0.2)))
+    model = scene.freeze()
+    q = model.initial_coordinates.copy()
+    q[model.flexible_terms("lattice").eta] = (0.05, -0.04, 0.03, 0.03)
+    return at_rest(replace(model, initial_coordinates=q))
+
+
+def at_rest(model: Model) -> Model:
+    """Return the model with its centre of mass at rest: far from N's origin angular momentum is only a difference."""
+    u = model.initial_speeds.copy()
+    linear, _ = momenta(model, 0.0, model.initial_coordinates, u)
+    u[model.bodies[0].speeds[:3]] -= linear / mass_of(model)
+    return replace(model, initial_speeds=u)
+
+
+def mass_of(model: Model) -> float:
+    """Return the mass of the scene in kg."""
+    return sum(b.flexible.body.mass if b.flexible else b.rigid.mass if b.rigid else 0.0 for b in model.bodies)
+
+
+FLIGHTS: dict[str, tuple[Callable[[], Model], float]] = {
+    "two rigid bodies on a ball joint, tumbling": (tumbling_pair, 1e-3),
+    "a soft flexible body, strained and tumbling": (tumbling_lattice, 2e-4),
+}
+"""Scenes, and steps (s) of which about a thousand make one period of the fastest motion."""
+
+
+def invariants(model: Model, run: Trajectory) -> tuple[Vector, Vector, Vector]:
+    """Return energy (T,), linear (T, 3) and angular momentum (T, 3) of a run without loads."""
+    states = zip(run.times.tolist(), run.coordinates, run.speeds, strict=True)
+    rows = [(model.energy(t, np.concatenate((q, u))).total, *momenta(model, t, q, u)) for t, q, u in states]
+    energy, linear, angular = (np.array(column) for column in zip(*rows, strict=True))
+    return energy, linear, angular
+
+
+def free_flight(effort: Effort) -> Iterator[Finding]:
+    """Follow energy and momenta of free flight."""
+    for method in long_methods(effort.method):
+        for name, (scene, step) in FLIGHTS.items():
+            yield from _drifts(name, scene(), step, method, effort.count(STEPS, 20_000))
+
+
+def _drifts(name: str, model: Model, step: float, method: str, count: int) -> Iterator[Finding]:
+    energy, linear, angular = invariants(model, stepped_run(model, count, step, method, SAMPLES))
+    # the momentum of the whole is zero: that of its mass at the speed of its parts is what it could be
+    thrust = np.sqrt(2.0 * mass_of(model) * energy[0])
+    drifts = {
+        "energy": np.abs(energy - energy[0]) / energy[0],
+        "linear momentum": np.abs(linear - linear[0]).max(axis=1) / thrust,
+        "angular momentum": np.abs(angular - angular[0]).max(axis=1) / np.linalg.norm(angular[0]),
+    }
+    for what, drift in drifts.items():
+        yield Finding(
+            f"free flight of {name}, {count:.0e} steps of {step:g} s", count, f"drift of {what}, relative",
+            float(drift.max()), LIMIT, REASON, method,
+        )  # fmt: skip
+    # the first tenth has the ripple of a method that keeps energy on average; growth shows in the rest
+    early, late = (drifts["energy"][part].mean() for part in (slice(1, SAMPLES // 10), slice(-SAMPLES // 10, None)))
+    yield Finding(
+        f"free flight of {name}, growth over {count:.0e} steps", count, "late less early drift, relative",
+        float(late - early), LIMIT, "a drift that grows passes the goal some time later", method,
+    )  # fmt: skip
+
+
+CASES = (StressCase("drift", "energy and momentum drift over 1e6 steps", free_flight),)

@@ -1,0 +1,119 @@
+"""Runs of the stress cases: which methods there are, and a run with any of them."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError, SimulationError, SimulationWarning
+from kanefe.integrate.methods.table import METHODS, choose, own_methods
+from kanefe.integrate.run import integrate
+from kanefe.integrate.trajectory import Trajectory
+
+LONG = ("energy-momentum", "rk4")
+"""Methods for long runs of fixed steps."""
+
+EXPLICIT = ("dopri5", "dop853", "rk4")
+"""Methods that follow every mode, however stiff."""
+
+LOW_ORDER = ("generalised-alpha", "hht", "energy-momentum")
+"""Methods of order 2."""
+
+LONGEST = 900.0
+"""Seconds after which a run counts as hanging."""
+
+
+def controlled_methods(model: Model | None = None) -> tuple[str, ...]:
+    """Return the methods that choose their steps; those that suit a scene."""
+    names = tuple(name for name in own_methods() if METHODS[name].has_error_control)
+    return names if model is None else tuple(name for name in names if suits(name, model))
+
+
+def stepped_methods() -> tuple[str, ...]:
+    """Return the methods that can take steps of a given size."""
+    return tuple(name for name in own_methods() if METHODS[name].has_fixed_steps)
+
+
+def implicit_methods() -> tuple[str, ...]:
+    """Return the methods that choose their steps and are not held down by stiff modes."""
+    return tuple(name for name in controlled_methods() if name not in EXPLICIT)
+
+
+def is_accurate(method: str) -> bool:
+    """Tell whether a method is of higher order than 2."""
+    return method not in LOW_ORDER
+
+
+def tolerance(method: str, accurate: float, low_order: float) -> float:
+    """Return rtol of a run: one for methods of higher order, if they can keep it, and one for those of order 2."""
+    return max(accurate if is_accurate(method) else low_order, METHODS[method].least_rtol)
+
+
+def long_methods(wanted: str | None) -> tuple[str, ...]:
+    """Return the methods of long runs: the one wanted, or those that keep energy."""
+    return (wanted,) if wanted else tuple(name for name in LONG if name in stepped_methods())
+
+
+def check_long_method(name: str) -> None:
+    """Raise a ModelError if no method of this name takes steps of a given size."""
+    if name not in stepped_methods():
+        raise ModelError(f"{name!r} is no method with fixed steps. Remedy: one of {', '.join(stepped_methods())}")
+
+
+def suits(method: str, model: Model) -> bool:
+    """Tell whether a method can run a scene."""
+    try:
+        choose(model, method, 0.0, 1.0, step=None if METHODS[method].has_error_control else 0.5)
+    except ModelError:
+        return False
+    return True
+
+
+def follow(model: Model, span: float, **options: Any) -> Trajectory:
+    """Run a model from t = 0 to its end.
+
+    Raises
+    ------
+    SimulationError
+        If it does not come to its end, also if that takes longer than `LONGEST`.
+    """
+    trajectory = ended(model, span, **options)
+    if trajectory.status is not None and not trajectory.status.is_finished:
+        raise SimulationError(str(trajectory.status))
+    return trajectory
+
+
+def ended(model: Model, span: float, **options: Any) -> Trajectory:
+    """Run a model from t = 0, and return what there is however it ends."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SimulationWarning)  # the status says it
+        return integrate(model, (0.0, span), most_seconds=LONGEST, progress=False, **options)
+
+
+def stepped_run(model: Model, count: int, step: float, method: str, samples: int) -> Trajectory:
+    """Run a model for so many steps of one size, and keep its state at some of them."""
+    return follow(model, count * step, method=method, step=step, output_step=count // samples * step)
+
+
+def failure_of(model: Model, span: float, **options: Any) -> str:
+    """Return why a run could not be finished; "" if it was."""
+    try:
+        follow(model, span, **options)
+    except SimulationError as problem:
+        return str(problem)
+    return ""
+
+
+def is_told(trajectory: Trajectory) -> bool:
+    """Tell whether a run came to its end, or says why it did not and what to try."""
+    status = trajectory.status
+    return status is None or status.is_finished or bool(status.reason and status.remedy)
+
+
+def all_finite(trajectory: Trajectory) -> bool:
+    """Tell whether every number of a trajectory is finite."""
+    arrays = (trajectory.coordinates, trajectory.speeds, trajectory.dissipated, trajectory.work)
+    return all(bool(np.all(np.isfinite(x))) for x in arrays)

@@ -1,0 +1,158 @@
+"""Damping of the deformation of a flexible body.
+
+C acts on the rate of deformation seen from G, so that rigid motion is never braked (the paper's Eq. 27 lets it act on
+the absolute nodal velocity, which brakes rigid motion whenever C has a part proportional to M).
+
+
+MERGED: Damping of the free coordinates of a reduced body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import FiniteElementModel
+
+
+@dataclass(frozen=True)
+class RayleighDamping:
+    """C = mass * M + stiffness * K.
+
+    Parameters
+    ----------
+    mass : float
+        Factor of M in 1/s.
+    stiffness : float
+        Factor of K in s.
+
+    Raises
+    ------
+    ModelError
+        If a factor is negative or not finite.
+    """
+
+    mass: float = 0.0
+    stiffness: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "stiffness"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise ModelError(f"Rayleigh damping: the {name} factor must be finite and >= 0, not {value!r}")
+
+    @classmethod
+    def fit(cls, frequencies: Sequence[float], ratios: Sequence[float]) -> RayleighDamping:
+        """Return the factors that give two damping ratios at two frequencies (Hz).
+
+        Raises
+        ------
+        ModelError
+            If the frequencies are equal or not positive, or if the fit needs a negative factor.
+
+        Examples
+        --------
+        >>> fitted = RayleighDamping.fit((10.0, 100.0), (0.02, 0.02))
+        >>> round(fitted.ratio(10.0), 12), round(fitted.ratio(100.0), 12)
+        (0.02, 0.02)
+        """
+        if len(frequencies) != 2 or len(ratios) != 2 or min(frequencies) <= 0 or frequencies[0] == frequencies[1]:
+            raise ModelError(
+                f"Rayleigh damping is fitted to two ratios at two different frequencies above zero, "
+                f"not to {tuple(ratios)} at {tuple(frequencies)} Hz"
+            )
+        w = 2 * math.pi * np.asarray(frequencies, dtype=float)
+        mass, stiffness = np.linalg.solve(np.column_stack((0.5 / w, 0.5 * w)), np.asarray(ratios, dtype=float))
+        if min(mass, stiffness) < 0:
+            raise ModelError(
+                f"ratios {tuple(ratios)} at {tuple(frequencies)} Hz need a negative Rayleigh factor "
+                f"(mass {mass:.3g} 1/s, stiffness {stiffness:.3g} s). Remedy: closer ratios, or ModalDamping"
+            )
+        return cls(float(mass), float(stiffness))
+
+    def ratio(self, frequency: float) -> float:
+        """Return the damping ratio at a frequency in Hz."""
+        w = 2 * math.pi * frequency
+        return 0.5 * (self.mass / w + self.stiffness * w)
+
+
+@dataclass(frozen=True)
+class ModalDamping:
+    """A damping ratio for each elastic mode of the body with its fixed interfaces held.
+
+    Parameters
+    ----------
+    ratio : float or sequence of float
+        One ratio for all modes, or the ratios of the first modes; the last one goes for all that follow.
+    """
+
+    ratio: float | Sequence[float]
+
+    def __post_init__(self) -> None:
+        values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
+        if values.ndim != 1 or not len(values) or not np.all(np.isfinite(values)) or np.any(values < 0):
+            raise ModelError(f"modal damping ratios must be finite and >= 0, not {self.ratio!r}")
+
+    def ratios(self, count: int) -> np.ndarray:
+        """Return one ratio for each of `count` modes, shape (count,).
+
+        Raises
+        ------
+        ModelError
+            If more ratios were given than there are modes.
+        """
+        values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
+        if len(values) > count:
+            raise ModelError(
+                f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out"
+            )
+        return np.concatenate((values, np.full(count - len(values), values[-1])))
+
+
+Damping = RayleighDamping | ModalDamping | sp.spmatrix | np.ndarray | None
+"""What the `damping` argument of a body takes."""
+
+
+def damping_matrix(
+    damping: Damping, model: FiniteElementModel, free_basis: np.ndarray, stiffness: np.ndarray, mass: np.ndarray
+) -> np.ndarray:
+    """Return C of the free coordinates, shape (k, k)."""
+    count = len(stiffness)
+    if damping is None:
+        damping = model.damping
+    if damping is None or count == 0:
+        return np.zeros((count, count))
+    if isinstance(damping, RayleighDamping):
+        return damping.mass * mass + damping.stiffness * stiffness
+    if isinstance(damping, ModalDamping):
+        squares, shapes = scipy.linalg.eigh(stiffness, mass)
+        weighted = mass @ shapes
+        rates = 2 * damping.ratios(count) * np.sqrt(np.maximum(squares, 0.0))
+        return (weighted * rates) @ weighted.T
+    C = checked_damping(damping, model)
+    reduced = free_basis.T @ (C @ free_basis)
+    if np.linalg.eigvalsh(reduced).min() < -1e-9 * abs(reduced).max():
+        raise ModelError("the damping matrix feeds energy in (it has a negative eigenvalue). Remedy: check its signs")
+    return reduced
+
+
+def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
+    """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
+    if isinstance(damping, (int, float, str)):
+        raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
+    C = sp.csr_matrix(damping)
+    if C.shape != (model.size, model.size):
+        raise ModelError(f"the damping matrix has shape {C.shape}, the model has {model.size} degrees of freedom")
+    if not np.all(np.isfinite(C.data)) or abs(C - C.T).max() > 1e-9 * abs(C).max():
+        raise ModelError("the damping matrix is not symmetric or not finite. Remedy: pass its symmetric part")
+    return C
+
+
+def damping_name(damping: Damping) -> str:
+    """Return how a report names the damping."""
+    return "given matrix" if sp.issparse(damping) or isinstance(damping, np.ndarray) else repr(damping)

@@ -1,0 +1,91 @@
+"""One file for one full-order model: its arrays, mapped like those of a body; functions are left out."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import FileError
+from kanefe.fe_model.model import FiniteElementModel
+from kanefe.storage.array_file import open_arrays, read_header, write_arrays
+from kanefe.storage.object_file import DAMAGE
+from kanefe.storage.serialise import decoded, encoded
+
+FORMAT = "kanefe finite-element model"
+VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class ModelRecord:
+    """What a file holds of a model.
+
+    Attributes
+    ----------
+    model : FiniteElementModel
+        Without its function of the geometric stiffness. If `copies` is not zero, its mass is the scalar one, which is
+        in the file already, as that of the mass field.
+    copies : int
+        How many components of a node have the scalar mass, each for itself: ``M = Ms (x) I``. Zero: M is kept.
+    """
+
+    model: FiniteElementModel
+    copies: int
+
+
+def save_model(model: FiniteElementModel, path: str | Path) -> None:
+    """Write a model to `path`, which then holds either the whole new model or what it held before.
+
+    Its `stress_stiffness` is a function and is left out.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be written, or the disk is full.
+    """
+    scalar, copies = _scalar_mass(model)
+    text, arrays = encoded(ModelRecord(replace(model, mass=scalar, stress_stiffness=None), copies))
+    header = {"format": FORMAT, "version": VERSION, "model": json.loads(text)}
+    write_arrays(path, json.dumps(header), arrays)
+
+
+def load_model(path: str | Path) -> FiniteElementModel:
+    """Read a model that `save_model` wrote; its large arrays stay in the file until they are used.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, truncated, or of another format or version.
+    """
+    path = Path(path)
+    try:
+        header = json.loads(read_header(path))
+        if (header["format"], header["version"]) != (FORMAT, VERSION):
+            raise ValueError(f"the format is {header['format']}, {header['version']}")
+        _, arrays = open_arrays(path)
+        record = decoded(json.dumps(header["model"]), arrays)
+        if not isinstance(record, ModelRecord):
+            raise ValueError("it holds something else")
+        model = record.model
+        return replace(model, mass=_block_mass(model.mass, record.copies)) if record.copies else model
+    except DAMAGE as error:
+        raise FileError(f"{path} is truncated or is no saved model ({error}). Remedy: make the model again") from error
+
+
+def _scalar_mass(model: FiniteElementModel) -> tuple[sp.csr_matrix, int]:
+    """Return the scalar mass and the number of components that have it, or M itself and 0."""
+    copies = len(model.components)
+    if model.mass_field is None or copies * model.mass_field.mass.shape[0] != model.size:
+        return model.mass, 0
+    scalar = model.mass_field.mass
+    parts = ("indptr", "indices", "data")
+    whole = _block_mass(scalar, copies)
+    same = all(np.array_equal(getattr(whole, part), getattr(model.mass, part)) for part in parts)
+    return (scalar, copies) if same else (model.mass, 0)
+
+
+def _block_mass(scalar: sp.csr_matrix, copies: int) -> sp.csr_matrix:
+    return sp.kron(scalar, sp.identity(copies, format="csr"), format="csr")

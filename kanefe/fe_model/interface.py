@@ -1,0 +1,173 @@
+"""Interface: how a patch of nodes is tied to a six-component frame, as the user says it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import COMPONENTS
+from kanefe.frames import numbers, rotation_matrix
+
+RULES = ("rigid", "average", "node")
+WEIGHTS = ("area", "mass", "uniform")
+
+_ROUND_OFF = 1e-8
+"""How far given axes may be from a rotation: numbers typed with nine digits pass."""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """How nodes of a body are tied to a frame, and which components of the frame are fixed in G.
+
+    Parameters
+    ----------
+    fixed : sequence of str, or "all"
+        Components of the frame's motion that are fixed in G, among "x", "y", "z", "rx", "ry", "rz", along the axes of
+        the interface. "all": those that the nodes can follow (clamped); none: the frame moves freely.
+    kind : {"rigid", "average", "node"}
+        "rigid" (RBE2): the nodes move as a rigid body with the frame, so that the patch cannot deform. "average"
+        (RBE3): the frame moves with the weighted mean of the nodes, fitted by least squares, and the patch deforms
+        freely; no stiffness is added. "node": the frame is one node.
+    weights : {"area", "mass", "uniform"} or sequence of float, optional
+        Of the nodes in an average: by the area (length, of lines) of the patch's facets, by the mass matrix, each node
+        alike, or one number for each node in the order of their numbers. Default: by area where the patch has facets
+        or lines, else each node alike.
+    position : array_like, shape (3,), optional
+        Undeformed place of the frame in G, m; it may be off the mesh. Default: the area-weighted centroid of the
+        facets, or the mean of the nodes. Of kind "node": where to find the node, if no group names it.
+    axes : array_like, shape (3, 3) or (4,), optional
+        Axes of the frame in G when undeformed: a rotation matrix with the axes as columns, or Euler parameters.
+        Default: those of G.
+    released : sequence of str
+        Components of the *nodes'* motion, along the axes of the interface, that do not follow the frame. With
+        ``released=("x", "y")`` the nodes slide freely in the plane across z.
+    groups : str or sequence of str, optional
+        The groups of nodes that make the patch. Default: the group with the name of the interface.
+
+    Raises
+    ------
+    ModelError
+        If an argument makes no sense; the message names it.
+
+    Notes
+    -----
+    A rigid tie makes the patch too stiff, an average one too soft: the truth lies between. An average over nodes
+    without rotations follows the mean translation and the mean rotation ``(int r r^T)^-1 int r x u`` about the
+    weighted centre, which are also the only motions on which a force or moment on the frame does work.
+
+    Examples
+    --------
+    A hinge about z, a support that lets a bar contract across its axis, and one that slides on a plane:
+
+    >>> hinge = Interface(fixed=("x", "y", "z", "rx", "ry"))
+    >>> support = Interface(fixed="all", kind="average")
+    >>> slider = Interface(fixed=("z", "rx", "ry"), released=("x", "y"))
+    """
+
+    fixed: Sequence[str] = ()
+    _: KW_ONLY
+    kind: str = "rigid"
+    weights: str | Sequence[float] | None = None
+    position: Sequence[float] | None = None
+    axes: Sequence[float] | Sequence[Sequence[float]] | None = None
+    released: Sequence[str] = ()
+    groups: str | Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        keep = object.__setattr__
+        if self.fixed != "all":
+            keep(self, "fixed", _components(self.fixed, "fixes"))
+        keep(self, "released", _components(self.released, "releases"))
+        if len(self.released) == len(COMPONENTS):
+            raise ModelError("an interface that releases all components follows nothing. Remedy: leave it out")
+        if self.kind not in RULES:
+            raise ModelError(f"an interface is of kind {self.kind!r}. Remedy: one of {', '.join(RULES)}")
+        if self.position is not None:
+            keep(self, "position", _place(self.position))
+        if self.axes is not None:
+            keep(self, "axes", tuple(map(tuple, _rotation(self.axes).tolist())))
+        if self.groups is not None:
+            given = (self.groups,) if isinstance(self.groups, str) else tuple(self.groups)
+            if not given or not all(isinstance(name, str) for name in given):
+                raise ModelError(f"groups={self.groups!r} of an interface. Remedy: names of groups of the mesh")
+            keep(self, "groups", tuple(dict.fromkeys(given)))
+        if self.weights is not None:
+            if self.kind != "average":
+                raise ModelError(
+                    f"weights={self.weights!r} are for averages, this interface is of kind {self.kind!r}. "
+                    "Remedy: kind='average', or leave them out"
+                )
+            keep(self, "weights", _weights(self.weights))
+
+    def group_names(self, name: str) -> tuple[str, ...]:
+        """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
+        if self.groups is not None:
+            return tuple(self.groups)
+        return () if self.kind == "node" and self.position is not None else (name,)
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """From the axes of the interface to those of G, shape (3, 3)."""
+        return np.eye(3) if self.axes is None else np.array(self.axes)
+
+
+def _components(given: Sequence[str], does: str) -> tuple[str, ...]:
+    unknown = isinstance(given, str) or not all(c in COMPONENTS for c in given)
+    if unknown:
+        raise ModelError(f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}")
+    return tuple(dict.fromkeys(given))
+
+
+def _place(given: object) -> tuple[float, ...]:
+    place = numbers(given)
+    if place.shape != (3,) or not np.isfinite(place).all():
+        raise ModelError(f"the position of an interface must be three finite numbers in m, not {given!r}")
+    return tuple(place.tolist())
+
+
+def _rotation(given: object) -> np.ndarray:
+    A = numbers(given)
+    if A.shape == (4,) and np.isfinite(A).all() and np.linalg.norm(A) > 1e-12:
+        return rotation_matrix(A)
+    if A.shape != (3, 3) or not abs(A.T @ A - np.eye(3)).max() < _ROUND_OFF or np.linalg.det(A) < 0.0:
+        raise ModelError(
+            f"axes={given!r} of an interface are no rotation. Remedy: a right-handed matrix (3, 3) with unit columns, "
+            "or four Euler parameters"
+        )
+    left, _, right = np.linalg.svd(A)
+    return np.asarray(left @ right)
+
+
+def _weights(given: str | Sequence[float]) -> str | tuple[float, ...]:
+    if isinstance(given, str):
+        if given not in WEIGHTS:
+            raise ModelError(f"weights={given!r} of an interface. Remedy: one of {', '.join(WEIGHTS)}, or numbers")
+        return given
+    values = numbers(given)
+    if values.ndim != 1 or not np.isfinite(values).all() or values.min(initial=0.0) < 0.0 or not values.any():
+        raise ModelError("weights of an interface must be finite numbers >= 0, one for each node, not all zero")
+    return tuple(values.tolist())
+
+
+KINDS: dict[str, Interface] = {
+    "clamped": Interface("all"),
+    "rigid": Interface(),
+    "hinged": Interface(("x", "y", "z")),
+    "average": Interface(kind="average"),
+    "node": Interface(kind="node"),
+}
+"""Interfaces by name."""
+
+
+def as_interface(name: str, spec: str | Interface) -> Interface:
+    """Return the interface that a user's entry means; a ModelError names the interface."""
+    if isinstance(spec, Interface):
+        return spec
+    if not isinstance(spec, str) or spec not in KINDS:
+        raise ModelError(
+            f"interface {name!r} cannot be {spec!r}. Remedy: one of {', '.join(KINDS)}, or Interface(fixed=(...))"
+        )
+    return KINDS[spec]

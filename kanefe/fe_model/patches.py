@@ -1,0 +1,257 @@
+"""Patches: which nodes an interface takes, where its frame is, and which components of it the nodes can follow.
+
+MERGED: Weighted moments of a patch: what an average over its nodes keeps equal to the frame's motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.interface import Interface
+from kanefe.fe_model.model import COMPONENTS, ROTATIONS, TRANSLATIONS, FiniteElementModel, NodeGroup, rigid_motion
+from kanefe.frames import unit_vector
+
+_SMALL = 1e-9
+"""Of the size of a patch or body: what is smaller is zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """The nodes of an interface, its frame, and how they go together.
+
+    Attributes
+    ----------
+    name : str
+    spec : Interface
+    nodes : ndarray of int, shape (m,)
+        In ascending order.
+    measure : csr_matrix, shape (m, m), or None
+        int N_i N_j over the facets or lines of the patch.
+    position : ndarray, shape (3,)
+        Of the frame in G, m.
+    axes : ndarray, shape (3, 3)
+        From those of the frame to those of G.
+    turn : ndarray, shape (components of a node, components of a node)
+        Motion of a node in components of G from that along the axes.
+    follows : ndarray of bool, shape (components of a node,)
+        Which components of a node's motion along the axes follow the frame.
+    components : tuple of int
+        Components of the frame that move what follows (0..5).
+    fixed : tuple of int
+        Which of them, as positions in `components`, are fixed in G.
+    motion : ndarray, shape (m * components of a node, components)
+        R: motion of the nodes along the axes of the interface with each component of the frame.
+    """
+
+    name: str
+    spec: Interface
+    nodes: np.ndarray
+    measure: sp.csr_matrix | None
+    position: np.ndarray
+    axes: np.ndarray
+    turn: np.ndarray
+    follows: np.ndarray
+    components: tuple[int, ...]
+    fixed: tuple[int, ...]
+    motion: np.ndarray
+
+
+def patch_of(model: FiniteElementModel, name: str, spec: Interface) -> Patch:
+    """Return the patch of an interface.
+
+    Raises
+    ------
+    ModelError
+        If it has no nodes, they cannot follow the frame or a component that is to be fixed, or the axes do not fit.
+    """
+    group = _nodes(model, name, spec)
+    position = group.position if spec.position is None or spec.kind == "node" else np.array(spec.position)
+    axes = spec.rotation
+    rows = [COMPONENTS.index(c) for c in model.components]
+    turn = np.kron(np.eye(2), axes)[np.ix_(rows, rows)]
+    if abs(turn @ turn.T - np.eye(len(rows))).max() > _SMALL:
+        raise ModelError(
+            f"the axes of interface {name!r} lead out of the components {', '.join(model.components)} that the body's "
+            "nodes have. Remedy: turn them about z only"
+        )
+    follows = np.array([c not in spec.released for c in model.components])
+    offsets = (model.nodes[group.nodes] - position) @ axes
+    motion = rigid_motion(offsets, np.zeros(3), model.components)
+    motion[np.tile(~follows, len(offsets))] = 0.0
+    components = _followed(name, spec, model.nodes[group.nodes], position, motion)
+    fixed = tuple(i for i, c in enumerate(components) if spec.fixed == "all" or COMPONENTS[c] in spec.fixed)
+    return Patch(
+        name=name,
+        spec=spec,
+        nodes=group.nodes,
+        measure=group.measure,
+        position=np.array(position, dtype=float),
+        axes=axes,
+        turn=turn,
+        follows=follows,
+        components=components,
+        fixed=fixed,
+        motion=motion[:, list(components)],
+    )
+
+
+def _nodes(model: FiniteElementModel, name: str, spec: Interface) -> NodeGroup:
+    """Return the nodes of an interface as one group, in ascending order."""
+    names = spec.group_names(name)
+    if not names:
+        return _node_at(model, name, spec)
+    group = _united([model.group(given) for given in names], model.nodes)
+    if len(group.nodes) == 0:
+        raise ModelError(f"interface {name!r} has no nodes. Remedy: give its physical group some facets")
+    if spec.kind != "node":
+        return group
+    if len(group.nodes) > 1:
+        raise ModelError(
+            f"interface {name!r} is of kind 'node', but its group has {len(group.nodes)} nodes. Remedy: a group of one "
+            "node, Interface(kind='node', position=...) at a node of the mesh, or kind='rigid' or 'average'"
+        )
+    return NodeGroup(group.nodes, model.nodes[group.nodes[0]].copy())
+
+
+def _node_at(model: FiniteElementModel, name: str, spec: Interface) -> NodeGroup:
+    """Return the node of the mesh where the interface is said to be."""
+    distances = np.linalg.norm(model.nodes - np.array(spec.position), axis=1)
+    nearest = int(distances.argmin())
+    if distances[nearest] > 1e-6 * np.ptp(model.nodes, axis=0).max(initial=0.0):
+        raise ModelError(
+            f"interface {name!r}: there is no node at {spec.position} m; the nearest is node {nearest} at "
+            f"{tuple(model.nodes[nearest].tolist())}. Remedy: give the place of a node, or groups=..."
+        )
+    return NodeGroup(np.array([nearest]), model.nodes[nearest].copy())
+
+
+def _united(groups: list[NodeGroup], points: np.ndarray) -> NodeGroup:
+    """Return groups of nodes as one, in ascending order."""
+    nodes = np.unique(np.concatenate([np.asarray(group.nodes, dtype=int) for group in groups]))
+    if len(groups) == 1 and np.array_equal(nodes, groups[0].nodes):
+        return groups[0]
+    measures = [group.measure for group in groups if group.measure is not None]
+    if len(measures) < len(groups):
+        position = groups[0].position if len(groups) == 1 else points[nodes].mean(axis=0)
+        return NodeGroup(nodes, position)
+    measure = sp.csr_matrix((len(nodes), len(nodes)))
+    for group, own in zip(groups, measures, strict=True):
+        coo, at = own.tocoo(), np.searchsorted(nodes, group.nodes)
+        measure += sp.csr_matrix((coo.data, (at[coo.row], at[coo.col])), measure.shape)
+    sizes = np.array([own.sum() for own in measures])
+    return NodeGroup(nodes, sizes @ np.array([group.position for group in groups]) / sizes.sum(), measure)
+
+
+def _followed(
+    name: str, spec: Interface, points: np.ndarray, position: np.ndarray, motion: np.ndarray
+) -> tuple[int, ...]:
+    """Return the components of a frame that move the patch; refuse a patch that cannot tell two of them apart."""
+    size = np.linalg.norm(motion, axis=0)
+    if not size.any():
+        raise ModelError(f"interface {name!r} releases all that its nodes could follow. Remedy: release less")
+    components = tuple(c for c in range(6) if size[c] > _SMALL * size.max())
+    scaled = motion[:, components] / size[list(components)]
+    if np.linalg.matrix_rank(scaled, tol=1e-8) < len(components):
+        _refuse_loose_turn(name, spec, points, position)
+    if spec.fixed != "all":
+        missing = [c for c in spec.fixed if COMPONENTS.index(c) not in components]
+        if missing:
+            raise ModelError(
+                f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow. Remedy: leave out "
+                f"all but {', '.join(COMPONENTS[c] for c in components)}, or give it more nodes"
+            )
+    return components
+
+
+def _refuse_loose_turn(name: str, spec: Interface, points: np.ndarray, position: np.ndarray) -> None:
+    """Raise the error of a frame that could turn without moving the nodes; say how to turn its axes, if that helps."""
+    offsets = points - points.mean(axis=0)
+    extent = np.linalg.norm(offsets, axis=1).max()
+    if len(points) == 1 or extent == 0.0:
+        raise ModelError(
+            f"interface {name!r} is a single node without rotations, so its frame cannot be away from it, at "
+            f"{position}. Remedy: leave out its position, or give it a group of facets"
+        )
+    line = np.linalg.svd(offsets)[2][0]
+    if np.linalg.norm(offsets - np.outer(offsets @ line, line), axis=1).max() > 1e-6 * extent:
+        raise ModelError(
+            f"the nodes of interface {name!r} cannot tell all components of its frame apart. Remedy: release less "
+            f"than {', '.join(spec.released) or 'it does'}, or give it more nodes"
+        )
+    off = position - points.mean(axis=0)
+    if np.linalg.norm(off - (off @ line) * line) > 1e-6 * extent:
+        raise ModelError(
+            f"the nodes of interface {name!r} lie on a line, and its frame, at {position}, does not. Remedy: leave "
+            "out its position, or give the interface a group of facets"
+        )
+    across = unit_vector(np.cross(line, np.eye(3)[np.argmin(abs(line))]), "a direction across")
+    axes = np.column_stack((line, across, np.cross(line, across))).round(12)
+    raise ModelError(
+        f"the nodes of interface {name!r} lie on a line, so its frame could turn about that line without moving them. "
+        "Remedy: give the interface a group of facets, a single node, or axes of which one is along the line, such as "
+        f"Interface(..., axes={axes.tolist()}): then {ROTATIONS[0]} is left out of it"
+    )
+
+
+def patch_moments(model: FiniteElementModel, patch: Patch) -> np.ndarray:
+    """Return P = R^T W of what follows the frame, along the axes of the interface, shape (components, following).
+
+    W is the L2 product over the facets (``weights="area"``), the rows and columns of the mass matrix, or one number for
+    each node. Rotations of the nodes count only by mass, or where the translations leave the frame undetermined.
+
+    Raises
+    ------
+    ModelError
+        If there is no area, the numbers do not fit the nodes, or the weights leave a component undetermined.
+    """
+    follows = np.tile(patch.follows, len(patch.nodes))
+    motion = patch.motion[follows]
+    moments = np.asarray((_weights(model, patch)[follows][:, follows] @ motion).T)
+    if not _determines(moments @ motion, motion):
+        raise ModelError(
+            f"the weights of interface {patch.name!r} leave a component of its frame undetermined. Remedy: weights "
+            "above zero on at least three nodes that are not in line, or weights='uniform'"
+        )
+    return moments
+
+
+def _determines(gram: np.ndarray, motion: np.ndarray) -> bool:
+    """Tell whether R^T W R is far from singular, however its components are scaled."""
+    size = np.linalg.norm(motion, axis=0)
+    scaled = gram / np.outer(size, size)
+    squares = np.linalg.eigvalsh(0.5 * (scaled + scaled.T))
+    return bool(squares[0] > 1e-12 * squares[-1])
+
+
+def _weights(model: FiniteElementModel, patch: Patch) -> sp.csr_matrix:
+    """Return W over all components of the nodes of a patch, along its axes."""
+    rule, count, width = patch.spec.weights, len(patch.nodes), len(model.components)
+    if rule == "mass":
+        dofs = (patch.nodes[:, None] * width + np.arange(width)).ravel()
+        turn = sp.kron(sp.identity(count), patch.turn, format="csr")
+        return (turn.T @ model.mass[dofs][:, dofs] @ turn).tocsr()
+    if rule == "area" and patch.measure is None:
+        raise ModelError(
+            f"interface {patch.name!r} has no facets or lines to be weighted by area. Remedy: weights='uniform', "
+            "'mass', or one number for each node"
+        )
+    if isinstance(rule, tuple):
+        if len(rule) != count:
+            raise ModelError(
+                f"interface {patch.name!r} has {count} nodes and {len(rule)} weights. Remedy: one for each node, in "
+                "the order of their numbers"
+            )
+        scalar = sp.diags(np.array(rule), format="csr")
+    else:
+        scalar = sp.identity(count, format="csr") if rule == "uniform" or patch.measure is None else patch.measure
+    moved = np.array([c in TRANSLATIONS for c in model.components])
+    weights = sp.kron(scalar, np.diag(moved.astype(float)), format="csr")
+    if moved.all() or _determines(patch.motion.T @ (weights @ patch.motion), patch.motion):
+        return weights
+    # squares of slopes need a length to stand beside squares of displacements
+    points = model.nodes[patch.nodes]
+    length = np.linalg.norm(points - points.mean(axis=0), axis=1).max() or 1.0
+    return weights + sp.kron(scalar, np.diag(length**2 * ~moved), format="csr")

@@ -1,0 +1,219 @@
+"""Statics of a body tied at its interfaces: one factorisation serves constraint modes, normal modes and load cases.
+
+Tied coordinates are the interior degrees of freedom followed by the components of the interface frames. K of the
+interior, with all interfaces held, is factored once; interfaces that are free are solved for by the Schur complement.
+A body without a fixed interface floats: its loads are balanced by the inertia of its rigid motion (inertia relief).
+
+
+MERGED: What moves in a body whose stiffness is singular: the nodes of a mechanism or of a loose part, for a message."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError, SingularStiffness
+from kanefe.fe_model.factorise import Factorisation, Factorise, factor_interior
+from kanefe.fe_model.model import FiniteElementModel
+from kanefe.fe_model.progress import stage
+from kanefe.fe_model.ties import InterfaceTies
+
+
+class StaticProblem:
+    """K and M of a body in tied coordinates, and what is solved with them.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    ties : InterfaceTies
+    rigid_count : int
+        How many rigid motions the fixed interfaces leave: all (6, 3 in a plane) of a floating body, else none.
+    factorise : Factorise
+        Kept as an attribute, for the other matrices of a reduction.
+
+    Attributes
+    ----------
+    stiffness, mass : csr_matrix, shape (tied, tied)
+    interior, boundary : ndarray of int
+        Tied coordinates of the interior and of the interface components.
+    fixed, released : ndarray of int
+        Those of the boundary that are fixed in G, and the others.
+    """
+
+    def __init__(self, model: FiniteElementModel, ties: InterfaceTies, rigid_count: int, factorise: Factorise) -> None:
+        self.model, self.ties, self.rigid_count = model, ties, rigid_count
+        self.factorise = factorise
+        self.stiffness, self.mass = ties.project(model.stiffness), ties.project(model.mass)
+        self.interior = np.arange(ties.interior_count)
+        self.boundary = np.arange(ties.interior_count, self.size)
+        self.fixed = ties.fixed
+        self.released = np.setdiff1d(self.boundary, self.fixed)
+
+    @property
+    def size(self) -> int:
+        """Number of tied coordinates."""
+        return int(self.stiffness.shape[0])
+
+    @property
+    def interior_stiffness(self) -> sp.csc_matrix:
+        """K of the interior; not kept, since its factors are what is needed of it."""
+        return self.stiffness[: self.ties.interior_count, : self.ties.interior_count].T  # symmetric: nothing is moved
+
+    @cached_property
+    def interior_mass(self) -> sp.csc_matrix:
+        """M of the interior."""
+        return self.mass[: self.ties.interior_count, : self.ties.interior_count].T
+
+    @cached_property
+    def held_interior(self) -> np.ndarray:
+        """Interior coordinates that move while K is factored: all, if there is an interface to hold.
+
+        Without any, as many are held as the body has rigid motions, so that just these are stopped: a load in balance
+        needs no force there.
+        """
+        if len(self.boundary):
+            return self.interior
+        _, _, order = scipy.linalg.qr(self.rigid_modes.T, mode="economic", pivoting=True)
+        return np.setdiff1d(self.interior, order[: self.rigid_modes.shape[1]])
+
+    @cached_property
+    def factors(self) -> Factorisation:
+        """Factors of K of the `held_interior`, made at the first use."""
+        K, moving = self.interior_stiffness, self.held_interior
+        K = K if len(moving) == K.shape[0] else K[moving][:, moving].tocsc()
+        with stage("factor the stiffness"):
+            try:
+                return factor_interior(K, self.factorise)
+            except SingularStiffness as error:
+                motion = self.ties.transformation[:, moving]
+                raise SingularStiffness(f"{error}{moving_nodes(self.model, motion, K, self.factorise)}") from error
+
+    @cached_property
+    def constraint_modes(self) -> np.ndarray:
+        """Static shapes of unit motion of each interface component, all others held, shape (tied, boundary)."""
+        modes = np.zeros((self.size, len(self.boundary)))
+        if len(self.boundary):
+            factors = self.factors
+            with stage("constraint modes"):
+                modes[self.interior] = factors.solve(-self.stiffness[self.interior][:, self.boundary].toarray())
+            modes[self.boundary] = np.eye(len(self.boundary))
+        return modes
+
+    @cached_property
+    def rigid_modes(self) -> np.ndarray:
+        """M-orthonormal rigid motions of a floating body in tied coordinates, shape (tied, rigid_count)."""
+        if not self.rigid_count:
+            return np.zeros((self.size, 0))
+        about = self.model.nodes.mean(axis=0)
+        motions = self.ties.coordinates(self.model.rigid_modes(about=about))
+        size = np.linalg.norm(motions, axis=0)
+        motions = motions[:, size > 1e-12 * size.max()]
+        gram = motions.T @ (self.mass @ motions)
+        scale = 1.0 / np.sqrt(np.diag(gram))
+        squares, vectors = scipy.linalg.eigh(gram * np.outer(scale, scale))
+        kept = squares > 1e-10  # nodes on a line leave the turn about it out
+        return np.asarray(motions @ (scale[:, None] * vectors[:, kept] / np.sqrt(squares[kept])))
+
+    def relieved(self, f: np.ndarray) -> np.ndarray:
+        """Return loads (tied, m) of a floating body balanced by the inertia of its rigid motion; others unchanged."""
+        R = self.rigid_modes
+        return f - self.mass @ (R @ (R.T @ f)) if R.shape[1] else f
+
+    def solve(self, f: np.ndarray) -> np.ndarray:
+        """Return the static displacements of load cases.
+
+        Parameters
+        ----------
+        f : ndarray, shape (tied, m)
+            Forces on the tied coordinates, N and N m.
+
+        Returns
+        -------
+        ndarray, shape (tied, m)
+            With the fixed components held and the released ones free. Of a floating body: under the loads balanced by
+            inertia, and M-orthogonal to its rigid motions.
+        """
+        if not self.rigid_count:
+            return self._solve_held(f)
+        R, f = self.rigid_modes, self.relieved(f)
+        u = self._solve_held(f) if len(self.boundary) else self._solve_free(f)
+        return np.asarray(u - R @ (R.T @ (self.mass @ u)))
+
+    @cached_property
+    def _schur_inverse(self) -> np.ndarray:
+        """(Pseudo-)inverse of the stiffness of the released components, shape (released, released)."""
+        columns = self.released - self.ties.interior_count
+        modes = self.constraint_modes[:, columns]
+        S = modes.T @ (self.stiffness @ modes)
+        if not len(S):
+            return S
+        squares, vectors = scipy.linalg.eigh(0.5 * (S + S.T))
+        kept = np.arange(len(squares)) >= self.rigid_count  # ascending: the rigid motions come first
+        if squares[kept].min(initial=np.inf) <= 1e-14 * squares.max():
+            raise ModelError(
+                "the interfaces can move without any force: the body is a mechanism. Remedy: check the mesh for loose "
+                "parts or hinges, or fix more components of an interface"
+            )
+        return np.asarray((vectors[:, kept] / squares[kept]) @ vectors[:, kept].T)
+
+    def _solve_held(self, f: np.ndarray) -> np.ndarray:
+        """Solve with the released components free."""
+        modes = self.constraint_modes[:, self.released - self.ties.interior_count]
+        u = np.zeros(f.shape)
+        u[self.interior] = self.factors.solve(f[self.interior])
+        return np.asarray(u + modes @ (self._schur_inverse @ (modes.T @ f)))
+
+    def _solve_free(self, f: np.ndarray) -> np.ndarray:
+        """Solve for loads in balance without any interface."""
+        u = np.zeros(f.shape)
+        u[self.held_interior] = self.factors.solve(f[self.held_interior])
+        return u
+
+
+SHIFT = 1e-9
+"""Share of its diagonal that is added to a singular K, so that it can be factored."""
+
+
+SOFT = 1e-7
+"""Stiffness along a motion, relative to the diagonal of K, below which it counts as none."""
+
+
+NAMED = 4
+"""How many nodes a message names."""
+
+
+def moving_nodes(model: FiniteElementModel, motion: sp.csr_matrix, K: sp.csc_matrix, factorise: Factorise) -> str:
+    """Return a sentence on the nodes that move without force, or nothing if none is found.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    motion : csr_matrix, shape (N, n)
+        Motion of the model's degrees of freedom from the coordinates of K.
+    K : csc_matrix, shape (n, n)
+        Singular stiffness.
+    factorise : Factorise
+    """
+    weights = np.abs(K.diagonal())
+    weights[weights <= SHIFT * weights.max(initial=0.0)] = weights.mean() or 1.0
+    try:
+        factors = factorise((K + sp.diags(SHIFT * weights)).tocsc())
+    except (ModelError, RuntimeError):
+        return ""
+    x = np.random.default_rng(0).standard_normal(K.shape[0])
+    for _ in range(5):  # of inverse iteration: what resists grows by 1/SHIFT less in each
+        x = factors.solve(weights * x)
+        x /= np.sqrt(x @ (weights * x))
+    if not x @ (K @ x) < SOFT:
+        return ""
+    moved = np.linalg.norm((motion @ x).reshape(len(model.nodes), -1), axis=1)
+    order = np.argsort(-moved, kind="stable")
+    count = int(np.count_nonzero(moved > 0.5 * moved.max()))
+    places = (
+        f"{node} at ({', '.join(f'{c:.4g}' for c in model.nodes[node])}) m" for node in order[: min(count, NAMED)]
+    )
+    which = "it is" if count == 1 else f"{count} nodes, among them" if count > NAMED else "they are"
+    return f". What moves without force: {which} node {', node '.join(places)}"

@@ -1,0 +1,256 @@
+"""Full-order models from matrices that another program made, checked before anything is built on them."""
+
+from __future__ import annotations
+
+import warnings
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import FileError, ModelError
+from kanefe.fe_model.factorise import Factorise
+from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.fe_model.model import (
+    COMPONENTS,
+    TRANSLATIONS,
+    Cells,
+    FiniteElementModel,
+    MassField,
+    NodeGroup,
+    StressStiffness,
+)
+from kanefe.frames import skew
+from kanefe.imports.self_check import ROUND_OFF, self_check
+from kanefe.imports.text import read_market
+
+Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
+
+Order: TypeAlias = Literal["nodes", "components"]
+
+
+class NodalFormWarning(UserWarning):
+    """The inertia of nodes that rotate is only approximate without the shape functions."""
+
+
+def model_from_matrices(
+    mass: Matrix,
+    stiffness: Matrix,
+    nodes: np.ndarray | Sequence[Sequence[float]],
+    *,
+    components: Sequence[str] = TRANSLATIONS,
+    damping: Matrix | None = None,
+    groups: Mapping[str, int | Sequence[int]] | None = None,
+    cells: Sequence[Cells] = (),
+    load_patterns: Mapping[str, NodalPattern] | None = None,
+    geometric_stiffness: Mapping[str, Matrix] | None = None,
+    stress_stiffness: StressStiffness | None = None,
+    order: Order = "nodes",
+    expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+    source: str = "given matrices",
+) -> FiniteElementModel:
+    """Return a full-order model of a free body from its matrices and nodes.
+
+    Parameters
+    ----------
+    mass, stiffness : sparse matrix, ndarray or path, shape (N, N)
+        M and K of the unsupported body in kg and N/m; a path names a scipy .npz or a Matrix Market .mtx file.
+    nodes : ndarray, shape (n, 3)
+        Reference coordinates in m, in the order of the degrees of freedom.
+    components : sequence of str
+        Degrees of freedom of every node, in their order: among "x", "y", "z", "rx", "ry", "rz".
+    damping : as mass, optional
+        C in N s/m.
+    groups : dict of str to node numbers, optional
+        Candidates for interfaces.
+    cells : sequence of Cells, optional
+        For views.
+    load_patterns : dict of str to NodalPattern, optional
+        Surfaces and lines that can carry distributed loads: for Lagrange elements from `NodalPattern.of_nodes`.
+    geometric_stiffness : dict of str to matrices as mass, optional
+        For ``stiffening="inertial"``: stress stiffness matrix (tension positive) of the static stress of each unit
+        load "x", "y", "z" (rho e_b) and "xx", "xy", ... (rho X_a e_b), with the interfaces held as the body will
+        have them; of a floating body under the load less the inertia of its rigid motion.
+    stress_stiffness : callable, optional
+        For any stiffening: see `FiniteElementModel`. In the order "nodes".
+    order : "nodes" or "components"
+        Rows of the matrices: all components of the first node, then of the second, ...; or x of all nodes, then y, ...
+    expected_mass : float, optional
+        Mass in kg that the matrix must have.
+    expected_center : array_like, shape (3,), optional
+        Centre of mass in G in m that it must have.
+    expected_inertia : array_like, shape (3, 3), optional
+        Inertia about the centre of mass in kg m2 that it must have.
+    factorise : callable, optional
+        Factors large matrices for the count of the zero modes: see `kanefe.imports.self_check.self_check`.
+    source : str
+        Kept in the provenance.
+
+    Returns
+    -------
+    FiniteElementModel
+        With exact inertia if M is the same scalar matrix for every translation (Lagrange elements); else the nodal form
+        of Eq. 38 is used, which a `NodalFormWarning` says where nodes rotate.
+
+    Raises
+    ------
+    ModelError
+        If shapes disagree, a matrix is not finite or not symmetric, K does not leave exactly the rigid motions of these
+        nodes free (wrong order of nodes, a support, a mechanism), mass and inertia cannot be those of a body or are
+        not the expected ones, or the forces of a load pattern have another resultant than its area and first moment
+        say.
+    FileError
+        If a file is not there or cannot be read.
+
+    Examples
+    --------
+    Two masses of 1 kg and a bar of 100 N/m between them, in the plane:
+
+    >>> K = 100.0 * np.array([[1, 0, -1, 0], [0, 0, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 0]])
+    >>> dumbbell = model_from_matrices(np.eye(4), K, [[-0.5, 0, 0], [0.5, 0, 0]], components=("x", "y"))
+    >>> dumbbell.size
+    4
+    """
+    points = np.array(nodes, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.all(np.isfinite(points)):
+        raise ModelError(f"nodes must be finite numbers of shape (n, 3) in m, not of shape {points.shape}")
+    names = tuple(components)
+    if not names or len(set(names)) != len(names) or any(c not in COMPONENTS for c in names):
+        raise ModelError(f"components must be different names among {', '.join(COMPONENTS)}, not {names}")
+    size = len(points) * len(names)
+    M, K = _matrix(mass, "mass matrix", size), _matrix(stiffness, "stiffness matrix", size)
+    C = None if damping is None else _matrix(damping, "damping matrix", size)
+    given = {
+        name: _matrix(K_g, f"geometric stiffness {name!r}", size) for name, K_g in (geometric_stiffness or {}).items()
+    }
+    if order == "components":
+        by_node = np.arange(size).reshape(len(names), len(points)).T.ravel()
+        M, K = M[by_node][:, by_node], K[by_node][:, by_node]
+        C = None if C is None else C[by_node][:, by_node]
+        given = {name: K_g[by_node][:, by_node] for name, K_g in given.items()}
+    elif order != "nodes":
+        raise ModelError(f"order of the rows must be 'nodes' or 'components', not {order!r}")
+    model = FiniteElementModel(
+        nodes=points,
+        components=names,
+        stiffness=K,
+        mass=M,
+        mass_field=_lagrange_field(M, points, names),
+        damping=C,
+        cells=tuple(cells),
+        groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
+        load_patterns=dict(load_patterns or {}),
+        geometric_stiffness=given or None,
+        stress_stiffness=stress_stiffness,
+        provenance={"source": source},
+    )
+    for name, pattern in model.load_patterns.items():
+        _check_pattern(model, name, pattern)
+    found = self_check(
+        model,
+        expected_mass=expected_mass,
+        expected_center=expected_center,
+        expected_inertia=expected_inertia,
+        factorise=factorise,
+    )
+    model = replace(model, provenance={**model.provenance, "self_check": found.as_dict()})
+    if model.mass_field is None and any(c.startswith("r") for c in names):
+        warnings.warn(
+            "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal "
+            "form of Eq. 38, "
+            "whose gyroscopic terms are wrong by some percent for one element and better with every finer mesh",
+            NodalFormWarning,
+            stacklevel=2,
+        )
+    return model
+
+
+def _matrix(given: Matrix, what: str, size: int) -> sp.csr_matrix:
+    """Return a checked CSR matrix; its symmetric part, once it is symmetric to round-off."""
+    matrix = sp.csr_matrix(_read(given, what) if isinstance(given, (str, Path)) else given, dtype=float)
+    if matrix.shape != (size, size):
+        raise ModelError(
+            f"the {what} has shape {matrix.shape}, nodes and components give {size} degrees of freedom. "
+            "Remedy: check the components of a node, and that no degree of freedom was condensed"
+        )
+    if not np.all(np.isfinite(matrix.data)):
+        raise ModelError(f"the {what} has {np.sum(~np.isfinite(matrix.data))} entries that are not finite")
+    largest = abs(matrix).max()
+    asymmetry = abs(matrix - matrix.T).max()
+    if asymmetry > ROUND_OFF * largest:
+        raise ModelError(
+            f"the {what} is not symmetric: entries differ from their mirror by up to {asymmetry:.3g} of {largest:.3g}. "
+            "Remedy: export the full matrix, or mirror its triangle"
+        )
+    return (0.5 * (matrix + matrix.T)).tocsr()
+
+
+def _read(path: str | Path, what: str) -> Any:
+    path = Path(path)
+    if path.suffix == ".mtx":
+        return read_market(path, what)
+    if not path.is_file():
+        raise FileError(f"there is no file {path} for the {what}")
+    try:
+        if path.suffix == ".npz":
+            return sp.load_npz(path)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise FileError(f"cannot read the {what} from {path}: {error}. Remedy: export it again") from error
+    raise FileError(f"the {what} cannot be read from a {path.suffix or 'nameless'} file. Remedy: .npz (scipy) or .mtx")
+
+
+def _group(name: str, numbers: int | Sequence[int], points: np.ndarray) -> NodeGroup:
+    chosen = np.atleast_1d(np.asarray(numbers))
+    if chosen.dtype.kind not in "iu" or not len(chosen) or chosen.min() < 0 or chosen.max() >= len(points):
+        raise ModelError(f"group {name!r} must be node numbers from 0 to {len(points) - 1}, not {numbers!r}")
+    return NodeGroup(np.unique(chosen), points[np.unique(chosen)].mean(axis=0))
+
+
+def _lagrange_field(M: sp.csr_matrix, points: np.ndarray, components: tuple[str, ...]) -> MassField | None:
+    """Return the mass field if M is one scalar matrix for every translation and nothing for rotations, else None."""
+    width = len(components)
+    places = [i for i, c in enumerate(components) if c in TRANSLATIONS]
+    if not places:
+        return None
+    scalar = sum((M[a::width][:, a::width] for a in places[1:]), M[places[0] :: width][:, places[0] :: width])
+    scalar = scalar / len(places)
+    selected = sp.diags([float(c in TRANSLATIONS) for c in components])
+    if abs(M - sp.kron(scalar, selected, format="csr")).max() > ROUND_OFF * abs(scalar).max():
+        return None
+    chosen = sp.csr_matrix([[float(c == axis) for c in components] for axis in TRANSLATIONS])
+    interpolation = sp.kron(sp.identity(len(points)), chosen, format="csr")
+    return MassField(points, scalar.tocsr(), interpolation)
+
+
+def _check_pattern(model: FiniteElementModel, name: str, pattern: NodalPattern) -> None:
+    """Check that the nodal forces of a load pattern do the work of its resultants on rigid motions."""
+    if not isinstance(pattern, NodalPattern):
+        raise ModelError(f"load pattern {name!r} must be a NodalPattern, such as of NodalPattern.of_nodes")
+    pressure = np.zeros(model.size) if pattern.pressure is None else np.asarray(pattern.pressure)
+    if np.shape(pattern.traction) != (model.size, 3) or pressure.shape != (model.size,):
+        raise ModelError(
+            f"load pattern {name!r} has forces of shape {np.shape(pattern.traction)} and {pressure.shape}, the model "
+            f"has {model.size} degrees of freedom. Remedy: the nodes and components of the matrices, in their order"
+        )
+    if not pattern.measure > 0 or not np.all(np.isfinite(np.column_stack((pattern.traction, pressure)))):
+        raise ModelError(f"load pattern {name!r} must have finite forces and an area or length above zero")
+    present = [TRANSLATIONS.index(c) for c in model.components if c in TRANSLATIONS]
+    seen = present + [3 + a for a in range(3) if {0, 1, 2} - {a} <= set(present)]  # rotations the translations show
+    given = np.vstack((pattern.measure * np.eye(3), skew(pattern.first)))[:, present]
+    given = np.column_stack((given, np.concatenate((pattern.pressure_force, pattern.pressure_moment))))[seen]
+    forces = np.column_stack((np.asarray(pattern.traction)[:, present], pressure))
+    error = abs((model.rigid_modes().T @ forces)[seen] - given)
+    reach = 1.0 + np.linalg.norm(model.nodes, axis=1).max()
+    if error.max() > ROUND_OFF * pattern.measure * reach:
+        raise ModelError(
+            f"the nodal forces of load pattern {name!r} have another resultant than its area, first moment and "
+            f"pressure say (they differ by {error.max():.3g}). Remedy: check the order of the nodes"
+        )

@@ -1,0 +1,330 @@
+"""The self-check of matrices that came from outside: what must hold of every free body, found before it is used.
+
+``K R = 0`` for the six rigid motions R of the nodes and for nothing else; ``R^T M R`` holds the mass, centre of mass
+and inertia of a body, the same mass along every axis, and those that the user or the exporting program states. Nodes
+in another order than the matrices, wrong units, supports, mechanisms and loose parts all break one of these.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.csgraph
+import scipy.sparse.linalg as spla
+
+from kanefe.errors import ModelError, UnitWarning
+from kanefe.fe_model.factorise import Factorise, splu_factorise
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+
+ROUND_OFF = 1e-6
+"""Relative error below which a property of exported matrices counts as round-off: files often carry 7 digits."""
+
+STATED = 1e-3
+"""Relative error that is allowed between mass properties of M and stated ones: listings carry four digits."""
+
+COUNTED_SIZE = 20_000
+"""Degrees of freedom up to which the zero modes of K are counted by scipy's own factorisation."""
+
+WAVE_SPEEDS = (1.0, 1e5)
+"""Speeds of waves in m/s outside of which units look wrong: soft rubber has some 30, diamond 18,000."""
+
+MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
+
+
+@dataclass(frozen=True)
+class SelfCheck:
+    """What the self-check found.
+
+    Attributes
+    ----------
+    rigid_motions : int
+        Number of rigid motions the nodes can make (six in space).
+    rigid_residual : float
+        Largest force of K on a unit rigid motion, as a part of its largest row sum.
+    zero_modes : int or None
+        Motions that K leaves free. None: not counted, the model is large and no `factorise` was given.
+    mass : float
+        kg, from M and the rigid translations.
+    center_of_mass : tuple of float
+        In G, m.
+    inertia : tuple of tuple of float
+        About the origin of G, kg m2, from M and the rigid rotations.
+    wave_speed : float or None
+        Speed in m/s at which the elements pass on a disturbance, by order of magnitude.
+    """
+
+    rigid_motions: int
+    rigid_residual: float
+    zero_modes: int | None
+    mass: float
+    center_of_mass: tuple[float, ...]
+    inertia: tuple[tuple[float, ...], ...]
+    wave_speed: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the findings for a file."""
+        return asdict(self)
+
+
+def self_check(
+    model: FiniteElementModel,
+    *,
+    expected_mass: float | None = None,
+    expected_center: Sequence[float] | None = None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
+    factorise: Factorise | None = None,
+) -> SelfCheck:
+    """Check a full-order model of a free body and return what was found.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    expected_mass : float, optional
+        kg.
+    expected_center : array_like, shape (3,), optional
+        Centre of mass in G, m.
+    expected_inertia : array_like, shape (3, 3), optional
+        About the centre of mass, in components of G, kg m2.
+    factorise : callable, optional
+        Factors a symmetric positive definite sparse matrix. Up to 20,000 degrees of freedom scipy's is used; above it
+        the zero modes are counted only with this one.
+
+    Raises
+    ------
+    ModelError
+        If K resists a rigid motion or leaves another one free, if the body falls into parts, if M is that of no body,
+        or if mass, centre or inertia differ from the stated ones by more than 1e-3.
+
+    Warns
+    -----
+    UnitWarning
+        If waves would run slower than 1 m/s or faster than 100 km/s through the elements.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> K = 100.0 * np.array([[1, 0, -1, 0], [0, 0, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 0]])
+    >>> dumbbell = kf.model_from_matrices(np.eye(4), K, [[-0.5, 0, 0], [0.5, 0, 0]], components=("x", "y"))
+    >>> self_check(dumbbell).rigid_motions
+    3
+    """
+    _check_mass(model)
+    _check_stated(model, expected_mass, expected_center, expected_inertia)
+    residual, count = _check_rigid_motions(model)
+    _check_one_piece(model)
+    zeros = _check_zero_modes(model, count, factorise)
+    speed = wave_speed(model)
+    if speed is not None and not WAVE_SPEEDS[0] <= speed <= WAVE_SPEEDS[1]:
+        warnings.warn(
+            f"units look wrong: waves would run through the elements of this body at some {speed:.2g} m/s, in steel "
+            "it is 5000. Remedy: nodes in m, K in N/m, M in kg; imports of a model in mm and tonnes say "
+            "units='mm, t, s'",
+            UnitWarning,
+            stacklevel=3,
+        )
+    mass, center, inertia = mass_properties(model)
+    return SelfCheck(
+        rigid_motions=count,
+        rigid_residual=residual,
+        zero_modes=zeros,
+        mass=mass,
+        center_of_mass=tuple(center.tolist()),
+        inertia=tuple(tuple(row) for row in inertia.tolist()),
+        wave_speed=speed,
+    )
+
+
+def mass_properties(model: FiniteElementModel) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return mass (kg), centre of mass (3,) and inertia (3, 3) about G's origin, from M and the rigid motions.
+
+    For a planar model only the entries its components see are meaningful (Eq. 45-48 in general form).
+    """
+    R = model.rigid_modes()
+    generalised = R.T @ (model.mass @ R)
+    present = [COMPONENTS.index(c) for c in model.components if c in TRANSLATIONS]
+    mass = float(np.mean(np.diag(generalised)[present])) if present else 0.0
+    c = generalised[3:, :3]  # the first moment as m c~
+    first = np.array((c[2, 1] or -c[1, 2], c[0, 2] or -c[2, 0], c[1, 0] or -c[0, 1]))
+    return mass, first / mass if mass else first, generalised[3:, 3:]
+
+
+def wave_speed(model: FiniteElementModel) -> float | None:
+    """Return the median over the nodes of ``h sqrt(K_cc / M_cc)`` with the distance h to the nearest neighbour, m/s.
+
+    It is of the order of the speed of sound in a solid, and of any length and mass it tells the unit of length.
+    """
+    width = len(model.components)
+    rows, columns = _node_pairs(model.stiffness, width)
+    lengths = np.linalg.norm(model.nodes[rows] - model.nodes[columns], axis=1)
+    apart = lengths > 0
+    nearest = np.full(len(model.nodes), np.inf)
+    np.minimum.at(nearest, rows[apart], lengths[apart])
+    kept = [i for i, c in enumerate(model.components) if c in TRANSLATIONS]
+    K = model.stiffness.diagonal().reshape(-1, width)[:, kept]
+    M = model.mass.diagonal().reshape(-1, width)[:, kept]
+    known = np.isfinite(nearest) & (M > 0).all(axis=1)
+    if not np.any(known):
+        return None
+    return float(np.median(nearest[known] * np.sqrt(np.maximum(K[known] / M[known], 0.0).max(axis=1))))
+
+
+def _node_pairs(matrix: sp.spmatrix, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of different nodes that a matrix with `width` rows a node couples, each several times."""
+    entries = matrix.tocoo()
+    rows, columns = entries.row // width, entries.col // width
+    kept = (rows != columns) & (entries.data != 0)
+    return rows[kept], columns[kept]
+
+
+def _check_mass(model: FiniteElementModel) -> None:
+    diagonal = model.mass.diagonal()
+    if diagonal.min() < 0:
+        raise ModelError(
+            f"the mass matrix has a negative diagonal entry ({diagonal.min():.3g}, row {diagonal.argmin()})"
+        )
+    R = model.rigid_modes()
+    generalised = R.T @ (model.mass @ R)
+    present = [COMPONENTS.index(c) for c in model.components if c in TRANSLATIONS]
+    masses = np.diag(generalised)[present]
+    if not present or masses.min() <= 0:
+        raise ModelError(f"the body's mass by its matrix is {masses} kg along its translations: it must be above zero")
+    if np.ptp(masses) > ROUND_OFF * masses.max():
+        raise ModelError(
+            f"the body's mass by its matrix differs between directions: {masses} kg. "
+            "Remedy: check the order of components, and that no row or column is missing" + _order_hint(model)
+        )
+    if len(present) == 3:
+        _, com, inertia = mass_properties(model)
+        about_com = inertia - masses.mean() * (com @ com * np.eye(3) - np.outer(com, com))
+        moments = np.linalg.eigvalsh(0.5 * (about_com + about_com.T))
+        if moments[0] < -ROUND_OFF * abs(moments[2]) or moments[2] > (1 + ROUND_OFF) * (moments[0] + moments[1]):
+            raise ModelError(
+                f"the body's principal moments of inertia by its matrix, {moments} kg m2, belong to no body. "
+                "Remedy: check that nodes and matrix are in the same order and units" + _order_hint(model)
+            )
+
+
+def _check_stated(
+    model: FiniteElementModel,
+    expected_mass: float | None,
+    expected_center: Sequence[float] | None,
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None,
+) -> None:
+    """Compare the mass properties by M and the rigid motions with those that the user or the file states."""
+    mass, center, about_origin = mass_properties(model)
+    if expected_mass is not None and abs(mass - expected_mass) > STATED * abs(expected_mass):
+        raise ModelError(
+            f"the body's mass by its matrix is {mass:.6g} kg, {expected_mass:.6g} kg was expected. "
+            "Remedy: check units (a model in mm and tonnes has M in tonnes)"
+        )
+    size = float(np.ptp(model.nodes, axis=0).max()) or 1.0
+    if expected_center is not None:
+        stated = np.asarray(expected_center, dtype=float)
+        if stated.shape != (3,) or not np.all(np.isfinite(stated)):
+            raise ModelError(f"expected_center must be three finite numbers in m, not {expected_center!r}")
+        if abs(center - stated).max() > STATED * size:
+            raise ModelError(
+                f"the body's centre of mass by its matrix is {np.round(center, 6)} m, {stated} m was expected. "
+                "Remedy: check that nodes and matrices are in the same order and units"
+            )
+    if expected_inertia is not None:
+        stated = np.asarray(expected_inertia, dtype=float)
+        if stated.shape != (3, 3) or not np.all(np.isfinite(stated)):
+            raise ModelError("expected_inertia must be a finite matrix (3, 3) in kg m2 about the centre of mass")
+        about_center = about_origin - mass * (center @ center * np.eye(3) - np.outer(center, center))
+        if abs(about_center - stated).max() > STATED * abs(stated).max():
+            raise ModelError(
+                f"the body's inertia about its centre of mass by its matrix is {about_center.tolist()} kg m2, "
+                f"{stated.tolist()} was expected. Remedy: check units and the order of the nodes, and the sign of "
+                "products of inertia (the entries off the diagonal are -int rho x y)"
+            )
+
+
+def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
+    """Check that K leaves the rigid motions of the nodes free; return the residual and how many there are."""
+    R, kept = model.unit_rigid_modes()
+    forces = np.linalg.norm(model.stiffness @ R, axis=0)
+    scale = spla.norm(model.stiffness, np.inf)
+    worst = int(np.argmax(forces))
+    if forces[worst] > ROUND_OFF * scale:
+        only_rotations = forces[kept < 3].max(initial=0.0) <= ROUND_OFF * scale
+        hint = (
+            " (translations are free, so it is no support: the nodes stand in another order)" if only_rotations else ""
+        )
+        raise ModelError(
+            f"the stiffness matrix resists the rigid {MOTIONS[kept[worst]]} of the nodes (force "
+            f"{forces[worst] / scale:.2g} of its largest). Remedy: check that nodes and matrix are in the same order"
+            f"{hint}, and that the body was exported unsupported{_order_hint(model)}"
+        )
+    return float(forces[worst] / scale) if scale else 0.0, int(np.linalg.matrix_rank(R, tol=1e-9))
+
+
+def _order_hint(model: FiniteElementModel) -> str:
+    """Return what to say if the rows are ordered component by component: all x, then all y, ..."""
+    width, count = len(model.components), len(model.nodes)
+    by_node = np.arange(model.size).reshape(width, count).T.ravel()
+    R, _ = model.unit_rigid_modes()
+    K = model.stiffness[by_node][:, by_node]
+    free = np.linalg.norm(K @ R, axis=0).max() <= ROUND_OFF * spla.norm(model.stiffness, np.inf)
+    return ". The rows seem to be all x, then all y, ...: say order='components'" if free and width > 1 else ""
+
+
+def _check_one_piece(model: FiniteElementModel) -> None:
+    """Check that K holds the nodes together."""
+    width, count = len(model.components), len(model.nodes)
+    rows, columns = _node_pairs(model.stiffness, width)
+    graph = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), (count, count))
+    parts, part_of = scipy.sparse.csgraph.connected_components(graph, directed=False)
+    if parts > 1:
+        sizes = np.bincount(part_of)
+        loose = np.flatnonzero(part_of == np.argmin(sizes))
+        named = ", ".join(str(n) for n in loose[:5]) + (", ..." if len(loose) > 5 else "")
+        raise ModelError(
+            f"the stiffness matrix leaves more than the rigid motions free: the body falls into {parts} loose parts, "
+            f"the smallest has {len(loose)} node(s) ({named}). Remedy: check hinges, contacts, ties and unconnected "
+            "nodes in the exporting program, or leave these nodes out"
+        )
+
+
+def _check_zero_modes(model: FiniteElementModel, expected: int, factorise: Factorise | None) -> int | None:
+    """Check that K leaves no more than the rigid motions free; return how many, None if it was not counted."""
+    if model.size > COUNTED_SIZE and factorise is None:
+        return None
+    squares = _lowest_squares(model, min(expected + 1, model.size), factorise or splu_factorise)
+    if len(squares) > expected and squares[expected] <= 1e3 * max(abs(squares[:expected]).max(), np.finfo(float).tiny):
+        raise ModelError(
+            f"the stiffness matrix leaves more than the {expected} rigid motions free: it has a mechanism, "
+            "loose parts or a weak support. "
+            "Remedy: check hinges, grounding springs and unconnected nodes in the exporting program"
+        )
+    return expected
+
+
+def _lowest_squares(model: FiniteElementModel, count: int, factorise: Factorise) -> np.ndarray:
+    """Return the lowest eigenvalues of K against a diagonal that is that of M, as only the number of zeros counts."""
+    K, masses = model.stiffness, model.mass.diagonal()
+    stiff = K.diagonal()
+    massive = masses > 1e-12 * masses.max()
+    typical = float(np.median(stiff[massive] / masses[massive]))
+    # what has no mass, rotations of lumped matrices, is scaled by its own stiffness
+    own = stiff / typical if typical > 0 else np.zeros_like(stiff)
+    scale = 1.0 / np.sqrt(np.where(massive, masses, np.where(own > 0, own, masses.max())))
+    scaled = sp.diags(scale) @ K @ sp.diags(scale)
+    if model.size <= 400:
+        return np.sort(np.abs(np.linalg.eigvalsh(scaled.toarray())))[:count]
+    shift = 1e-6 * scaled.diagonal().mean()
+    start = np.random.default_rng(0).standard_normal(model.size)
+    try:
+        factors = factorise((scaled + shift * sp.identity(model.size)).tocsc())
+    except RuntimeError as error:
+        raise ModelError(
+            f"the stiffness matrix is not positive ({error}). Remedy: export it without prestress or buckling loads"
+        ) from error
+    inverse = spla.LinearOperator(K.shape, matvec=factors.solve, dtype=float)
+    squares = spla.eigsh(scaled, k=count, sigma=-shift, OPinv=inverse, v0=start, return_eigenvectors=False)
+    return np.sort(np.abs(squares))

@@ -1,0 +1,1 @@
+"""The methods of integration: a file each, and the table of all."""

@@ -1,0 +1,217 @@
+"""Solvers of other packages as steppers: what they have in common.
+
+MERGED: scipy's solvers as methods: BDF, Radau IIA and LSODA, with the exact Jacobian."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.integrate import BDF, LSODA, DenseOutput, OdeSolver, Radau
+
+from kanefe.errors import KanefeError, SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.stepper import StepFailure
+from kanefe.tree.scales import state_scales
+
+if TYPE_CHECKING:
+    from kanefe.integrate.stepper import StepControl
+
+
+LEAST_STEPS = 100
+"""Steps of a run at least, where loads or drives are functions: they are looked at often enough."""
+
+
+SMALLEST_STEP = 1e-12
+"""Share of the span below which a step means that the run cannot go on."""
+
+
+SHORTER = 0.1
+"""Share of a step that is tried after one in which the equations have no answer."""
+
+
+LARGEST_DRIFT = 100.0
+"""Of what is allowed for a step: how far loops may drift apart before a solver is begun anew, at a low order."""
+
+
+class PluggedStepper(ABC):
+    """A solver of another package in the middle of a run.
+
+    It is begun anew after an event, where the equations have no answer for what it tries, and where loops have drifted
+    apart; the states that it gives are those with the loops closed.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    start, stop : float
+        s.
+    control : StepControl
+        rtol, relative to each component of the state; atol, in units of `state_scales`.
+    name : str
+        Of the method.
+    """
+
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        self.name = name
+        self._dynamics, self._stop = dynamics, stop
+        self._rtol, self._atol = control.rtol, control.atol * state_scales(dynamics.model)
+        self._smallest = SMALLEST_STEP * (stop - start)
+        self._largest = (stop - start) / LEAST_STEPS if dynamics.calls_functions else stop - start
+        self._steps = self._rejected = self._jacobians = 0
+        self.restart(start, dynamics.initial_state(start))
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        return self._t
+
+    @property
+    def t_old(self) -> float:
+        """Start of the last step in s."""
+        return self._t_old
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Steps, tries that had to be begun anew, evaluations and Jacobians."""
+        return {
+            "steps": self._steps,
+            "rejected": self._rejected,
+            "evaluations": self._dynamics.evaluations,
+            "jacobians": self._jacobians,
+        }
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            self._advance()
+            most_steps -= 1
+            reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
+            if reached > passed:
+                states[passed:reached] = self.states(times[passed:reached])
+                passed = reached
+        return passed
+
+    def state(self) -> Vector:
+        """Return the state at t."""
+        return self._y.copy()
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state)."""
+        found = np.tile(self._y, (len(times), 1))
+        for i in (times < self.t).nonzero()[0]:
+            found[i] = self._dynamics.projected(float(times[i]), self._interpolated(float(times[i])))
+        return found
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state."""
+        self._t = self._t_old = t
+        self._y = y.copy()
+        self._is_begun = False
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Refuse: what such a solver remembers of earlier steps is not to be had."""
+        raise StepFailure(f"{self.name} cannot be left and taken up again", "method='radau5'")
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Refuse: see `snapshot`."""
+        self.snapshot()
+
+    def _advance(self) -> None:
+        """Take one accepted step."""
+        first: float | None = None
+        while True:
+            try:
+                if not self._is_begun:
+                    self._begin(self._t, self._y, first)
+                    self._is_begun = True
+                t, y = self._step()
+                break
+            except StepFailure:
+                raise
+            except KanefeError:  # too far ahead: up to where the equations hold there are smaller steps
+                tried = first if first is not None else self._last_step()
+                first = SHORTER * tried
+                self._is_begun = False
+                self._rejected += 1
+                if first < self._smallest:
+                    raise
+        self._t_old, self._t, self._y = self._t, t, y
+        self._steps += 1
+        closed = self._dynamics.projected(t, y)
+        if closed is not y:
+            allowed = self._atol + self._rtol * np.abs(y)
+            self._is_begun = bool(np.all(np.abs(closed - y) <= LARGEST_DRIFT * allowed))
+            self._y = closed
+
+    def _last_step(self) -> float:
+        return self._t - self._t_old if self._t > self._t_old else 1e-3 * (self._stop - self._t)
+
+    def _rate(self, t: float, y: Vector) -> Vector:
+        rates = self._dynamics.rate(t, np.array(y))
+        if not np.all(np.isfinite(rates)):
+            raise SimulationError(f"the motion has grown without bound at t = {t:.6g} s. Remedy: check the loads")
+        return rates
+
+    def _jacobian(self, t: float, y: Vector) -> Matrix:
+        self._jacobians += 1
+        return self._dynamics.jacobian(t, np.array(y))
+
+    def _no_step(self, said: str) -> StepFailure:
+        """Return the failure of a solver, with what it says about it."""
+        return StepFailure(
+            f"{self.name} found no next step ({said.strip().rstrip('.')})",
+            "check loads for jumps or growth without bound there, loosen rtol, or use method='radau5'",
+        )
+
+    @abstractmethod
+    def _begin(self, t: float, y: Vector, first_step: float | None) -> None:
+        """Make a solver at a state, with a first step if one is given."""
+
+    @abstractmethod
+    def _step(self) -> tuple[float, Vector]:
+        """Take a step; return time and state after it. What it raises are errors of the equations, or a StepFailure."""
+
+    @abstractmethod
+    def _interpolated(self, t: float) -> Vector:
+        """Return the state at a time of the last step."""
+
+
+SOLVERS: dict[str, type[OdeSolver]] = {"scipy-bdf": BDF, "scipy-radau": Radau, "scipy-lsoda": LSODA}
+
+
+class ScipyStepper(PluggedStepper):
+    """A solver of `scipy.integrate`: see `PluggedStepper`."""
+
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        self._dense: DenseOutput | None = None
+        super().__init__(dynamics, start, stop, control, name=name)
+
+    def _begin(self, t: float, y: Vector, first_step: float | None) -> None:
+        self._solver = SOLVERS[self.name](
+            self._rate,
+            t,
+            y,
+            self._stop,
+            rtol=self._rtol,
+            atol=self._atol,
+            jac=self._jacobian,
+            max_step=self._largest,
+            first_step=first_step,
+        )
+
+    def _step(self) -> tuple[float, Vector]:
+        solver = self._solver
+        said = solver.step()
+        if solver.status == "failed":
+            raise self._no_step(said)
+        self._dense = None
+        return float(solver.t), solver.y.copy()
+
+    def _interpolated(self, t: float) -> Vector:
+        if self._dense is None:
+            self._dense = self._solver.dense_output()
+        return self._dense(t)  # type: ignore[no-any-return]

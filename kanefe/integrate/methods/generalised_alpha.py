@@ -1,0 +1,380 @@
+"""Generalised-alpha and HHT on the rotation group, order 2 (Chung & Hulbert 1993; Bruels, Cardona & Arnold 2012).
+
+Stable for elastic modes of any frequency, which are damped where the step does not resolve them. The Newton matrix is
+``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies and of springs, dampers, friction and stops; all
+else is left to the iteration, whose residual is exact. Rotations advance by the exponential map. The step follows the
+third-order part of the displacement, filtered by the same matrix so that unresolved modes do not hold it down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.equations.model import Model
+from kanefe.errors import KanefeError
+from kanefe.frames import Matrix, Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, no_step
+from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
+from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
+from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
+from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.tangents import current_tangents, elastic_stiffness
+from kanefe.tree.model_data import WORKS
+from kanefe.tree.scales import displacement_scales
+
+if TYPE_CHECKING:
+    from kanefe.integrate.stepper import StepControl
+
+SPECTRAL_RADIUS = 0.8
+"""Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step."""
+
+FORMULA = GeneralisedAlpha(SPECTRAL_RADIUS)
+
+FIXED_RTOL = 1e-7
+"""Where the step is fixed: what the iteration converges to a thousandth of."""
+
+LARGEST_ITERATIONS = 8
+
+KEPT_ITERATIONS = 3
+"""Iterations of a step above which its matrices are not kept for the next one."""
+
+
+class GeneralisedAlphaStepper:
+    """Steps of the generalised-alpha method, landing on the wanted times.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    start, stop : float
+        s.
+    control : StepControl
+        rtol: error of a step relative to 1 rad, to the size of the bodies (m), and for modal coordinates to the
+        amplitude that moves a body by its own size. Or a fixed step.
+    formula : GeneralisedAlpha
+    """
+
+    name = "generalised-alpha"
+
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        start: float,
+        stop: float,
+        control: StepControl,
+        formula: GeneralisedAlpha = FORMULA,
+    ) -> None:
+        self._formula = formula
+        if formula.is_hht:
+            self.name = "hht"
+        self._dynamics, self._model = dynamics, dynamics.model
+        self._stop, self._fixed = stop, control.step
+        rtol = control.rtol if control.step is None else FIXED_RTOL
+        self._scales = rtol * displacement_scales(self._model)
+        self._stiffness, self._damping = iteration_matrices(self._model)
+        self._h = control.step or 1e-4 * (stop - start)
+        self._span, self._smallest = stop - start, 1e-12 * (stop - start)
+        self._no_answer: tuple[float, KanefeError] | None = None
+        self._steps = self._rejected = self._factorisations = 0
+        self._worst: int | None = None
+        self.restart(start, dynamics.initial_state(start))
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Steps, rejected steps, evaluations, and how often an iteration matrix was factored."""
+        return {
+            "steps": self._steps,
+            "rejected": self._rejected,
+            "evaluations": self._dynamics.evaluations,
+            "factorisations": self._factorisations,
+        }
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            self._advance(self._stop if self._fixed else float(times[passed]))
+            most_steps -= 1
+            reached = int(np.searchsorted(times, self.t, side="right"))
+            states[passed:reached] = self.states(times[passed:reached])
+            passed = reached
+        return passed
+
+    def state(self) -> Vector:
+        """Return the state at t."""
+        return self._state.copy()
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state): of third order, on the rotation group."""
+        q0, u0 = self._dynamics.parts(self._before)
+        h, (_, u1) = self.t - self.t_old, self._dynamics.parts(self._state)
+        found = np.tile(self._state, (len(times), 1))
+        for i in (times < self.t).nonzero()[0]:
+            x = (times[i] - self.t_old) / h
+            move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * u1 + x * x * (3 - 2 * x) * self._move
+            rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * u1 + 6 * x * (1 - x) / h * self._move
+            works = (1 - x) * self._before[-WORKS:] + x * self._state[-WORKS:]
+            found[i] = np.concatenate((self._model.advance(q0, move), rates, works))
+            found[i] = self._dynamics.projected(times[i], found[i], self._formula.stiffness_share(h) * self._stiffness)
+        return found
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state, with its accelerations."""
+        self.t = self.t_old = t
+        self._state = self._before = y.copy()
+        q, u = self._dynamics.parts(y)
+        self._du = accelerations(self._model, t, q, u)
+        self._a, self._begun, self._h_of_a = self._du.copy(), self._du, 0.0
+        self._jerk: Vector | None = None
+        self._move = np.zeros_like(u)
+        self._power = self._dynamics.powers(t, q, u, self._du)
+        self._kept: _Kept | None = None
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what is needed to go on; of the kept matrices those that are factored."""
+        kept = self._kept
+        return {
+            "numbers": np.array((self.t, self._h, self._h_of_a, 0.0 if kept is None else kept.h)),
+            "state": self._state.copy(),
+            "du": self._du.copy(),
+            "a": self._a.copy(),
+            **({} if self._jerk is None else {"jerk": self._jerk.copy()}),
+            "power": self._power.copy(),
+            **({} if kept is None else {"mass": kept.mass.copy(), "matrix": kept.matrix.copy()}),
+        }
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        t, self._h, h_of_a, h = snapshot["numbers"].tolist()
+        self.restart(t, snapshot["state"])
+        self._h_of_a, self._jerk = h_of_a, np.array(snapshot["jerk"]) if "jerk" in snapshot else None
+        self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
+        if "matrix" in snapshot:
+            self._kept = _factored(h, np.array(snapshot["mass"]), np.array(snapshot["matrix"]))
+
+    def _advance(self, target: float) -> None:
+        """Take one accepted step, not beyond a time."""
+        while True:
+            rest = target - self.t
+            # two even steps to the target are better than one full and one sliver
+            is_long = self._h > 0.5 * rest and not self._fixed
+            h = rest if self._h >= rest * (1 - 1e-9) else min(self._h, 0.5 * rest) if is_long else self._h
+            trial = None
+            try:
+                self._begun = self._begin(h)
+                trial = self._try(h)
+            except KanefeError as problem:  # too far ahead: up to where the equations hold, there are smaller steps
+                if self._fixed:
+                    raise beyond(problem) from problem
+                self._kept, self._no_answer = None, (self.t, problem)
+            if trial is not None and (trial[0] <= 1.0 or self._fixed):
+                break
+            if self._fixed:
+                reason = f"the Newton iteration of {self.name} does not converge with steps of {h:.3g} s"
+                raise StepFailure(reason, "a smaller step, or rtol in its place", self._worst)
+            self._rejected += 1
+            self._h = 0.25 * h if trial is None else h * max(0.2, 0.9 * trial[0] ** (-1 / 3))
+            if self._h < self._smallest:
+                if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
+                    raise self._no_answer[1]
+                raise no_step(trial is not None, "loosen rtol, or use method='dop853'", self._worst)
+        error, q, u, du, a = trial
+        self._before, self.t_old = self._state, self.t
+        self._move = self._formula.move(h, self._dynamics.parts(self._state)[1], self._begun, a)
+        self._jerk, self._h_of_a = (a - self._begun) / h, h
+        self._steps += 1
+        power = self._dynamics.powers(self.t + h, q, u, du)
+        works = self._state[-len(power) :] + 0.5 * h * (self._power + power)
+        # in the metric of the iteration, so that closing a loop does not strike stiff modes
+        stiffness = self._formula.stiffness_share(h) * self._stiffness
+        self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
+        self._du, self._a, self._power = du, a, power
+        self.t = target if h == rest else self.t + h
+        if self._fixed:
+            return
+        grown = h * min(2.0, 0.9 * max(error, 1e-6) ** (-1 / 3))
+        self._h = max(grown, self._h) if h < self._h and error < 1.0 else grown
+
+    def _begin(self, h: float) -> Vector:
+        """Return the algorithmic acceleration at the start of a step of h: that of the last step if it was as long."""
+        if h == self._h_of_a or not self._model.free_count:
+            return self._a
+        if self._jerk is None:
+            self._jerk = self._filtered_jerk(h)
+        return self._a + (self._formula.delay(h) - self._formula.delay(self._h_of_a)) * self._jerk
+
+    def _filtered_jerk(self, h: float) -> Vector:
+        """Return d(du)/dt at the start, without what the step does not resolve."""
+        model, n, t, (q, u) = self._model, self._model.free_count, self.t, self._dynamics.parts(self._state)
+        e = 1e-4 * h
+        after = accelerations(model, t + e, model.advance(q, e * u + 0.5 * e * e * self._du), u + e * self._du)
+        jerk = (after - self._du) / e
+        full = all_speeds(model, t, u)
+        motions = sweep_outward(model, t, q, full)
+        mass = mass_matrix(model, motions, q, full)[:n, :n]
+        matrix = self._iteration_matrix(h, mass, motions, q, u)
+        self._factorisations += 1
+        if not model.constraints:
+            return _factored(h, mass, matrix).solve(mass @ jerk)
+        rows = constraint_rates(model, motions, q, full).over(slice(n))
+        return constrained_solver(model, matrix, rows).solve(mass @ jerk, -rows.J @ jerk)[0]
+
+    def _try(self, h: float) -> tuple[float, Vector, Vector, Vector, Vector] | None:
+        """Return (error, q, u, du, a) after a step of h, or None if the iteration does not converge."""
+        q0, u0 = self._dynamics.parts(self._state)
+        if not self._model.free_count:  # driven all through: nothing to solve for
+            return 0.0, q0, u0, self._du, self._a
+        correct = self._correct_in_order_n if self._dynamics.is_tree_in_order_n else self._correct_literally
+        if self._kept is not None and self._kept.h != h:
+            self._kept = None
+        du, last, reach = self._du.copy(), np.inf, self._formula.stiffness_share(h)
+        for iteration in range(LARGEST_ITERATIONS):
+            q, u, _ = self._reached(h, du)
+            correction = correct(h, q, u, du)
+            if correction is None:
+                return None
+            du = du - correction
+            size = self._size(reach * correction)
+            if size <= 1e-3:
+                break
+            if iteration > 1 and size > 0.9 * last:
+                self._kept = None
+                return None
+            last = size
+        else:
+            self._kept = None
+            return None
+        q, u, a = self._reached(h, du)
+        kept = self._kept
+        if kept is None:
+            raise TypeError("an iteration leaves its matrices behind")
+        filtered = kept.solve(kept.mass @ self._formula.error(h, self._begun, a))
+        if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents or self._model.constraints:
+            self._kept = None
+        return self._size(filtered), q, u, du, a
+
+    def _size(self, move: Vector) -> float:
+        """Return how large a move is against what is allowed, and remember which speed has the worst part."""
+        sizes = np.abs(move) / self._scales
+        self._worst = self._model.coordinate_count + int(np.argmax(sizes))
+        return float(sizes[self._worst - self._model.coordinate_count])
+
+    def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
+        q0, u0 = self._dynamics.parts(self._state)
+        a = self._formula.algorithmic(self._du, self._begun, du)
+        return (
+            self._model.advance(q0, self._formula.move(h, u0, self._begun, a)),
+            self._formula.speeds(h, u0, self._begun, a),
+            a,
+        )
+
+    def _iteration_matrix(self, h: float, M: Matrix, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
+        t, model = self.t + h, self._model
+        K, C = current_tangents(model, motions, t, q, all_speeds(model, t, u), self._stiffness, self._damping)
+        return np.asarray(M + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K)
+
+    def _correct_in_order_n(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
+        """Return a Newton step from one sweep.
+
+        ``M (du - M^-1 F)`` vanishes where ``M du - F`` does, also with the M of some steps ago: the matrices are made
+        anew only when the step changes or the iteration slows down.
+        """
+        model, n = self._model, self._model.free_count
+        t = self.t + h
+        needed = self._dynamics.rate(t, np.concatenate((q, u, np.zeros(WORKS))))[len(q) : len(q) + n]
+        if not np.all(np.isfinite(needed)):
+            return None
+        if self._kept is None:
+            full = all_speeds(model, t, u)
+            motions = sweep_outward(model, t, q, full)
+            mass = mass_matrix(model, motions, q, full)[:n, :n]
+            self._factorisations += 1
+            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, motions, q, u))
+        return self._kept.solve(self._kept.mass @ (du - needed))
+
+    def _correct_literally(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
+        """Return a Newton step from the assembled equations, with the loops held."""
+        model, n = self._model, self._model.free_count
+        t = self.t + h
+        self._dynamics.evaluations += 1
+        full = all_speeds(model, t, u)
+        motions = sweep_outward(model, t, q, full)
+        M, F = assemble(model, t, q, u, motions=motions)
+        rates = np.concatenate((du, model.driven_speeds(t)[1]))
+        residual = M[:n] @ rates - F[:n]
+        if not np.all(np.isfinite(residual)):
+            return None
+        mass = M[:n, :n]
+        if model.constraints:
+            rows = constraint_rates(model, motions, q, full)
+            matrix = self._iteration_matrix(h, mass, motions, q, u)
+            solver = constrained_solver(model, matrix, rows.over(slice(n)))
+            self._factorisations += 1
+            self._kept = _Kept(h, mass, matrix, partial(_solve_held, solver))
+            return -solver.solve(-residual, rows.J @ rates + rows.remainder)[0]
+        if self._kept is None or model.has_varying_tangents:
+            self._factorisations += 1
+            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, motions, q, u))
+        return self._kept.solve(residual)
+
+
+class _Kept(NamedTuple):
+    """Step, mass matrix, iteration matrix and its solver, of an earlier iteration."""
+
+    h: float
+    mass: Matrix
+    matrix: Matrix
+    solve: Callable[[Vector], Vector]
+
+
+def _factored(h: float, mass: Matrix, matrix: Matrix) -> _Kept:
+    factors = scipy.linalg.lu_factor(matrix, check_finite=False)
+    return _Kept(h, mass, matrix, partial(scipy.linalg.lu_solve, factors, check_finite=False))
+
+
+def _solve_held(solver: ConstrainedSolver, force: Vector) -> Vector:
+    """Return the motion that a force causes with the loops held."""
+    return solver.solve(force, np.zeros(solver.row_count))[0]
+
+
+def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Return K and C of flexible bodies and of springs and dampers in joints over the free speeds, (free, free)."""
+    K = elastic_stiffness(model)
+    C = np.zeros_like(K)
+    for body in model.bodies:
+        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
+            if force is not None and where < model.free_count:
+                K[where, where], C[where, where] = force.stiffness, force.damping
+        if body.flexible:
+            k, at = body.flexible.body.free_count, body.flexible.speeds
+            if body.flexible.damping is not None:
+                C[at, at] = body.flexible.damping[:k]
+    return K, C
+
+
+def stiffest_rate(model: Model, start: float) -> float:
+    """Return the highest natural frequency or decay rate of the scene as it starts, in rad/s; zero without elasticity.
+
+    Of K and C of flexible bodies, springs and friction with the mass of the whole scene: a body on a hinge, or a light
+    one on a stiff spring, vibrates faster than its own modes say.
+    """
+    q, u = model.initial_coordinates, all_speeds(model, start, model.initial_speeds)
+    motions = sweep_outward(model, start, q, u)
+    K, C = current_tangents(model, motions, start, q, u, *iteration_matrices(model))
+    if not (np.any(K) or np.any(C)):
+        return 0.0
+    M, n = mass_matrix(model, motions, q, u), model.free_count
+    try:
+        squares, rates = (
+            scipy.linalg.eigh(X, M[:n, :n], eigvals_only=True, subset_by_index=(n - 1, n - 1))[0] for X in (K, C)
+        )
+    except np.linalg.LinAlgError:
+        accelerations(model, start, q, model.initial_speeds)  # names what has no inertia
+        raise
+    return float(max(np.sqrt(max(squares, 0.0)), rates))

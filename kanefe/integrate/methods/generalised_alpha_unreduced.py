@@ -1,0 +1,406 @@
+"""Generalised-alpha for scenes with unreduced bodies: S factored once per step size, one solve for each iteration.
+
+The matrices of an unreduced body are constant in its frame G. So S = M + gamma' h C + beta' h^2 K is factored when a
+step size is met for the first time, and kept; what couples the bodies to the scene is a small border. Steps are the
+span divided by powers of two: few sizes, each met again and again, and no slivers before an output, which is
+interpolated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from kanefe.equations.start import start_of
+from kanefe.errors import KanefeError
+from kanefe.frames import Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
+from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, no_step
+from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, State
+from kanefe.tree.model_data import WORKS
+from kanefe.tree.scales import joint_scales, scene_length
+from kanefe.unreduced.bordered import Bordered
+from kanefe.unreduced.closing import closed_state
+from kanefe.unreduced.route import Residual, UnreducedScene
+
+if TYPE_CHECKING:
+    from kanefe.integrate.stepper import StepControl
+
+LARGEST_ITERATIONS = 8
+
+CONVERGED = 0.5
+"""Error of the iteration against the error allowed for a step, times the number of steps in the span.
+
+It adds up in the speeds, and their error in the coordinates: over N steps, to N^2 times its own size.
+"""
+
+STALLED = 1e-3
+"""The same, without the number of steps, that is taken where round-off allows no less."""
+
+SLOW = 0.3
+"""Rate of the iteration from which the border is made anew."""
+
+MEASURED_EVERY = 16
+"""Steps after which the rate of the iteration and the error are measured again, by a solve more for each."""
+
+CAUTION = 3.0
+"""Factor on a measured rate that is expected of the next steps."""
+
+QUIET = 0.4
+"""Error of a step up to which the next ones are judged by what changes in the accelerations, without a solve."""
+
+FIRST_HALVINGS = 9
+"""The first step tried is the span by 2^9; it grows or shrinks from there."""
+
+LEAST_HALVINGS, MOST_HALVINGS = 3, 40
+
+
+class _End(NamedTuple):
+    """A trial of a step: its error, and the state at its end."""
+
+    error: float
+    q: Vector
+    u: Vector
+    du: Vector
+    a: Vector
+
+
+class _Measured(NamedTuple):
+    """Error of a step of some size, and the size of its first Newton step, both against what is allowed."""
+
+    halvings: int
+    error: float
+    first: float
+
+
+class _Iteration(NamedTuple):
+    """A Newton step, and what it was found with."""
+
+    correction: Vector
+    residual: Residual
+    bordered: Bordered
+
+
+class UnreducedStepper:
+    """Steps of the generalised-alpha method for scenes with unreduced bodies.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    start, stop : float
+        s.
+    control : StepControl
+        rtol: error of a step relative to the size of the bodies (m) and to 1 rad, for nodes and joints alike.
+    """
+
+    name = "generalised-alpha"
+
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
+        self._dynamics, self._model = dynamics, dynamics.model
+        self._scene = UnreducedScene(dynamics.model)
+        self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
+        self._reach = 1.0 / (control.rtol * _scales(self._scene))
+        self._start, self._span, self._stop = start, stop - start, stop
+        self._halvings = FIRST_HALVINGS
+        self._patience, self._calm, self._is_first = 1, 0, True
+        self._matrices = IterationMatrices(self._scene, self._formula, self._span)
+        self._steps = self._rejected = self.iterations = self._unmeasured = 0
+        self._worst: int | None = None
+        q, u = start_of(self._model, start)
+        self._works = np.zeros(WORKS)
+        self.restart(start, np.concatenate((q, u, self._works)))
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        reached = self._start + self._span * math.ldexp(self._ticks, -MOST_HALVINGS)
+        is_end = math.isclose(reached, self._stop, rel_tol=1e-15, abs_tol=1e-15 * self._span)
+        return self._stop if is_end else reached
+
+    @property
+    def t_old(self) -> float:
+        """Start of the last step in s."""
+        return self._before[0]
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Steps, how often S was factored, and how many iterations were done, each with one solve."""
+        return {
+            "steps": self._steps,
+            "rejected": self._rejected,
+            "evaluations": self._scene.evaluations,
+            "factorisations": self._scene.factorisations,
+            "iterations": self.iterations,
+        }
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            self._advance()
+            most_steps -= 1
+            reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
+            if reached > passed:
+                states[passed:reached] = self.states(times[passed:reached])
+                passed = reached
+        return passed
+
+    def state(self) -> Vector:
+        """Return the state at t."""
+        return np.concatenate((self._q, self._u, self._works))
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state: with the same step sizes, counted from there, whose factors are kept."""
+        self._start, self._ticks = t, 0
+        self._begin(y)
+
+    def _begin(self, y: Vector) -> None:
+        t = self.t
+        q, u = self._dynamics.parts(y)
+        self._q, self._u, self._works = q.copy(), u.copy(), y[len(q) + len(u) :].copy()
+        self._du = self._scene.accelerations(t, self._q, self._u)
+        self._a = self._du.copy()
+        self._power = self._scene.powers(t, self._q, self._u, self._du)
+        self._before = (t, self._q, self._u, self._du, self._works)
+        self._move = np.zeros_like(self._u)
+        self._begun: tuple[float, Step] | None = None
+        self._matrices.bordered = None
+        self._rate, self._measured = 1.0, _Measured(-1, 0.0, 0.0)
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what is needed to go on; of factors and borders the states at which they were made."""
+        kept = {"q": self._q, "u": self._u, "du": self._du, "a": self._a, "power": self._power, "works": self._works}
+        arrays = {name: array.copy() for name, array in kept.items()}
+        counters = (
+            self._halvings, self._ticks, self._patience, self._calm, self._is_first, self._unmeasured,
+            self._measured.halvings,
+        )  # fmt: skip
+        arrays["counters"] = np.array(counters, dtype=np.int64)
+        arrays["numbers"] = np.array((self._start, self._span, self._rate, self._measured.error, self._measured.first))
+        arrays |= self._matrices.snapshot()
+        return arrays
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot: the matrices are factored anew."""
+        counters = snapshot["counters"].tolist()
+        self._start, self._span, rate, error, first = snapshot["numbers"].tolist()
+        self._halvings, self._ticks, self._patience, self._calm = counters[:4]
+        self._begin(np.concatenate([snapshot[name] for name in ("q", "u", "works")]))
+        self._is_first, self._unmeasured = bool(counters[4]), counters[5]
+        self._rate, self._measured = rate, _Measured(counters[6], error, first)
+        self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
+        self._before = (self.t, self._q, self._u, self._du, self._works)
+        self._matrices.resume(snapshot, self._span)
+
+    def _advance(self) -> None:
+        """Take one accepted step."""
+        while True:
+            h = math.ldexp(self._span, -self._halvings)
+            if self.t + h > self._stop + 1e-9 * h:  # only after a restart: what is left has sizes of its own
+                self._span_the_rest()
+                continue
+            end, no_answer = None, None
+            try:
+                end = self._try(h)
+            except KanefeError as error:  # too far ahead: up to where the equations hold, there are smaller steps
+                no_answer = error
+            if end is not None and end.error <= 1.0:
+                more = _doublings(end.error)
+                if self._is_first and more > 1:  # all sizes can begin at the start: no need to grow one by one
+                    self._halvings, self._is_first = max(self._halvings - more, LEAST_HALVINGS), False
+                    continue
+                break
+            self._rejected += 1
+            self._patience, self._calm = min(2 * self._patience, 64), 0
+            less = 2 if end is None else max(1, math.ceil(math.log2(1.1 * end.error) / 3))
+            self._halvings += min(less, 4)
+            if self._halvings > MOST_HALVINGS:
+                if no_answer is not None:
+                    raise no_answer
+                raise no_step(end is not None, "or loosen rtol", self._worst)
+        self._is_first = False
+        self._accept(h, end)
+        self._grow(end.error)
+
+    def _span_the_rest(self) -> None:
+        t = self.t
+        self._start, self._span, self._ticks = t, self._stop - t, 0
+        self._halvings, self._measured, self._begun = LEAST_HALVINGS, _Measured(-1, 0.0, 0.0), None
+        self._matrices.clear(self._span)
+
+    def _accept(self, h: float, end: _End) -> None:
+        t1 = self.t + h
+        q, u = self._closed(t1, end.q, end.u)
+        power = self._scene.powers(t1, q, u, end.du)
+        works = self._works + 0.5 * h * (self._power + power)
+        self._before = (self.t, self._q, self._u, self._du, self._works)
+        self._move = self._formula.move(h, self._u, self._a, end.a)
+        self._begun = None
+        self._steps += 1
+        self._ticks += 1 << (MOST_HALVINGS - self._halvings)
+        self._q, self._u, self._du, self._a, self._power, self._works = q, u, end.du, end.a, power, works
+
+    def _grow(self, error: float) -> None:
+        """Take larger steps when the error has been small for some: only where the larger ones can begin."""
+        wanted = _doublings(error)
+        self._calm = self._calm + 1 if wanted > 0 else 0
+        if self._calm < self._patience:
+            return
+        while (
+            wanted > 0
+            and self._halvings > LEAST_HALVINGS
+            and not self._ticks % (1 << (MOST_HALVINGS - self._halvings + 1))
+        ):
+            self._halvings -= 1
+            wanted -= 1
+            self._calm = 0
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state)."""
+        t0, q0, u0, _, works0 = self._before
+        if t0 == self.t:
+            return np.tile(self.state(), (len(times), 1))
+        h = self.t - t0
+        found = []
+        for t in times:
+            x = (t - t0) / h
+            # of third order, with the speeds at both ends; a speed that a step does not resolve stays bounded
+            move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * self._u + x * x * (3 - 2 * x) * self._move
+            rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * self._u + 6 * x * (1 - x) / h * self._move
+            q = self._q if x == 1.0 else self._model.advance(q0, move)
+            found.append(np.concatenate((q, rates, (1 - x) * works0 + x * self._works)))
+        return np.array(found).reshape(len(times), -1)
+
+    def accelerations(self, times: np.ndarray) -> np.ndarray:
+        """Return du at times of the last step, shape (times, free)."""
+        t0, du0 = self._before[0], self._before[3]
+        if t0 == self.t:
+            return np.tile(self._du, (len(times), 1))
+        x = ((times - t0) / (self.t - t0))[:, None]
+        return np.asarray((1 - x) * du0 + x * self._du)
+
+    def _try(self, h: float) -> _End | None:
+        """Return the end of a step of h, or None if the iteration does not converge."""
+        if not self._model.free_count:
+            return _End(0.0, self._q, self._u, self._du, self._a)
+        du, first = self._du.copy(), 0.0
+        last, rate, allowed = 0.0, self._expected_rate(), math.ldexp(CONVERGED, -self._halvings)
+        for iteration in range(LARGEST_ITERATIONS):
+            done = self.iterate(h, du)
+            if done is None:
+                return None
+            du -= done.correction
+            size = self._formula.stiffness_share(h) * self._size(done.correction)
+            if iteration:
+                rate = self._rate = size / last if last else 0.0
+            else:
+                first = size
+            if size <= allowed or (rate < 1.0 and size * rate / (1.0 - rate) <= allowed):
+                break
+            if iteration and rate > 0.9:
+                if size > STALLED:
+                    self._matrices.renew(self._q)
+                    return None
+                break
+            last = size
+        else:
+            self._matrices.renew(self._q)
+            return None
+        if rate > SLOW:
+            self._matrices.bordered = None
+        self._dynamics.evaluations = self._scene.evaluations
+        q, u, a = self._reached(h, du)
+        error = self._expected_error(first)
+        if error is None:
+            local = self._scene.inertia_of(self._formula.error(h, self._a, a), done.residual, q)
+            filtered = done.bordered.solve(*local)
+            error = self._size(self._scene.condensed.joined(filtered.z, filtered.parts))
+            self._remember(error, first)
+        return _End(error, q, u, du, a)
+
+    def _size(self, move: Vector) -> float:
+        """Return how large a move is against what is allowed, and remember which speed has the worst part."""
+        sizes = np.abs(move) * self._reach
+        worst = int(np.argmax(sizes))
+        self._worst = self._model.coordinate_count + worst
+        return float(sizes[worst])
+
+    def _remember(self, error: float, first: float) -> None:
+        """Keep a measured error; of a step in which little changed, as it would be of one in which more does."""
+        known, self._unmeasured = self._measured, 0
+        usual = 0.5 * known.first if known.halvings == self._halvings else 0.0
+        scale = usual / first if 0.0 < first < usual else 1.0
+        self._measured = _Measured(self._halvings, scale * error, scale * first)
+
+    def _expected_error(self, first: float) -> float | None:
+        """Return the error that the last measured one lets expect; None if it is time to measure it.
+
+        The first Newton step is the change of the accelerations, whose part that steps resolve is the error.
+        """
+        known = self._measured
+        if known.halvings != self._halvings or self._unmeasured > MEASURED_EVERY or first > 1.5 * known.first:
+            return None
+        error = known.error * first / known.first if known.first else 0.0
+        return error if max(error, known.error) < QUIET else None
+
+    def iterate(self, h: float, du: Vector) -> _Iteration | None:
+        """Return a Newton step for accelerations du at the end of a step of h; None if the residual is not finite.
+
+        One residual and one solve with the factors of S.
+        """
+        q, u, _ = self._reached(h, du)
+        found = self._scene.residual(self.t + h, q, u, du)
+        if not all(np.isfinite(part @ part) for part in (found.twin, *found.parts)):
+            return None
+        bordered, known = self._matrices.equations(self._halvings, found, State(self.t + h, q, u, du), self._q)
+        solution = bordered.solve(found.twin, found.parts, known)
+        self.iterations += 1
+        return _Iteration(self._scene.condensed.joined(solution.z, solution.parts), found, bordered)
+
+    def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
+        if self._begun is None or self._begun[0] != h:
+            self._begun = h, self._formula.from_start(h, self._u, self._du, self._a)
+        move, u, a = self._begun[1].end(du)
+        return self._model.advance(self._q, move), u, a
+
+    def _expected_rate(self) -> float:
+        """Return the rate of the iteration that the last steps let expect, on the safe side; 1 if it is not known."""
+        self._unmeasured += 1
+        bordered = self._matrices.bordered
+        if self._unmeasured > MEASURED_EVERY or bordered is None or bordered[0] != self._halvings:
+            return 1.0
+        return min(CAUTION * self._rate, 1.0)
+
+    def _closed(self, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+        """Return the state with its loops closed, in the metric of the iteration, so that stiff modes stay."""
+        bordered = self._matrices.bordered
+        if not self._model.constraints or bordered is None:
+            return q, u
+        return closed_state(self._scene.condensed, t, q, u, bordered[1])
+
+
+def _doublings(error: float) -> int:
+    """Return how often a step of third order can be doubled that had this error, of 1 allowed."""
+    return max(0, math.floor(math.log2(0.7 / max(error, 1e-9)) / 3))
+
+
+def _scales(scene: UnreducedScene) -> Vector:
+    """Return the size of a large displacement along every free speed: 1 rad, or a length in m."""
+    length = scene_length(scene.model)
+    whole = joint_scales(scene.model, length)
+    for body in scene.model.bodies:
+        if body.flexible is None:
+            continue
+        extent = float(np.ptp(body.flexible.body.nodes, axis=0).max()) or length
+        member = next((m for m in scene.condensed.members if m.speeds == body.flexible.speeds), None)
+        if member is None:
+            modal = np.diag(body.flexible.free_moments.elastic_mass)
+            whole[body.flexible.speeds] = extent * np.sqrt(body.flexible.body.mass / np.maximum(modal, 1e-300))
+            continue
+        whole[member.speeds] = member.body.coordinate_scales(extent)
+    return whole

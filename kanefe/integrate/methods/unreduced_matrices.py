@@ -1,0 +1,125 @@
+"""The iteration matrices of scenes with unreduced bodies: S factored once per step size, and the border around it."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.frames import Vector
+from kanefe.integrate.methods.generalised_alpha import iteration_matrices
+from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
+from kanefe.kane.constraints import constraint_rates
+from kanefe.kane.tangents import current_tangents
+from kanefe.unreduced.bordered import Bordered, Edge
+from kanefe.unreduced.route import Residual, UnreducedScene
+
+LARGE = 20_000
+"""Coordinates from which factors take much memory: then those of two step sizes are kept, else of four."""
+
+
+class State(NamedTuple):
+    """A state with its accelerations."""
+
+    t: float
+    q: Vector
+    u: Vector
+    du: Vector
+
+
+class IterationMatrices:
+    """Factors and borders of ``M + gamma' h C + beta' h^2 K``, by how often the span is halved to give h.
+
+    Parameters
+    ----------
+    scene : UnreducedScene
+    formula : GeneralisedAlpha
+    span : float
+        s.
+
+    Attributes
+    ----------
+    bordered : (int, Bordered) or None
+        The equations made last, and their halvings.
+    """
+
+    def __init__(self, scene: UnreducedScene, formula: GeneralisedAlpha, span: float) -> None:
+        self._scene, self._formula, self._span = scene, formula, span
+        self._changes = scene.model.has_varying_tangents
+        self._stiffness, self._damping = iteration_matrices(scene.small)
+        self._edges: OrderedDict[int, tuple[list[Edge], Vector]] = OrderedDict()
+        is_large = any(member.body.free_count > LARGE for member in scene.condensed.members)
+        self._kept = 2 if is_large else 4
+        self.bordered: tuple[int, Bordered] | None = None
+        self._made_at: State | None = None
+
+    def clear(self, span: float) -> None:
+        """Forget all matrices; the span is another one."""
+        self._edges.clear()
+        self.bordered, self._span = None, span
+
+    def renew(self, q: Vector) -> None:
+        """Have the border made anew, at the bodies' present shape: the factors of S are good whatever happens."""
+        self.bordered = None
+        for key, (edges, _) in self._edges.items():
+            self._edges[key] = self._scene.edges(q, [own.factors for own in edges]), q
+
+    def equations(self, halvings: int, found: Residual, at: State, shape: Vector) -> tuple[Bordered, Vector | None]:
+        """Return the equations of an iteration, and what is known of the constraints; kept where nothing changes.
+
+        Parameters
+        ----------
+        halvings : int
+        found : Residual
+        at : State
+            Where it was found.
+        shape : ndarray, shape (coordinates,)
+            The coordinates at which a new border is made.
+        """
+        scene, small = self._scene, self._scene.small
+        n = small.free_count
+        if not small.constraints and not self._changes and self.bordered and self.bordered[0] == halvings:
+            return self.bordered[1], None
+        h = math.ldexp(self._span, -halvings)
+        K, C = current_tangents(small, found.motions, at.t, found.q, found.full, self._stiffness, self._damping)
+        A = found.mass[:n, :n] + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K
+        rows, known = None, None
+        if small.constraints:
+            rows = constraint_rates(small, found.motions, found.q, found.full)
+            known = -(rows.J @ found.rates + rows.remainder)
+        if halvings not in self._edges:
+            self._factor(halvings, shape)
+        self._edges.move_to_end(halvings)
+        self.bordered = halvings, Bordered(scene.condensed, self._edges[halvings][0], A, found.motions, rows)
+        self._made_at = at._replace(du=at.du.copy())  # the iteration corrects it in place
+        return self.bordered[1], known
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return of each matrix the state at which it was made."""
+        arrays = {"edges": np.array(list(self._edges), dtype=np.int64)}
+        arrays |= {f"edge {key}": q.copy() for key, (_, q) in self._edges.items()}
+        if self.bordered and self._made_at:
+            arrays["border"] = np.array(self.bordered[0])
+            arrays |= {f"border {name}": np.array(x) for name, x in self._made_at._asdict().items()}
+        return arrays
+
+    def resume(self, snapshot: Mapping[str, np.ndarray], span: float) -> None:
+        """Make the matrices anew as they were."""
+        self.clear(span)
+        for key in snapshot["edges"].tolist():
+            self._factor(key, np.array(snapshot[f"edge {key}"]))
+        if "border" in snapshot:
+            q, u, du = (np.array(snapshot[f"border {name}"]) for name in ("q", "u", "du"))
+            at = State(float(snapshot["border t"]), q, u, du)
+            self.equations(int(snapshot["border"]), self._scene.residual(*at), at, q)
+
+    def _factor(self, halvings: int, shape: Vector) -> None:
+        """Make the factors of S and the borders of a step size: once, and kept while there is room."""
+        while len(self._edges) >= self._kept:
+            self._edges.popitem(last=False)
+        h = math.ldexp(self._span, -halvings)
+        factors = self._scene.factored(self._formula.damping_share(h), self._formula.stiffness_share(h))
+        self._edges[halvings] = self._scene.edges(shape, factors), shape

@@ -1,0 +1,242 @@
+"""A consistent state: coordinates at which every loop is closed, and speeds that keep it closed.
+
+Both are the nearest ones: the change is least in the metric of the mass matrix. A start that is consistent already is
+left as it is, to the bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.constraints.rows import METRE
+from kanefe.errors import ModelError, SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import all_speeds, constrained_solver, mass_matrix
+from kanefe.kane.constraints import MarkerFrames, constraint_rates, constraint_residuals, scene_rows
+from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.tangents import elastic_stiffness
+from kanefe.kernels.tolerances import (
+    LARGEST_ITERATIONS,
+    LARGEST_OPENING,
+    LARGEST_STEP,
+    MOST_HALVINGS,
+    TOLERANCE,
+)
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import joint_scales, scene_length
+
+
+@dataclass(slots=True)
+class _Position:
+    """Residuals of the holonomic rows at a configuration and what makes them large; `rows` are their numbers."""
+
+    motions: list[FrameMotion]
+    rows: np.ndarray
+    residuals: Vector
+    scales: Vector
+
+    @property
+    def openings(self) -> Vector:
+        return self.residuals / self.scales
+
+    @property
+    def worst(self) -> float:
+        return float(np.abs(self.openings).max(initial=0.0))
+
+
+def consistent_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
+    """Return q and u at the start, consistent at time t (s): see `kanefe.equations.start.assembled`."""
+    q, u = model.initial_coordinates, model.initial_speeds
+    if not model.constraints:
+        return q, u
+    best = _position(model, t, q)
+    if best.worst > TOLERANCE:
+        for columns in _movable(model):
+            # K times 1 s2: elastic coordinates move as in statics
+            closed, found = _closed(model, t, q, columns, elastic_stiffness(model))
+            if found.worst <= TOLERANCE:
+                q = closed
+                break
+            best = min(best, found, key=lambda position: position.worst)
+        else:
+            raise ModelError(
+                f"the scene cannot be assembled: {_open_constraints(model, best)}. "
+                "Remedy: start nearer to the closed position, or check lengths, axes and where the ends are"
+            )
+    _check_facing(model, t, q)
+    return q, _consistent_speeds(model, t, q, u)
+
+
+def project_positions(model: ModelData, t: float, q: Vector, stiffness: Matrix | None = None) -> Vector:
+    """Return the coordinates nearest to q at which the loops are closed, to the last digit that Newton's method gives.
+
+    Beside a singular position a small opening acts like one divided by the third power of the distance from it, so
+    that less than the last digit would hold up the integration there.
+
+    Parameters
+    ----------
+    model : ModelData
+    t : float
+        s.
+    q : ndarray, shape (coordinates,)
+    stiffness : ndarray, shape (free, free), optional
+        Added to M in the metric. Stiff modes, which M alone would move, then stay where they are.
+
+    Raises
+    ------
+    SimulationError
+        If a loop stays open: a drive moves past the reach of the mechanism.
+    """
+    if not model.constraints:
+        return q
+    metric = np.zeros((model.free_count, model.free_count)) if stiffness is None else stiffness
+    closed, found = _closed(model, t, q, np.arange(model.free_count), metric, 0.0)
+    if found.worst > LARGEST_OPENING:
+        raise SimulationError(
+            f"at t = {t:.6g} s the mechanism cannot go on: {_open_constraints(model, found)}. "
+            "Remedy: check that driven joints stay within its reach"
+        )
+    return closed
+
+
+def closed_coordinates(model: ModelData, t: float, q: Vector) -> Vector | None:
+    """Return the coordinates near q at which the loops are closed at time t (s); None if none are found."""
+    closed, found = _closed(model, t, q, np.arange(model.free_count), np.zeros((model.free_count, model.free_count)))
+    return closed if found.worst <= TOLERANCE else None
+
+
+def project_speeds(model: ModelData, t: float, q: Vector, u: Vector, stiffness: Matrix | None = None) -> Vector:
+    """Return the speeds nearest to u that keep the loops closed and what rolls from slipping; arguments as above."""
+    if not model.constraints or not len(u):
+        return u
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full)
+    rows = constraint_rates(model, motions, q, full)
+    n = model.free_count
+    M = mass_matrix(model, motions, q, full)[:n, :n]
+    solver = constrained_solver(model, M if stiffness is None else M + stiffness, rows.over(slice(n)))
+    return np.asarray(u + solver.solve(np.zeros(n), rows.J @ full[: rows.J.shape[1]])[0])
+
+
+def _position(model: ModelData, t: float, q: Vector) -> _Position:
+    full = all_speeds(model, t, np.zeros(model.free_count))
+    motions = sweep_outward(model, t, q, full)
+    g = constraint_residuals(model, motions, t, q, full)
+    rows = np.flatnonzero(~np.isnan(g))
+    # far from N's origin round-off is that of the distance
+    length = max(scene_length(model), *(float(np.abs(motion.p_NoFo_N).max()) for motion in motions))
+    all_rows = scene_rows(model)
+    scales = np.array([length if all_rows[i].unit == METRE else 1.0 for i in rows])
+    return _Position(motions, rows, g[rows], scales)
+
+
+def _closed(
+    model: ModelData, t: float, q: Vector, columns: np.ndarray, stiffness: Matrix, tolerance: float = TOLERANCE
+) -> tuple[Vector, _Position]:
+    """Return q after Newton's iteration over some of the free speeds, and its openings."""
+    n = model.free_count
+    position = _position(model, t, q)
+    if not len(columns):
+        return q, position
+    length = scene_length(model)
+    limits = LARGEST_STEP * joint_scales(model, length)[columns]
+    for _ in range(LARGEST_ITERATIONS):
+        if position.worst <= tolerance:
+            break
+        full = all_speeds(model, t, np.zeros(n))
+        rows = constraint_rates(model, position.motions, q, full).over(columns, position.rows)
+        metric = (mass_matrix(model, position.motions, q, full)[:n, :n] + stiffness)[np.ix_(columns, columns)]
+        step, _ = constrained_solver(model, metric, rows).solve(np.zeros(len(columns)), position.residuals)
+        step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / limits)), 1e-300))
+        q_new, new = _shortened(model, t, q, columns, step, position)
+        if new is None:
+            break
+        q, position = q_new, new
+    return q, position
+
+
+def _shortened(
+    model: ModelData, t: float, q: Vector, columns: np.ndarray, step: Vector, position: _Position
+) -> tuple[Vector, _Position | None]:
+    """Return q after the step, halved until the loops open less than before; None if no step does that."""
+    before = float(position.openings @ position.openings)
+    full = np.zeros(model.free_count)
+    # what is closed but for round-off gets better by a whole step or not at all
+    for _ in range(MOST_HALVINGS if position.worst > TOLERANCE else 1):
+        full[columns] = step
+        moved = model.advance(q, full)
+        found = _position(model, t, moved)
+        if float(found.openings @ found.openings) < before:
+            return moved, found
+        step = 0.5 * step
+    return q, None
+
+
+def _movable(model: ModelData) -> list[np.ndarray]:
+    """Return the free speeds that may move in each attempt: joints without a given start, joints, everything."""
+    joints = [body.speeds[body.speeds < model.free_count] for body in model.bodies]
+    starts = [_is_default(body.joint.initial_coordinates()) for body in model.bodies]
+    unset = [columns for columns, is_unset in zip(joints, starts, strict=True) if is_unset]
+    stages = [np.concatenate([*unset, np.zeros(0, dtype=int)]), np.concatenate(joints), np.arange(model.free_count)]
+    # the same set twice would fail twice
+    return [stage for i, stage in enumerate(stages) if len(stage) and (i == 0 or len(stage) > len(stages[i - 1]))]
+
+
+def _is_default(start: Vector) -> bool:
+    """Tell whether a joint's coordinates are zeros, or the Euler parameters of no rotation."""
+    return not start.any() or (len(start) in (4, 7) and start[-4] == 1.0 and np.count_nonzero(start) == 1)
+
+
+def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vector:
+    """Return consistent speeds: those that are given (not zero) stay, and elastic ones, if the others can follow."""
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full)
+    rows = constraint_rates(model, motions, q, full)
+    sizes = rows.sizes(full[: rows.J.shape[1]])
+    open_rates = rows.J @ full[: rows.J.shape[1]]
+    if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
+        return u
+    joints = np.concatenate([body.speeds[body.speeds < model.free_count] for body in model.bodies])
+    M = mass_matrix(model, motions, q, full)
+    for columns in (joints[u[joints] == 0.0], joints):
+        followed = u.copy()
+        solver = constrained_solver(model, M[np.ix_(columns, columns)], rows.over(columns))
+        followed[columns] += solver.solve(np.zeros(len(columns)), open_rates)[0]
+        if np.all(np.abs(rows.J @ all_speeds(model, t, followed)[: rows.J.shape[1]]) <= 1e-9 * sizes):
+            return followed
+    return project_speeds(model, t, q, u)
+
+
+def _check_facing(model: ModelData, t: float, q: Vector) -> None:
+    full = all_speeds(model, t, np.zeros(model.free_count))
+    motions = sweep_outward(model, t, q, full)
+    frames = MarkerFrames(model, motions, q, full, motions[0].V.shape[1])
+    for constraint in model.constraints:
+        if constraint.a is None or constraint.b is None:
+            continue
+        A_ab = frames.of(constraint.a)[1].A.T @ frames.of(constraint.b)[1].A
+        if any(axis @ A_ab @ axis < 0.0 for axis in constraint.facing):
+            raise ModelError(
+                f"{constraint.title} closes with the axes of its ends opposite to each other. "
+                "Remedy: turn one end by half a turn, frame(orientation=...), or start nearer to the closed position"
+            )
+
+
+def _open_constraints(model: ModelData, position: _Position) -> str:
+    """Return the names of open constraints and by how much they are, the worst first."""
+    entries = zip(np.abs(position.openings).tolist(), position.residuals.tolist(), strict=True)
+    openings = dict(zip(position.rows.tolist(), entries, strict=True))
+    found: list[tuple[float, str]] = []
+    number = 0
+    for constraint in model.constraints:
+        numbered = list(enumerate(constraint.rows, start=number))
+        number += len(numbered)
+        opened = [(*openings[i], row) for i, row in numbered if i in openings]
+        size, residual, row = max(opened, key=lambda entry: entry[0], default=(0.0, 0.0, None))
+        if row is not None and size > TOLERANCE:
+            found.append((size, f"{constraint.title} stays open by {abs(residual):.3g} {row.unit} ({row.label})"))
+    found.sort(reverse=True)
+    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+    return "; ".join(text for _, text in found[:3]) + more

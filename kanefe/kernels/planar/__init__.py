@@ -1,0 +1,1 @@
+"""The kernels of scenes that move in one plane: three speeds a body."""

@@ -1,0 +1,137 @@
+"""The polynomial through the nodes of a step of Radau's method: states within the step, and guesses of the next.
+
+MERGED: Where Radau's method keeps what: named places in the memory of `kanefe.kernels.stepping`, and in its table."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.stepping import (
+    MAP,
+    MAP_SIZE,
+    OF_METHOD,
+    REALS_OF_METHOD,
+    ROWS_OF_METHOD,
+    STATE,
+    STATE_OLD,
+    STEP,
+    STRAIGHT,
+    TIME,
+    TIME_OLD,
+)
+from kanefe.kernels.vectors import copy
+
+
+@inlined
+def weight(table: np.ndarray, j: int, x: float) -> float:
+    """Return at x, of the step, the polynomial that is one at node j and zero at the start and the other nodes."""
+    nodes = table[NODES]
+    value = x / nodes[j]
+    for k in range(STAGES):
+        if k != j:
+            value *= (x - nodes[k]) / (nodes[j] - nodes[k])
+    return value
+
+
+@kernel
+def guess_changes(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> None:
+    """Write the changes of a step to come: the polynomial of the last one goes on."""
+    if integers[HAS_POLYNOMIAL]:
+        ahead = reals[STEP] / reals[POLYNOMIAL_STEP]
+        for k in range(STAGES):
+            x = 1.0 + table[NODES, k] * ahead
+            a, b, c = weight(table, 0, x), weight(table, 1, x), weight(table, 2, x) - 1.0
+            change = vectors[CHANGES + k]
+            for i in range(len(change)):
+                change[i] = a * vectors[POLYNOMIAL, i] + b * vectors[POLYNOMIAL + 1, i] + c * vectors[POLYNOMIAL + 2, i]
+    else:
+        vectors[CHANGES : CHANGES + STAGES] = 0.0
+
+
+def interpolate_radau(
+    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
+) -> None:
+    """Write the state at a time of the last step: the collocation polynomial, of order 3."""
+    if t >= reals[TIME]:
+        copy(vectors[STATE], out)
+        return
+    x = (t - reals[TIME_OLD]) / reals[POLYNOMIAL_STEP]
+    a, b, c = weight(table, 0, x), weight(table, 1, x), weight(table, 2, x)
+    for i in range(len(out)):
+        change = a * vectors[POLYNOMIAL, i] + b * vectors[POLYNOMIAL + 1, i] + c * vectors[POLYNOMIAL + 2, i]
+        out[i] = vectors[STATE_OLD, i] + change
+    normalise(integers, out)
+
+
+@kernel
+def normalise(integers: np.ndarray, q: np.ndarray) -> None:
+    """Bring Euler parameters to unit length."""
+    for row in range(integers[MAP_SIZE]):
+        if integers[MAP + 3 * row] != STRAIGHT:
+            at = integers[MAP + 3 * row + 1]
+            length = np.sqrt(q[at] ** 2 + q[at + 1] ** 2 + q[at + 2] ** 2 + q[at + 3] ** 2)
+            for i in range(at, at + 4):
+                q[i] /= length
+
+
+STAGES = 3
+
+
+# Integers of the method: node and iteration in work; whether no step has been accepted since the start, the last try
+# was rejected, the Jacobian is that of this state, is wanted, and a step's polynomial is there to extrapolate
+NODE, ITERATION, IS_FIRST, WAS_REJECTED, IS_FRESH, IS_WANTED, HAS_POLYNOMIAL = range(OF_METHOD, OF_METHOD + 7)
+
+
+# Reals of the method: step of the factors (0: none) and of the polynomial, sizes of the last two corrections, rate of
+# convergence, its share of the remaining error, step and error of the last accepted step
+FACTORED, POLYNOMIAL_STEP, CORRECTION, RATIO, RATE_OF_CONVERGENCE, REMAINING, OLD_STEP, OLD_ERROR = range(
+    REALS_OF_METHOD, REALS_OF_METHOD + 8
+)
+
+
+REALS = REALS_OF_METHOD + 8
+
+
+# Rows of the method: rates at the start of the step, changes Z at the nodes, the same transformed, rates at the nodes,
+# Z of the last accepted step, error, room for a complex vector of the state and for two of the speeds, rates of
+# rotations with which the matrices were made, the Jacobian (derivatives of the speeds' and quadratures' rates by
+# tangents, then by speeds); and the factors
+START = ROWS_OF_METHOD
+
+
+CHANGES = START + 1
+
+
+TRANSFORMED = CHANGES + STAGES
+
+
+RATES_AT = TRANSFORMED + STAGES
+
+
+POLYNOMIAL = RATES_AT + STAGES
+
+
+ESTIMATE = POLYNOMIAL + STAGES
+
+
+ROOM = ESTIMATE + 1
+
+
+TURNS = ROOM + 4
+
+
+JACOBIAN_ROWS = TURNS + 1
+
+
+# Rows of the table: nodes, T and its inverse, weights of the error estimate, and gamma, alpha, beta
+NODES, T, INVERSE, WEIGHTS, EIGENVALUES = 0, 1, 1 + STAGES, 1 + 2 * STAGES, 2 + 2 * STAGES
+
+
+def rows_needed() -> tuple[int, int]:
+    """Return how many rows of vectors the method takes: so many, and so many for every speed.
+
+    A row has at least two numbers for every speed, and two more: one for each row of the Jacobian, and two for three
+    squares of factors with their pivots.
+    """
+    return JACOBIAN_ROWS + 2, 3

@@ -1,0 +1,122 @@
+"""What is out of balance in a state, and against what it is small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.active import elastic_forces
+from kanefe.kane.assemble import all_speeds, assemble
+from kanefe.kane.inertia import flexible_inertia
+from kanefe.kane.interactions import interaction_wrenches
+from kanefe.kane.kinematics import elastic_state, sweep_outward
+from kanefe.linear.forces import scene_load_columns, scene_loads
+from kanefe.linear.tangents import tangent_names
+from kanefe.tree.scene_state import SceneState
+
+BALANCED = 1e-9
+"""Force left over, of those that balance in the same motion, that counts as none: round-off of stiff bodies."""
+
+
+@dataclass(frozen=True)
+class Imbalance:
+    """The force that is left over in the motion that balances worst.
+
+    Attributes
+    ----------
+    name : str
+        Of the coordinate, with its unit.
+    force : float
+        N of a displacement, N m of an angle.
+    ratio : float
+        Of the forces that balance there.
+    """
+
+    name: str
+    force: float
+    ratio: float
+
+    def __str__(self) -> str:
+        unit = "N m" if "rad]" in self.name else "N" if "[m]" in self.name else "(modal force)"
+        return f"{abs(self.force):.4g} {unit} along {self.name}"
+
+
+def worst_imbalance(model: Model, t: float, q: Vector, u: Vector, du: Vector, N: Matrix, leading: Vector) -> Imbalance:
+    """Return the worst of the generalised forces ``N^T M du`` that are left over.
+
+    Parameters
+    ----------
+    du : ndarray, shape (free,)
+        Accelerations at the state.
+    N : ndarray, shape (free, k)
+        Independent motions, led by the coordinates `leading`.
+    """
+    n = model.free_count
+    M, _ = assemble(model, t, q, u)
+    left = N.T @ (M[:n, :n] @ du)
+    sizes = np.abs(N).T @ force_sizes(model, t, q, u)[:n]
+    # what nothing acts on is measured by what acts elsewhere
+    floor = 1e-6 * float(sizes.max(initial=0.0))
+    ratios = np.abs(left) / np.maximum(np.maximum(sizes, floor), 1e-300)
+    if not len(ratios):
+        return Imbalance("", 0.0, 0.0)
+    worst = int(np.argmax(ratios))
+    return Imbalance(tangent_names(model)[int(leading[worst])], float(left[worst]), float(ratios[worst]))
+
+
+def force_sizes(model: Model, t: float, q: Vector, u: Vector) -> Vector:
+    """Return the sum of the sizes of all generalised forces along each speed, free and driven, N and N m.
+
+    Inertia and gravity of each body, stiffness, damping, loads, springs: each by itself, so that they do not cancel,
+    and with full levers: a measure of round-off, not a force.
+    """
+    columns = model.free_count + model.driven_count
+    full = all_speeds(model, t, u)
+    motions = sweep_outward(model, t, q, full, columns)
+    _, driven_rates = model.driven_speeds(t)
+    sizes = np.zeros(columns)
+    state = SceneState(model, t, q, full, motions)
+    for body, frame in zip(model.bodies, motions, strict=True):
+        # what accelerates the origin, and how it is felt at the end of a lever: directions must not hide it
+        pull = float(np.linalg.norm(frame.Z - frame.A_NF.T @ model.gravity * body.has_gravity))
+        pull += float(np.linalg.norm(frame.V[:, model.free_count :] @ driven_rates))
+        spin = float(frame.w @ frame.w + np.linalg.norm(frame.Y + frame.W[:, model.free_count :] @ driven_rates))
+        lever, mass = 0.0, 0.0
+        if body.rigid is not None:
+            lever, mass = float(np.linalg.norm(body.rigid.com)), body.rigid.mass
+            about = float(np.abs(body.rigid.inertia).max()) * spin + float(
+                np.linalg.norm(np.cross(frame.w, body.rigid.rotor))
+            )
+            sizes += np.linalg.norm(frame.W, axis=0) * about
+        if body.flexible is not None:
+            terms = body.flexible
+            lever, mass = float(np.linalg.norm(terms.body.nodes, axis=1).max()), terms.body.mass
+            eta, deta = elastic_state(terms, q, full, False)
+            gravity = frame.A_NF.T @ model.gravity * body.has_gravity
+            M, F = flexible_inertia(terms, frame, gravity, eta, deta)
+            k = terms.body.free_count
+            own = np.abs(F[terms.speeds]) + np.abs(elastic_forces(terms, eta, deta))
+            sizes[terms.speeds] += own + np.abs(terms.body.stiffness[:k, :k]) @ np.abs(eta)
+            # what the field of a mode may feel of it (Cauchy and Schwarz), also one that by symmetry feels nothing
+            sizes[terms.speeds] += np.sqrt(mass * np.diag(M)[terms.speeds]) * (pull + spin * lever)
+        force = mass * (pull + spin * lever)
+        sizes += np.linalg.norm(frame.V, axis=0) * force + np.linalg.norm(frame.W, axis=0) * force * lever
+        if body.has_coordinate_forces:
+            at = body.joint_coordinates(t, q)
+            for x, speed, law in zip(at, body.speeds, body.joint.coordinate_forces, strict=True):
+                if law is not None:
+                    sizes[speed] += abs(law.force(float(x), float(full[speed])))
+    for load in scene_loads(model):
+        columns_of = scene_load_columns(model, load, motions, q, full)
+        sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
+    by_themselves = [replace(model, springs=(spring,), bushings=()) for spring in model.springs]
+    by_themselves += [replace(model, springs=(), bushings=(bushing,)) for bushing in model.bushings]
+    for alone in by_themselves:
+        total = np.zeros(columns)
+        for _, frame, wrench in interaction_wrenches(alone, motions, t, q, full, columns):
+            total += frame.V.T @ wrench[:3] + frame.W.T @ wrench[3:]
+        sizes += np.abs(total)
+    return sizes

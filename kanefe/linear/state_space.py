@@ -1,0 +1,120 @@
+"""Small motions about a state in matrices and names: what modes, responses and other packages read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.linear.small_motions import SmallMotions
+from kanefe.linear.tangents import turning
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """Small motions x of a scene about a state, ``dx/dt = A x + B w``, ``y = C x + D w``.
+
+    x are independent tangent coordinates p (displacements, angles, modal coordinates, rotation vectors in the moving
+    frame) and then independent speeds r. Without rolling the same is said by
+
+        M d2p/dt2 + (damping + gyroscopic) dp/dt + stiffness p = B_2 w
+
+    Attributes
+    ----------
+    model : Model
+    time : float
+        s.
+    state : ndarray
+        y = (q, u) of the model.
+    A : ndarray, shape (x, x)
+    B : ndarray, shape (x, inputs)
+    C : ndarray, shape (outputs, x)
+    D : ndarray, shape (outputs, inputs)
+    state_names, input_names, output_names : tuple of str
+        With units in brackets.
+    output_values : ndarray
+        The outputs in the state itself.
+    small : SmallMotions
+        How x moves the tree.
+    """
+
+    model: Model
+    time: float
+    state: Vector
+    A: Matrix
+    B: Matrix
+    C: Matrix
+    D: Matrix
+    state_names: tuple[str, ...]
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    output_values: Vector
+    small: SmallMotions
+
+    @property
+    def position_count(self) -> int:
+        """Number of tangent coordinates p; the rest of x are speeds."""
+        return self.small.positions.N.shape[1]
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether derivatives of the scene's own forces are exact to round-off, and not differences."""
+        return self.small.derivatives.is_exact
+
+    @property
+    def position_names(self) -> tuple[str, ...]:
+        """Names of the tangent coordinates p."""
+        return self.state_names[: self.position_count]
+
+    @cached_property
+    def _second_order(self) -> tuple[Matrix, Matrix, Matrix]:
+        """Return M, the factor of the rates, and that of the coordinates: see `kanefe.linear.small_motions`."""
+        small = self.small
+        if not small.is_holonomic:
+            raise ModelError(
+                "a scene that rolls has more coordinates than speeds and no mass, damping and stiffness matrices of "
+                "its coordinates alone. Remedy: A, or modes()"
+            )
+        n, N = self.position_count, small.positions.N
+        M = N.T @ small.mass() @ N
+        a11, a21, a22 = self.A[:n, :n], self.A[n:, :n], self.A[n:, n:]
+        return M, -M @ (a11 + a22), -M @ (a21 - a22 @ a11 + self._turning_rate())
+
+    def _turning_rate(self) -> Matrix:
+        """Return the rate of change of A's upper left block along the motion."""
+        small = self.small
+        if not small.is_moving:
+            return np.zeros((self.position_count, self.position_count))
+        lead, N = small.positions.leading, small.positions.N
+        G_rate = np.zeros_like(small.G)
+        G_rate[: len(small.du), : len(small.du)] = turning(self.model, small.du)
+        # J dN/dt = -dJ/dt N, and what follows changes by B less what G turns: dJ/dt = D - J G
+        N_rate = small.along_positions.du + small.G @ N
+        N_rate = N_rate - N @ N_rate[lead]
+        return np.asarray((G_rate @ N + small.G @ N_rate)[lead])
+
+    @property
+    def mass(self) -> Matrix:
+        """M over the independent coordinates, symmetric."""
+        return self._second_order[0]
+
+    @property
+    def damping(self) -> Matrix:
+        """Symmetric part of the factor of the rates."""
+        factor = self._second_order[1]
+        return np.asarray(0.5 * (factor + factor.T))
+
+    @property
+    def gyroscopic(self) -> Matrix:
+        """Skew part of the factor of the rates: Coriolis and gyroscopic terms."""
+        factor = self._second_order[1]
+        return np.asarray(0.5 * (factor - factor.T))
+
+    @property
+    def stiffness(self) -> Matrix:
+        """Factor of the coordinates: elastic, geometric, of gravity, centrifugal; symmetric if no force circulates."""
+        return self._second_order[2]

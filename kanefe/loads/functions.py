@@ -1,0 +1,91 @@
+"""Functions of loads: constants, and those of the user, which may ask for the state besides the time."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+
+
+class Moving(Protocol):
+    """Motion of a frame F seen from N: position (m) in N, velocity (m/s) and angular velocity (rad/s) in F."""
+
+    A_NF: Matrix
+    p_NoFo_N: Vector
+    v: Vector
+    w: Vector
+
+
+class SceneView(Protocol):
+    """What a function ``f(t, state)`` of the user is given: see `kanefe.tree.scene_state.SceneState`."""
+
+    @property
+    def vector(self) -> Vector:
+        """The state ``y = (q, u)``."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Constant:
+    """A function of time that is the same at all times, and known to be."""
+
+    value: Any
+
+    def __call__(self, t: float) -> Any:
+        """Return the value."""
+        return self.value
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledCallback:
+    """A function that numba has compiled: of the time, or of the time and the state ``y = (q, u)`` as an array.
+
+    Attributes
+    ----------
+    function : callable
+        f(t) or f(t, y). It returns a number, or as many as the load has.
+    takes_state : bool
+    """
+
+    function: Callable[..., Any]
+    takes_state: bool
+
+    def __call__(self, t: float, state: SceneView | None = None) -> Any:
+        """Return what the function gives."""
+        if not self.takes_state or state is None:
+            return self.function(t)
+        return self.function(t, state.vector)
+
+
+def callback(function: Callable[..., Any], label: str) -> tuple[Callable[..., Any], bool]:
+    """Return a function of the user as loads keep it, and whether it takes the state; see `takes_state`."""
+    plain = getattr(function, "py_func", None)
+    if plain is None:
+        return function, takes_state(function, label)
+    asks = takes_state(plain, label)
+    return CompiledCallback(function, asks), asks
+
+
+def takes_state(function: Callable[..., Any], label: str) -> bool:
+    """Return whether a function is one of (t, state), and not of (t); a ModelError names `label` if it is neither.
+
+    Parameters that have defaults are the user's own and do not count.
+    """
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # some functions in C do not tell; those of numbers take one
+        return False
+    positional = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    required = [p.name for p in positional if p.default is p.empty]
+    named = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY and p.default is p.empty]
+    takes_any = any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    if named or len(required) > 2 or not (positional or takes_any):
+        raise ModelError(
+            f"{label} must be a function of time, f(t), or of time and state, f(t, state); "
+            f"its parameters are ({', '.join(p.name for p in parameters)})"
+        )
+    return len(required) == 2

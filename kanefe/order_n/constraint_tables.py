@@ -1,0 +1,103 @@
+"""Tables of loop joints and couplers for the kernels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.constraints.rows import (
+    DIRECTIONS,
+    NORMAL,
+    RADIAN,
+    CouplerRow,
+    DirectionRow,
+    DistanceRow,
+    MarkerRow,
+    PointRow,
+    RollingRow,
+    Row,
+    ScrewRow,
+)
+from kanefe.kane.constraints import RANK_TOLERANCE, scene_rows
+from kanefe.kernels.constraint_rows import (
+    COUPLER_ROW,
+    DIRECTION_ROW,
+    DISTANCE_ROW,
+    POINT_ROW,
+    ROLLING_ROW,
+    SCREW_ROW,
+)
+from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
+from kanefe.kernels.markers import MARKER_NUMBERS
+from kanefe.kernels.tolerances import LARGEST_STEP
+from kanefe.order_n.seats import marker_numbers
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
+
+if TYPE_CHECKING:
+    from kanefe.order_n.tables import TableBuilder
+
+
+def loop_tables(builder: TableBuilder) -> Loops | None:
+    """Return the tables of the rows of all constraints, or None where there are none."""
+    model = builder.model
+    if not model.constraints:
+        return None
+    integers, markers, numbers = [], [], []
+    length = scene_length(model)
+    speeds: list[int] = []
+    coefficients: list[float] = []
+    coordinates: list[int] = []
+    for row in scene_rows(model):
+        if isinstance(row, CouplerRow):
+            integers.append((COUPLER_ROW, -1, -1, 0, len(speeds), len(row.terms), *_nature(row)))
+            speeds += [int(model.bodies[body].speeds[coordinate]) for body, coordinate, _ in row.terms]
+            coefficients += [coefficient for _, _, coefficient in row.terms]
+            coordinates += [_coordinate(model, body, coordinate) for body, coordinate, _ in row.terms]
+            markers += [np.zeros(MARKER_NUMBERS)] * 2
+            numbers.append(np.array([*np.zeros(6), row.constant]))
+            continue
+        ends = [marker_numbers(builder, marker) for marker in (row.a, row.b)]
+        markers += [place for _, place in ends]
+        kind, values = _row_numbers(row)
+        is_ball = isinstance(row, RollingRow) and row.is_ball
+        integers.append((kind, ends[0][0], ends[1][0], int(is_ball), 0, 0, *_nature(row)))
+        numbers.append(values)
+    return Loops(
+        rows=np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS),
+        markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
+        numbers=np.array(numbers).reshape(-1, 7),
+        speeds=np.array(speeds, dtype=np.int64),
+        coefficients=np.array(coefficients, dtype=float),
+        coordinates=np.array(coordinates, dtype=np.int64),
+        extents=displacement_scales(model),
+        moves=LARGEST_STEP * joint_scales(model, length),
+        limits=np.array([RANK_TOLERANCE, length]),
+    )
+
+
+def _nature(row: Row) -> tuple[int, int]:
+    """Return whether a row holds coordinates, and not speeds alone, and whether its residual is an angle."""
+    holds_place = not isinstance(row, RollingRow) or row.direction == NORMAL
+    return int(holds_place), int(row.unit == RADIAN)
+
+
+def _coordinate(model: ModelData, body: int, coordinate: int) -> int:
+    """Return where a coordinate of a joint is in q; -1 - drive if it is driven."""
+    at, speed = int(model.bodies[body].coordinates[coordinate]), int(model.bodies[body].speeds[coordinate])
+    return at if at >= 0 else model.free_count - 1 - speed
+
+
+def _row_numbers(row: MarkerRow) -> tuple[int, np.ndarray]:
+    """Return the kind of a row and its numbers: e, f or a screw's side, and a length, lead, radius or cosine."""
+    none = np.zeros(3)
+    if isinstance(row, PointRow):
+        return POINT_ROW, np.array([*row.e, *none, 0.0])
+    if isinstance(row, DirectionRow):
+        return DIRECTION_ROW, np.array([*row.e, *row.f, row.cosine])
+    if isinstance(row, DistanceRow):
+        return DISTANCE_ROW, np.array([*none, *none, row.length])
+    if isinstance(row, ScrewRow):
+        return SCREW_ROW, np.array([*row.e, *row.side, row.lead])
+    return ROLLING_ROW, np.array([*np.eye(3)[DIRECTIONS[row.direction]], *none, row.radius])

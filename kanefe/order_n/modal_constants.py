@@ -1,0 +1,112 @@
+"""Constants of a flexible body for the kernels: its mass moments in modes of unit mass, in the kernels' order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.bodies.mass_moments import MassMoments
+from kanefe.frames import Matrix
+from kanefe.loads import FieldLoad
+from kanefe.tree.model_data import FlexibleTerms
+
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+AXES = ((1, 2), (2, 0), (0, 1))
+
+ROUND_OFF = 1e-12
+"""Largest entry off the diagonal, relative to the largest on it, of a matrix that is diagonal but for round-off."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModalConstants:
+    """What the kernels need of a body.
+
+    Attributes
+    ----------
+    constants : tuple of ndarray
+        Mass, first and second moments, diagonal of K, and the moments with the modes.
+    transform : (ndarray, ndarray) or None
+        L and L^-1, each (k, k): the modes are L^T eta, with M the identity and K diagonal. None: they are eta.
+    damping : ndarray or None, shape (k, k)
+        C where there is any.
+    quadratic : ndarray or None, shape (k, 6 k)
+        Moments G of the second-order displacement, and the part of the products that gives Coriolis forces.
+    """
+
+    constants: tuple[np.ndarray, ...]
+    transform: tuple[Matrix, Matrix] | None
+    damping: Matrix | None
+    quadratic: Matrix | None
+
+    def of_interface(self, motion: Matrix) -> Matrix:
+        """Return the motion of an interface (6, k) from the modes of unit mass."""
+        return motion if self.transform is None else motion @ self.transform[1].T
+
+    def of_bending(self, quadratic: Matrix) -> Matrix:
+        """Return second-order motions (m, k, k) in modes of unit mass, as (k, m k)."""
+        if self.transform is not None:
+            quadratic = self.transform[1] @ quadratic @ self.transform[1].T
+        return side_by_side(quadratic)
+
+    def of_field(self, load: FieldLoad, k: int) -> tuple[Any, ...]:
+        """Return the constants of a distributed load for the modes of unit mass."""
+        pattern = load.pattern
+        shapes = pattern.pressure_elastic[:k] if load.is_pressure else pattern.shape_first[:, :k]
+        shapes = shapes if self.transform is None else shapes @ self.transform[1].T
+        if load.is_pressure:
+            return pattern.pressure_force, pattern.pressure_moment, shapes
+        return pattern.measure, pattern.first, shapes
+
+
+def modal_constants(terms: FlexibleTerms) -> ModalConstants:
+    """Return the constants of a body."""
+    moments, k = terms.free_moments, terms.body.free_count
+    if not isinstance(moments, MassMoments):
+        raise TypeError("the order-n route takes bodies with a mass field")
+    mass = moments.elastic_mass
+    transform = None
+    S, D, products = moments.shape_first, moments.shape_second, moments.shape_product
+    K = terms.body.stiffness[:k, :k]
+    C = None if terms.damping is None else terms.damping[:k]
+    diagonal = np.diag(K)
+    if k and (
+        np.abs(mass - np.eye(k)).max() > ROUND_OFF
+        or np.abs(K - np.diag(diagonal)).max() > ROUND_OFF * diagonal.max()
+    ):
+        diagonal, modes = scipy.linalg.eigh(K, mass)
+        inverse = modes.T
+        transform = mass @ modes, inverse
+        S, D = S @ inverse.T, D @ inverse.T
+        products = inverse @ products @ inverse.T
+        C = None if C is None else inverse @ C @ inverse.T
+    symmetric = [0.5 * (products[a, b] + products[b, a]) for a, b in PAIRS]
+    antisymmetric = [products[b, a] - products[a, b] for a, b in AXES]
+    quadratic = None
+    if moments.quadratic_first is not None and moments.quadratic_second is not None:
+        first, second = moments.quadratic_first, moments.quadratic_second
+        if transform is not None:
+            first, second = (transform[1] @ X @ transform[1].T for X in (first, second))
+        quadratic = side_by_side(np.array((*first, *antisymmetric)))
+        symmetric = [X + 0.5 * (second[a, b] + second[b, a]) for X, (a, b) in zip(symmetric, PAIRS, strict=True)]
+        antisymmetric = [X + second[a, b] - second[b, a] for X, (a, b) in zip(antisymmetric, AXES, strict=True)]
+    columns = side_by_side(np.array((*symmetric, *antisymmetric)))
+    constants = (
+        np.atleast_1d(moments.mass),
+        moments.first,
+        0.5 * (moments.second + moments.second.T)[np.triu_indices(3)],
+        diagonal,
+        S,
+        np.array([0.5 * (D[a, b] + D[b, a]) for a, b in PAIRS]),
+        np.array([D[a, b] - D[b, a] for a, b in AXES]),
+        columns.ravel(),
+    )
+    return ModalConstants(constants, transform, C, quadratic)
+
+
+def side_by_side(matrices: Matrix) -> Matrix:
+    """Return matrices (m, k, k) as (k, m k): row j is column j of each of them, so that x^T of it is each times x."""
+    m, k = matrices.shape[:2]
+    return np.ascontiguousarray(matrices.transpose(2, 0, 1)).reshape(k, m * k)

@@ -1,0 +1,214 @@
+"""From the frozen model to the tables of the planar kernels, where everything moves in one plane."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector, turn_to
+from kanefe.joints import Fixed, Planar, Prismatic, Revolute
+from kanefe.kernels.layout import Tables
+from kanefe.kernels.planar.layout import (
+    AXIS,
+    COORDINATE,
+    DRIVE,
+    FIRST,
+    FLOAT,
+    IS_LIFTED,
+    KIND,
+    LIFTED,
+    MASS,
+    PARENT,
+    PLACE,
+    ROW_INTEGERS,
+    ROW_NUMBERS,
+    SECOND,
+    SIGN,
+    SLIDE,
+    SPEED,
+    TURN,
+    PlanarTables,
+)
+from kanefe.order_n.seats import Seat
+from kanefe.tree.model_data import BodyTerms, ModelData
+
+# Axes this far from parallel are round-off of what the user has composed; the plane then turns by as much.
+ROUND_OFF = 1e-12
+
+
+def planar_tables(model: ModelData, tables: Tables) -> PlanarTables | None:
+    """Return the tables of a scene in which everything moves in one plane, or None if it is not one.
+
+    All bodies are rigid and hang on fixed, revolute, prismatic and planar joints. Revolute axes and the normals of
+    planar joints are parallel to one normal, prismatic axes at right angles to it. Gravity and loads may point
+    anywhere: what of them is out of the plane does no work, nor do products of inertia or rotors. Springs and bushings
+    between frames and closed loops are left to the kernels in space.
+
+    Parameters
+    ----------
+    model : ModelData
+    tables : Tables
+        Of the model in space: the forces along joints are the same, and so is where the values of loads are.
+
+    Returns
+    -------
+    PlanarTables or None
+        For `kanefe.kernels.planar.march.march_planar`.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> from kanefe.order_n.tables import TableBuilder
+    >>> scene = kf.System()
+    >>> arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("y"))
+    >>> model = scene.freeze()
+    >>> in_space, _ = TableBuilder(model).tables()
+    >>> planar_tables(model, in_space).sizes
+    array([1, 1, 0])
+    """
+    if model.constraints or model.has_interactions or model.free_count == 0:
+        return None
+    for body in model.bodies:
+        if body.rigid is None or not isinstance(body.joint, (Fixed, Revolute, Prismatic, Planar)):
+            return None
+    axes = _axes_at_zero(model)
+    basis = _plane(model, axes)
+    return None if basis is None else _Builder(model, axes, basis).tables(tables)
+
+
+def _axes_at_zero(model: ModelData) -> list[Matrix]:
+    """Return A_NR of every body when all coordinates are zero."""
+    axes: list[Matrix] = []
+    for body in model.bodies:
+        axes.append(body.A_PF if body.parent < 0 else axes[body.parent] @ body.A_PF)
+    return axes
+
+
+def _plane(model: ModelData, axes: list[Matrix]) -> Matrix | None:
+    """Return the plane in which everything moves: two axes and the normal, in rows; None if there is none."""
+    normals, directions = [], []
+    for body, A in zip(model.bodies, axes, strict=True):
+        if isinstance(body.joint, Revolute):
+            normals.append(A @ body.joint.direction)
+        elif isinstance(body.joint, Planar):
+            normals.append(A[:, 2])
+        elif isinstance(body.joint, Prismatic):
+            directions.append(A @ body.joint.direction)
+    normal = normals[0] if normals else _across(np.array(directions))
+    up = normal * np.sign(normal[int(np.argmax(abs(normal)))])
+    basis = turn_to(up).T
+    if normals and abs(basis[:2] @ np.array(normals).T).max() > ROUND_OFF:
+        return None
+    if directions and abs(np.array(directions) @ basis[2]).max() > ROUND_OFF:
+        return None
+    return basis
+
+
+def _across(directions: Matrix) -> Vector:
+    """Return a unit vector across the first direction and the one that differs most from it."""
+    first = directions[0]
+    crosses = np.cross(first, np.vstack((directions, np.eye(3))))
+    sizes = np.linalg.norm(crosses, axis=1)
+    chosen = int(np.argmax(sizes[: len(directions)]))
+    if sizes[chosen] < 1e-6:  # all parallel: any plane along them will do
+        chosen = int(np.argmax(sizes))
+    return crosses[chosen] / sizes[chosen]
+
+
+class _Builder:
+    """Writes the rows of a planar scene and remembers where its bodies went."""
+
+    def __init__(self, model: ModelData, axes: list[Matrix], basis: Matrix) -> None:
+        self.model = model
+        self.basis = basis
+        self.seats: list[Seat] = []
+        self._integers: list[list[int]] = []
+        self._numbers: list[list[float]] = []
+        self._add_row(TURN, 0, np.zeros(3))
+        for body, A in zip(model.bodies, axes, strict=True):
+            self._add_body(body, basis @ A)
+
+    def tables(self, in_space: Tables) -> PlanarTables:
+        """Return the tables; what is the same in space is taken from there."""
+        loads = in_space.loads.copy()
+        loads[:, 0] = [seat.row for body, seat in zip(self.model.bodies, self.seats, strict=True) for _ in body.loads]
+        return PlanarTables(
+            rows=np.array(self._integers, dtype=np.int64),
+            geometry=np.array(self._numbers),
+            gravity=self.basis[:2] @ self.model.gravity,
+            loads=loads,
+            points=self._points(),
+            joint_forces=in_space.joint_forces,
+            laws=in_space.laws,
+            sizes=in_space.sizes,
+        )
+
+    def _add_row(self, kind: int, parent: int, place: Vector, axis: Vector | None = None, sign: float = 1.0) -> int:
+        integers, numbers = [-1] * ROW_INTEGERS, [0.0] * ROW_NUMBERS
+        integers[PARENT], integers[KIND], integers[IS_LIFTED] = parent, kind, 0
+        numbers[PLACE : PLACE + 2] = place[:2].tolist()
+        numbers[SIGN] = sign
+        if axis is not None:
+            numbers[AXIS : AXIS + 2] = axis[:2].tolist()
+        self._integers.append(integers)
+        self._numbers.append(numbers)
+        return len(self._integers) - 1
+
+    def _add_body(self, body: BodyTerms, axes: Matrix) -> None:
+        parent = self.seats[body.parent] if body.parent >= 0 else Seat(0, self.basis, np.zeros(3))
+        row, place, joint = parent.row, parent.place + parent.axes @ body.p_PoFo_P, body.joint
+        if isinstance(joint, Revolute):
+            row = self._add_row(TURN, row, place, sign=float(np.sign(axes[2] @ joint.direction)))
+            self._number(row, body, 0)
+        elif isinstance(joint, Prismatic):
+            row = self._add_row(SLIDE, row, place, axes @ joint.direction)
+            self._number(row, body, 0)
+        elif isinstance(joint, Planar) and not body.is_driven:
+            row = self._add_row(FLOAT, row, place, axes[:, 0], float(np.sign(axes[2, 2])))
+            self._number(row, body, 0)
+        elif isinstance(joint, Planar):
+            for i in range(2):
+                row = self._add_row(SLIDE, row, place if i == 0 else np.zeros(3), axes[:, i])
+                self._number(row, body, i)
+            row = self._add_row(TURN, row, np.zeros(3), sign=float(np.sign(axes[2, 2])))
+            self._number(row, body, 2)
+        seat = Seat(row, axes, place if isinstance(joint, Fixed) else np.zeros(3))
+        self._add_mass(body, seat)
+        self.seats.append(seat)
+
+    def _number(self, row: int, body: BodyTerms, i: int) -> None:
+        """Write where coordinate i of a body's joint is in the state, or among the driven ones."""
+        integers, speed = self._integers[row], int(body.speeds[i])
+        integers[SPEED] = speed
+        if speed >= self.model.free_count:
+            integers[DRIVE] = speed - self.model.free_count
+        else:
+            integers[COORDINATE] = int(body.coordinates[i])
+
+    def _add_mass(self, body: BodyTerms, seat: Seat) -> None:
+        rigid, numbers = body.rigid, self._numbers[seat.row]
+        if rigid is None or rigid.mass == 0.0:
+            return
+        x, y, _ = (seat.place + seat.axes @ rigid.com).tolist()
+        normal = seat.axes[2]
+        numbers[MASS] += rigid.mass
+        numbers[FIRST] += rigid.mass * x
+        numbers[FIRST + 1] += rigid.mass * y
+        numbers[SECOND] += float(normal @ rigid.inertia @ normal) + rigid.mass * (x * x + y * y)
+        if not body.has_gravity:
+            self._integers[seat.row][IS_LIFTED] = 1
+            numbers[LIFTED] += rigid.mass
+            numbers[LIFTED + 1] += rigid.mass * x
+            numbers[LIFTED + 2] += rigid.mass * y
+
+    def _points(self) -> np.ndarray:
+        """Return where loads act, and what takes their values into the plane."""
+        points = []
+        for body, seat in zip(self.model.bodies, self.seats, strict=True):
+            for load, _ in body.loads:
+                into_plane = seat.axes if load.follows else self.basis
+                if load.is_torque:
+                    points.append((0.0, 0.0, *into_plane[2], 0.0, 0.0, 0.0))
+                else:
+                    place = seat.place + seat.axes @ load.point
+                    points.append((*place[:2], *into_plane[0], *into_plane[1]))
+        return np.array(points, dtype=float).reshape(-1, 8)

@@ -1,0 +1,207 @@
+"""From a full-order model to a flexible body: interfaces tied, basis made, matrices projected, one factorisation.
+
+The free coordinates are made M-orthonormal, so that stiffness and modal damping are diagonal.
+
+
+MERGED: Which rigid motions of a body its supports leave, and whether its stiffness leaves them free."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.mass_moments import MassMoments
+from kanefe.bodies.nodal_moments import NodalMoments
+from kanefe.errors import ModelError
+from kanefe.fe_model.damping import Damping, damping_matrix, damping_name
+from kanefe.fe_model.factorise import Factorise, splu_factorise
+from kanefe.fe_model.interface import Interface
+from kanefe.fe_model.model import FiniteElementModel
+from kanefe.fe_model.progress import stage
+from kanefe.fe_model.rigid_patch_error import tie_errors
+from kanefe.fe_model.statics import StaticProblem
+from kanefe.fe_model.ties import InterfaceTies, tie_interfaces
+from kanefe.reduction.basis import Reduction
+from kanefe.reduction.orthonormal import orthonormal_modes
+from kanefe.reduction.record import reduction_record
+from kanefe.reduction.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
+
+LARGEST_DENSE = 300
+"""Coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit integrator."""
+
+
+def flexible_body(
+    model: FiniteElementModel,
+    interfaces: Mapping[str, str | Interface] | None = None,
+    *,
+    reduction: Reduction | None = None,
+    damping: Damping = None,
+    stiffening: StiffeningLevel = "none",
+    factorise: Factorise = splu_factorise,
+) -> FlexibleBody:
+    """Return the flexible body of a full-order model.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+    interfaces : dict of str to "clamped", "rigid", "hinged", "average", "node" or Interface
+        By the names of the model's groups. "clamped": a rigid patch fixed in G; "rigid": a rigid patch whose frame
+        moves and can carry other bodies; "hinged": a rigid patch whose point is fixed in G and which can turn;
+        "average": a frame that moves with the mean of a patch, without stiffening it; "node": a single node.
+        Without an interface fixed in G the body floats: its rigid modes are taken out, and it needs a free joint.
+    reduction : Reduction, optional
+        Such as `CraigBampton`. None keeps every degree of freedom; above `LARGEST_DENSE` of them in sparse matrices,
+        as an `UnreducedBody`, for method="generalised-alpha".
+    damping : RayleighDamping, ModalDamping, matrix (N, N) or None
+        Acts on the rate of deformation in G. None takes the model's own C, if it has one.
+    stiffening : "none", "inertial" or "full"
+        What stiffens (or softens) the body beside K: nothing; the loads of inertia and gravity, as in a rotating blade;
+        those, and the loads on its interfaces and load patterns. With "full" the frames of its interfaces also move by
+        the foreshortening of the body. See `kanefe.reduction.stiffening`.
+    factorise : callable
+        Factors a symmetric positive definite sparse matrix.
+
+    Returns
+    -------
+    FlexibleBody
+
+    Raises
+    ------
+    ModelError
+        If an interface, the supports, the reduction or the matrices make no sense; the message names which.
+    """
+    if reduction is not None and not hasattr(reduction, "basis"):
+        raise ModelError(f"reduction must be CraigBampton(modes=...), FreeInterface, Krylov or None, not {reduction!r}")
+    check_stiffening(stiffening, model)
+    started = time.perf_counter()
+    with stage("tie the interfaces"):
+        ties = tie_interfaces(model, interfaces or {})
+        rigid_count = unrestrained_motions(model, ties)
+        problem = StaticProblem(model, ties, rigid_count, factorise)
+    if reduction is None and problem.size > LARGEST_DENSE:
+        from kanefe.reduction.unreduced import unreduced_body
+
+        if stiffening != "none":
+            raise ModelError(
+                f"stiffening={stiffening!r} of an unreduced body of {problem.size} coordinates is not possible. "
+                f"Remedy: reduction=CraigBampton(modes=...), or fewer than {LARGEST_DENSE} coordinates"
+            )
+        return unreduced_body(model, problem, damping, factorise, started)
+    K, M = problem.stiffness, problem.mass
+    if reduction is None:
+        free, fixed = _unreduced_basis(ties, K.shape[0])
+        free = orthonormal_modes(free, K, M, problem.rigid_modes) if rigid_count else free
+        record: dict[str, Any] = {"method": "None", "kept": free.shape[1]}
+    else:
+        chosen = reduction.basis(problem)
+        free = orthonormal_modes(chosen.columns, K, M, problem.rigid_modes)
+        record = reduction_record(reduction, problem, chosen, free)
+        fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
+    basis = np.hstack((free, fixed))
+    stiffness = basis.T @ (K @ basis)
+    stiffness = 0.5 * (stiffness + stiffness.T)
+    count = free.shape[1]
+    full_basis = ties.transformation @ basis
+    body = FlexibleBody(
+        nodes=np.array(model.nodes, dtype=float),
+        components=model.components,
+        basis=full_basis,
+        free_count=count,
+        stiffness=stiffness,
+        damping=damping_matrix(damping, model, full_basis[:, :count], stiffness[:count, :count], free.T @ (M @ free)),
+        interfaces=_interface_frames(ties, basis, count),
+        cells=model.cells,
+        load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
+        elasticity=model.elasticity,
+        **_inertia(model, full_basis),
+        provenance={**model.provenance, "reduction": record, "damping": damping_name(damping),
+                    "tie_errors": {} if reduction is None else tie_errors(problem, interfaces or {}),
+                    "stiffening": stiffening, "reduction_seconds": time.perf_counter() - started},
+    )  # fmt: skip
+    return body if stiffening == "none" else stiffened(body, second_order_motion(problem, basis, stiffening))
+
+
+def _unreduced_basis(ties: InterfaceTies, size: int) -> tuple[np.ndarray, np.ndarray]:
+    identity = np.eye(size)
+    kept = np.setdiff1d(np.arange(size), ties.fixed)
+    return identity[:, kept], identity[:, ties.fixed]
+
+
+def _interface_frames(ties: InterfaceTies, basis: np.ndarray, free_count: int) -> tuple[InterfaceFrame, ...]:
+    frames, column = [], free_count
+    for tie in ties.ties:
+        motion = tie.directions @ basis[tie.rows]
+        columns = tuple(range(column, column + len(tie.fixed)))
+        column += len(tie.fixed)
+        components = tuple(tie.components[i] for i in tie.fixed)
+        frames.append(InterfaceFrame(tie.name, tie.position, motion, components, columns, axes=tie.axes))
+    return tuple(frames)
+
+
+def _inertia(model: FiniteElementModel, basis: np.ndarray) -> dict[str, Any]:
+    field = model.mass_field
+    if field is None:
+        return {
+            "moments": NodalMoments.of_nodes(model.nodes, model.components, model.mass, basis),
+            "inertia_points": np.array(model.nodes, dtype=float),
+            "inertia_mass": sp.csr_matrix(model.mass, copy=True),
+            "inertia_basis": basis.copy(),
+        }
+    point_basis = field.interpolation @ basis
+    return {
+        "moments": MassMoments.of_points(field.points, field.mass, point_basis),
+        "inertia_points": np.array(field.points, dtype=float),
+        "inertia_mass": sp.csr_matrix(field.mass, copy=True),
+        "inertia_basis": point_basis,
+    }
+
+
+def unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int:
+    """Return how many rigid motions must be taken out: all of a floating body, none of one held in G."""
+    modes, _ = model.unit_rigid_modes()
+    total = int(np.linalg.matrix_rank(modes, tol=1e-9))
+    if not len(ties.fixed):
+        _check_rigid_motions(model, modes)
+        _check_interfaces_hold(ties, modes, total)
+        return total
+    held = ties.coordinates(model.rigid_modes(about=model.nodes.mean(axis=0)))[ties.fixed]
+    length = np.ptp(model.nodes, axis=0).max() or 1.0
+    held[:, 3:] /= length
+    restrained = int(np.linalg.matrix_rank(held, tol=1e-9))
+    if restrained < total:
+        names = ", ".join(t.name for t in ties.ties if t.fixed)
+        raise ModelError(
+            f"the interfaces fixed in G ({names}) leave {total - restrained} rigid motion(s) of the body free. "
+            "Remedy: make one of them 'clamped', fix more components, or fix none and give the body a free joint"
+        )
+    return 0
+
+
+def _check_interfaces_hold(ties: InterfaceTies, modes: np.ndarray, total: int) -> None:
+    """Check that the interfaces of a floating body, all held, leave none of its rigid motions (unit columns)."""
+    if not ties.ties:
+        return
+    frames = ties.coordinates(modes)[ties.interior_count :]
+    held = int(np.linalg.matrix_rank(frames / np.maximum(np.linalg.norm(frames, axis=0), 1e-300), tol=1e-9))
+    if held < total:
+        raise ModelError(
+            f"the body floats, and its interfaces ({', '.join(tie.name for tie in ties.ties)}) follow only {held} of "
+            f"its {total} rigid motions. Remedy: add an interface of facets; loads and springs need none, they go to "
+            "member.node(number)"
+        )
+
+
+def _check_rigid_motions(model: FiniteElementModel, modes: np.ndarray) -> None:
+    """Check that the stiffness of a floating body does not resist rigid motions (unit columns) of its nodes."""
+    resistance = np.linalg.norm(model.stiffness @ modes, axis=0).max() / spla.norm(model.stiffness, np.inf)
+    if resistance > 1e-6:  # matrices exported with seven digits pass
+        raise ModelError(
+            f"K resists rigid motions of the nodes ({resistance:.2g} of its largest row), but the body floats. "
+            "Remedy: check the order of the nodes and that the model is unsupported, or clamp an interface"
+        )

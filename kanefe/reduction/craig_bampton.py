@@ -1,0 +1,96 @@
+"""Craig-Bampton reduction.
+
+Craig & Bampton (1968), "Coupling of substructures for dynamic analyses": constraint modes, the static shapes of unit
+interface displacements, and the normal modes with all interfaces held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.statics import StaticProblem
+from kanefe.reduction.basis import Basis, Options, check_count, check_frequency, is_number
+from kanefe.reduction.load_cases import Load, load_vectors
+from kanefe.reduction.mode_choice import chosen_modes
+from kanefe.reduction.normal_modes import normal_modes
+
+
+@dataclass(frozen=True, repr=False)
+class CraigBampton(Options):
+    """Constraint modes, and the normal modes with all interfaces held.
+
+    Forces at interfaces act statically exact, whatever the number of modes.
+
+    Parameters
+    ----------
+    modes : int or "auto", optional
+        How many normal modes. "auto": those that the response to loads up to `up_to_frequency` needs (see
+        `kanefe.reduction.mode_choice`).
+    up_to_frequency : float, optional
+        Hz. Without `modes`: all normal modes up to this frequency. With "auto": the highest frequency of the loads.
+    tol : float
+        Relative error of the response that "auto" may leave.
+    loads : sequence of str or LoadCase
+        Load cases whose static shapes are kept too, so that they act statically exact (see
+        `kanefe.reduction.load_cases`): among "gravity", "angular acceleration", "centrifugal", names of interfaces and
+        load patterns, and given forces. With "auto" they are also what the response is measured with; without any,
+        that is all loads of interfaces and of inertia, and their static shapes are kept if this makes the basis
+        smaller.
+    error_up_to : float, optional
+        Hz up to which the error is estimated (see `kanefe.reduction.error_estimate`). "auto" always does, up to
+        `up_to_frequency`.
+
+    Raises
+    ------
+    ModelError
+        If neither modes nor a frequency is given, both are, or an option makes no sense.
+
+    Examples
+    --------
+    >>> CraigBampton(modes=8, loads=("gravity", "centrifugal"))
+    CraigBampton(modes=8, loads=('gravity', 'centrifugal'))
+    >>> CraigBampton(modes="auto", up_to_frequency=50.0, tol=1e-3)
+    CraigBampton(modes='auto', up_to_frequency=50.0)
+    """
+
+    modes: int | Literal["auto"] | None = None
+    up_to_frequency: float | None = None
+    tol: float = 1e-3
+    loads: Sequence[Load] = ()
+    error_up_to: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.modes == "auto":
+            if self.up_to_frequency is None:
+                raise ModelError(
+                    'Craig-Bampton with modes="auto" needs up_to_frequency=<Hz>, the highest frequency of the loads'
+                )
+        elif (self.modes is None) == (self.up_to_frequency is None):
+            raise ModelError("Craig-Bampton needs either modes=<number> or up_to_frequency=<Hz>, one of them")
+        else:
+            check_count("Craig-Bampton", self.modes)
+        check_frequency("up_to_frequency", self.up_to_frequency)
+        if not (is_number(self.tol) and 1e-9 <= self.tol < 1.0):
+            raise ModelError(f"tol must be a relative error from 1e-9 to below 1, not {self.tol!r}")
+        self._check_shared(self.loads, self.error_up_to)
+
+    def basis(self, problem: StaticProblem) -> Basis:
+        """Return the constraint modes of the released components, load vectors, and normal modes."""
+        released = problem.constraint_modes[:, problem.released - problem.ties.interior_count]
+        vectors, names = load_vectors(problem, self.loads)
+        if self.modes == "auto" and self.up_to_frequency is not None:
+            kept = vectors if self.loads else None
+            choice = chosen_modes(problem, released, kept, self.loads, self.up_to_frequency, self.tol)
+            return Basis(choice.columns, {"load_vectors": names, **choice.record})
+        count = None if self.modes is None or self.modes == "auto" else int(self.modes)
+        squares, modes = normal_modes(problem, count, self.up_to_frequency)
+        frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+        return Basis(
+            np.hstack((released, vectors, modes)),
+            {"load_vectors": names, "modes": [{"number": n + 1, "frequency": f} for n, f in enumerate(frequencies)]},
+        )

@@ -1,0 +1,50 @@
+"""MOVED"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Opens a section."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Text that is wrapped; `warning` marks what the reader should not miss."""
+
+    text: str
+    warning: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of ready strings under a header; the first column is left-aligned, the others right-aligned."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    align_left: bool = False
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """Counts of cells by a number between given edges."""
+
+    title: str
+    edges: Sequence[float]
+    counts: Sequence[int]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture (.png) with a caption."""
+
+    caption: str
+    png: bytes = field(repr=False)
+
+
+Block = Heading | Paragraph | Table | Histogram | Picture

@@ -1,0 +1,160 @@
+"""Result: what a run tells, with pictures and files: the facade of results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kanefe.equations.model import Model
+from kanefe.integrate.status import summary
+from kanefe.integrate.trajectory import Trajectory
+from kanefe.results.channels import Channels, RunChannels
+from kanefe.results.reader import Reader
+from kanefe.results.unreduced_channels import run_channels
+
+if TYPE_CHECKING:
+    from kanefe.views.plots import Figure
+
+
+class Result(Reader):
+    """What a run tells, by body and interface name. Nothing is computed before it is asked for.
+
+    Arrays have the output times first, T of them, and are read-only. A body's frame is R of a rigid body (at its
+    joint) and the mesh frame G of a flexible one; with ``interface=`` it is the moving frame n of that interface.
+
+    Parameters
+    ----------
+    model : Model
+    trajectory : Trajectory
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, -9.81, 0))
+    >>> rod = scene.add_rigid_body("rod", mass=1.0, inertia=1 / 12, com=(0.5, 0, 0), joint=kf.Revolute("z"))
+    >>> result = scene.simulate((0.0, 1.0), rtol=1e-8)
+    >>> result.joint_coordinates("rod").shape
+    (501, 1)
+    >>> bool(abs(result.energy.balance_error).max() < 1e-6)
+    True
+    """
+
+    def __init__(self, model: Model, trajectory: Trajectory) -> None:
+        super().__init__(run_channels(model, trajectory))
+
+    @classmethod
+    def from_channels(cls, channels: Channels) -> Result:
+        """Return a result that reads from other channels, such as those of a file."""
+        result = cls.__new__(cls)
+        Reader.__init__(result, channels)
+        return result
+
+    def __str__(self) -> str:
+        return summary(self.status, self.statistics, self.events)
+
+    def raise_for_status(self) -> None:
+        """Raise a SimulationError that says what happened if the run failed on its way.
+
+        Raises
+        ------
+        SimulationError
+
+        Examples
+        --------
+        ``result = scene.simulate((0.0, 5.0)); result.raise_for_status()``
+        """
+        self.status.raise_if_failed()
+
+    @property
+    def run(self) -> RunChannels | None:
+        """Model and trajectory of a run in memory; None of a result from a file."""
+        return self._channels if isinstance(self._channels, RunChannels) else None
+
+    def plot(self, what: str = "overview", *names: str, path: str | Path | None = None) -> Figure:
+        """Draw a picture and return matplotlib's figure, also written to `path` (.png, .pdf, .svg) if given.
+
+        Parameters
+        ----------
+        what : str
+            "overview", "energy", "momentum", or a quantity such as "position" or "coupling_force".
+        *names : str
+            Body and, where it applies, interface. A quantity of bodies without a name is drawn for all of them.
+        path : path, optional
+            File to write; its folder is made.
+
+        Raises
+        ------
+        ModelError, FileError, MissingDependency
+            If there is no such picture, the file cannot be written, or matplotlib is not installed.
+
+        Examples
+        --------
+        ``result.plot("coupling_force", "arm", "root", path="root.png")``
+        """
+        from kanefe.views.plots import draw
+
+        return draw(self, what, names, path)
+
+    def to_vtk(
+        self, path: str | Path, *, fps: float | None = None, every: int | None = None, scale: float = 1.0
+    ) -> Path:
+        """Write the moving scene for ParaView: a .pvd file, and a folder of .vtu files beside it.
+
+        Parameters
+        ----------
+        path : path
+            Of the .pvd file; its folder is made.
+        fps : float, optional
+            Frames for a second of the run's time (the nearest output times).
+        every : int, optional
+            Every how many output times a frame. Without `fps` and `every`, at most 200 frames.
+        scale : float
+            Factor on the elastic displacements.
+
+        Returns
+        -------
+        Path
+            Of the .pvd file.
+
+        Raises
+        ------
+        ModelError, FileError, MissingDependency
+            If an option makes no sense, the files cannot be written, or pyevtk is not installed.
+        """
+        from kanefe.views.vtk import write_series
+
+        return write_series(self, path, fps=fps, every=every, scale=scale)
+
+    def save(self, path: str | Path, *, forces: bool = True) -> None:
+        """Write everything to one HDF5 file; an old file survives a failure. `kanefe.load_result` reads it.
+
+        Parameters
+        ----------
+        path : path
+            Its folder is made.
+        forces : bool
+            Save accelerations, joint reactions, driving and coupling forces too; they take most of the time.
+
+        Raises
+        ------
+        FileError, MissingDependency
+            If the file cannot be written, or h5py is not installed.
+        """
+        from kanefe.results.file import save_result
+
+        save_result(self, path, forces=forces)
+
+
+def load_result(path: str | Path) -> Result:
+    """Read a result that `Result.save` wrote.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, truncated, or of another format or version.
+    MissingDependency
+        If h5py is not installed.
+    """
+    from kanefe.results.file import read_channels
+
+    return Result.from_channels(read_channels(path))

@@ -1,0 +1,236 @@
+"""One file for one result: which arrays it holds, under which names and units."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import FileError, ModelError
+from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.integrate.status import RunStatus
+from kanefe.results.channels import BodyShape
+from kanefe.results.quantities import DRIVES, ENERGIES, FORCES, INTERFACES, JOINTS, LOOPS, MODES, MOMENTA, MOTIONS
+from kanefe.results.reader import Reader
+from kanefe.storage.files import ready_path, write_whole
+from kanefe.storage.hdf5 import decode, encode
+
+FORMAT = "kanefe result"
+VERSION = 3
+
+LARGEST_BASIS = 2**29
+"""Bytes of the dense basis of an unreduced body above which its result is not written."""
+
+_SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
+
+
+def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> None:
+    """Write a result to `path`, which then holds either the whole new result or what it held before.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written or the disk is full.
+    MissingDependency
+        If h5py is not installed.
+    """
+    path = ready_path(path)
+    shapes = [result.body(name) for name in result.bodies]
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "units": "SI: m, kg, s, N, rad; each dataset names its own",
+        "statistics": dict(result.statistics),
+        "status": asdict(result.status),
+        "events": {name: times.tolist() for name, times in result.events.items()},
+        "bodies": [_described(shape) for shape in shapes],
+        "loops": list(result.loops),
+    }
+    arrays: dict[str, tuple[np.ndarray, str]] = {"times": (result.times, "s")}
+    for shape in shapes:
+        arrays |= _shape_arrays(shape)
+    for quantity, body, interface in _saved(shapes, result.loops, forces and result.has_forces):
+        unit = result.units(quantity, body) if body else result.units(quantity)
+        arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
+    data = encode(header, arrays)
+    write_whole(path, lambda file: file.write(data))
+
+
+def read_channels(path: str | Path) -> FileChannels:
+    """Read the channels of a result that `save_result` wrote.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, truncated, or of another format or version.
+    MissingDependency
+        If h5py is not installed.
+    """
+    path = Path(path)
+    header, arrays = decode(path)
+    if header.get("format") != FORMAT:
+        raise FileError(f"{path} is no saved result. Remedy: give the file that Result.save wrote")
+    if header.get("version") != VERSION:
+        raise FileError(
+            f"{path} has format version {header.get('version')}, this kanefe reads version {VERSION}. "
+            "Remedy: run the scene again with this version"
+        )
+    try:
+        return FileChannels(path, header, arrays)
+    except (KeyError, ValueError, TypeError) as error:
+        raise FileError(f"{path} lacks parts of a result ({error!r}). Remedy: save the result again") from error
+
+
+class FileChannels:
+    """Channels of a saved run.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    header : dict
+        Attributes of the file.
+    arrays : dict
+        Its arrays by path.
+    """
+
+    def __init__(self, path: Path, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        self.path = path
+        self.times = arrays["times"]
+        self.statistics: dict[str, Any] = json.loads(header["statistics"])
+        self.status = RunStatus(**json.loads(header["status"]))
+        self.events: Mapping[str, np.ndarray] = {
+            name: np.array(times) for name, times in json.loads(header["events"]).items()
+        }
+        self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
+        self.loops = tuple(json.loads(header["loops"]))
+        self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
+        self._arrays = arrays
+
+    def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
+        """Return a channel, time first.
+
+        Raises
+        ------
+        ModelError
+            If it was not saved.
+        """
+        where = _location(quantity, body, interface)
+        if where not in self._arrays:
+            of = f" of {body!r}" + (f" at {interface!r}" if interface else "") if body else ""
+            raise ModelError(
+                f"{quantity}{of} was not saved in {self.path}. Remedy: run the scene again and save with forces=True"
+            )
+        return self._arrays[where]
+
+
+def _saved(shapes: list[BodyShape], loops: Sequence[str], forces: bool) -> list[tuple[str, str, str]]:
+    """Return quantity, body and interface of every channel that a file holds."""
+    keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
+    keys += [(quantity, name, "") for name in loops for quantity in LOOPS]
+    for shape in shapes:
+        own = [*MOTIONS, *JOINTS, *(DRIVES if shape.is_driven else ()), *(MODES if shape.is_flexible else ())]
+        keys += [(quantity, shape.name, "") for quantity in own]
+        keys += [(quantity, shape.name, n) for n in shape.interfaces for quantity in (*MOTIONS, *INTERFACES)]
+    return [key for key in keys if forces or key[0] not in _SKIPPED_WITHOUT_FORCES]
+
+
+def _location(quantity: str, body: str, interface: str = "") -> str:
+    """Return the path of a channel in the file; names of any mesh group can stand in it."""
+    if not body:
+        return f"scene/{quantity}"
+    if quantity in LOOPS:
+        return f"loops/{_safe(body)}/{quantity}"
+    return f"{_folder(body)}/" + (f"interfaces/{_safe(interface)}/{quantity}" if interface else quantity)
+
+
+def _folder(body: str) -> str:
+    return f"bodies/{_safe(body)}"
+
+
+def _safe(name: str) -> str:
+    """Return a name without what HDF5 takes for a path."""
+    kept = name.replace("%", "%25").replace("/", "%2F")
+    return kept.replace(".", "%2E") if set(kept) <= {"."} else kept
+
+
+def _described(shape: BodyShape) -> dict[str, Any]:
+    return {
+        "name": shape.name,
+        "parent": shape.parent,
+        "parent_interface": shape.parent_interface,
+        "joint": shape.joint,
+        "driven_names": shape.driven_names,
+        "coordinate_names": shape.coordinate_names,
+        "speed_names": shape.speed_names,
+        "mass": shape.mass,
+        "interfaces": shape.interfaces,
+        "components": shape.components,
+        "cells": [block.kind for block in shape.cells],
+        "is_orthonormal": shape.is_orthonormal,
+        "provenance": dict(shape.provenance),
+    }
+
+
+def _dense_basis(shape: BodyShape) -> np.ndarray:
+    basis: Any = shape.basis
+    if not sp.issparse(basis):
+        return np.asarray(basis)
+    size = 8 * basis.shape[0] * basis.shape[1]
+    if size > LARGEST_BASIS:
+        raise ModelError(
+            f"the unreduced body {shape.name!r} would take {size / 2**30:.1f} GiB in the file. Remedy: keep what is "
+            "wanted as arrays, such as result.nodal_displacements, or reduction=CraigBampton(modes=20)"
+        )
+    return np.asarray(basis.toarray())
+
+
+def _shape_arrays(shape: BodyShape) -> dict[str, tuple[np.ndarray, str]]:
+    folder = _folder(shape.name)
+    arrays = {f"{folder}/mass/com": (shape.com, "m"), f"{folder}/mass/inertia": (shape.inertia, "kg m2")}
+    if shape.is_flexible:
+        arrays[f"{folder}/mesh/nodes"] = (shape.nodes, "m")
+        arrays[f"{folder}/mesh/basis"] = (_dense_basis(shape), "m or rad by modal coordinate")
+        for i, block in enumerate(shape.cells):
+            arrays[f"{folder}/mesh/cells_{i}"] = (block.nodes, "1")
+        if shape.elasticity is not None:
+            arrays |= {
+                f"{folder}/elasticity/{f.name}": (value, "Pa of solids; N, N m2 of beams" if f.name == "table" else "1")
+                for f in fields(shape.elasticity)
+                if (value := getattr(shape.elasticity, f.name)) is not None
+            }
+    return arrays
+
+
+def _shape(entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> BodyShape:
+    folder = _folder(entry["name"])
+    return BodyShape(
+        name=entry["name"],
+        parent=entry["parent"],
+        parent_interface=entry["parent_interface"],
+        joint=entry["joint"],
+        driven_names=tuple(entry["driven_names"]),
+        coordinate_names=tuple(entry["coordinate_names"]),
+        speed_names=tuple(entry["speed_names"]),
+        mass=entry["mass"],
+        com=arrays[f"{folder}/mass/com"],
+        inertia=arrays[f"{folder}/mass/inertia"],
+        interfaces=tuple(entry["interfaces"]),
+        components=tuple(entry["components"]),
+        nodes=arrays.get(f"{folder}/mesh/nodes", np.zeros((0, 3))),
+        basis=arrays.get(f"{folder}/mesh/basis", np.zeros((0, 0))),
+        cells=tuple(Cells(kind, arrays[f"{folder}/mesh/cells_{i}"]) for i, kind in enumerate(entry["cells"])),
+        is_orthonormal=entry["is_orthonormal"],
+        provenance=entry["provenance"],
+        elasticity=_elasticity(f"{folder}/elasticity", arrays),
+    )
+
+
+def _elasticity(folder: str, arrays: dict[str, np.ndarray]) -> Elasticity | None:
+    found = {f.name: arrays[f"{folder}/{f.name}"] for f in fields(Elasticity) if f"{folder}/{f.name}" in arrays}
+    return Elasticity(**found) if found else None

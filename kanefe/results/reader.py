@@ -1,0 +1,293 @@
+"""Reader: the quantities of a run, by body and interface name, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import rotation_matrix
+from kanefe.integrate.status import RunStatus
+from kanefe.results.channels import BodyShape, Channels
+from kanefe.results.quantities import (
+    DRIVES,
+    ENERGIES,
+    INTERFACES,
+    LOOPS,
+    MODES,
+    MOMENTA,
+    MOTIONS,
+    QUANTITIES,
+    Energy,
+    Momentum,
+    resolved_parts,
+)
+from kanefe.results.selection import Frames, frame_index, node_numbers
+
+LARGEST_TABLE = 2**31
+"""Bytes of nodal values above which a call asks for a choice of output times."""
+
+
+class Reader:
+    """What a run tells; `kanefe.Result` is the reader that users have, with pictures and files.
+
+    Parameters
+    ----------
+    channels : Channels
+        Of a run in memory, or of a file.
+    """
+
+    def __init__(self, channels: Channels) -> None:
+        self._channels = channels
+        self._shapes = {shape.name: shape for shape in channels.bodies}
+
+    @property
+    def times(self) -> np.ndarray:
+        """Output times, shape (T,), in s."""
+        return self._channels.times
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """What did the run and what it cost; ``print(result)`` tells it in a few lines.
+
+        "method" and the "reason" why it was chosen, its "rtol" or "step"; how many "steps", "rejected" steps,
+        "evaluations" of the equations, "factorisations" and "jacobians" there were; "seconds" in all, and
+        "seconds_by_part": set-up, compiling (or reading compiled kernels), steps, outputs, events, checkpoints. Forces
+        and what else a result computes when it is asked for them are not among them.
+        """
+        return self._channels.statistics
+
+    @property
+    def status(self) -> RunStatus:
+        """How the run ended: finished, stopped by an event or a limit, or failed, and then what to try."""
+        return self._channels.status
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """Times at which each event happened, by name, s; see `kanefe.Event`."""
+        return dict(self._channels.events)
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether accelerations, reactions and coupling forces can be had: not of a result saved without them."""
+        return self._channels.has_forces
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies, parents before children."""
+        return tuple(self._shapes)
+
+    @property
+    def loops(self) -> tuple[str, ...]:
+        """Names of the loop joints, distances and rolling contacts."""
+        return self._channels.loops
+
+    def body(self, name: str) -> BodyShape:
+        """Return mass, mesh and modes of a body; raise a ModelError that lists the names if there is none."""
+        if name not in self._shapes:
+            raise ModelError(f"the run has no body called {name!r}. It has: {', '.join(self.bodies)}")
+        return self._shapes[name]
+
+    def interfaces(self, name: str) -> tuple[str, ...]:
+        """Return the names of the interfaces of a body; none for a rigid one."""
+        return self.body(name).interfaces
+
+    def position(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the position of a frame in N, shape (T, 3), in m."""
+        return self.read("position", name, interface)
+
+    def rotation(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the Euler parameters of a frame seen from N (Eq. 5), scalar first, without jumps of sign, (T, 4)."""
+        return self.read("rotation", name, interface)
+
+    def velocity(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the velocity of a frame's origin in components of N, shape (T, 3), in m/s."""
+        return self.read("velocity", name, interface)
+
+    def angular_velocity(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the angular velocity of a frame in its own components, shape (T, 3), in rad/s."""
+        return self.read("angular_velocity", name, interface)
+
+    def acceleration(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the acceleration of a frame's origin in components of N (Eq. 15), shape (T, 3), in m/s2."""
+        return self.read("acceleration", name, interface)
+
+    def angular_acceleration(self, name: str, interface: str | None = None) -> np.ndarray:
+        """Return the angular acceleration of a frame in its own components (Eq. 16), shape (T, 3), in rad/s2."""
+        return self.read("angular_acceleration", name, interface)
+
+    def joint_coordinates(self, name: str) -> np.ndarray:
+        """Return the coordinates of a body's joint, (T, coordinates); driven ones too. Units: `units`."""
+        return self.read("joint_coordinates", name)
+
+    def joint_speeds(self, name: str) -> np.ndarray:
+        """Return the speeds of a body's joint, (T, speeds); driven ones too. Units: `units`."""
+        return self.read("joint_speeds", name)
+
+    def modal_coordinates(self, name: str) -> np.ndarray:
+        """Return eta of a flexible body, shape (T, k)."""
+        return self.read("modal_coordinates", name)
+
+    def modal_speeds(self, name: str) -> np.ndarray:
+        """Return deta/dt of a flexible body, shape (T, k)."""
+        return self.read("modal_speeds", name)
+
+    def deflection(self, name: str, interface: str) -> np.ndarray:
+        """Return translation (m) and slopes (rad) of an interface from its undeformed place in G, shape (T, 6)."""
+        return self.read("deflection", name, interface)
+
+    def coupling_force(self, name: str, interface: str) -> np.ndarray:
+        """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).
+
+        Where the interface is fixed in G, component by component, it is the force F_u of what carries the body
+        (Eq. 39), zero in components that the mesh does not have; where it moves, the force of what it carries.
+        """
+        return self.read("coupling_force", name, interface)
+
+    def joint_reaction(self, name: str) -> np.ndarray:
+        """Return force (N) and moment (N m) of a body's joint on it, shape (T, 6).
+
+        About the origin of the body's frame, in its axes; the part of motors and drives is included.
+        """
+        return self.read("joint_reaction", name)
+
+    def driving_force(self, name: str) -> np.ndarray:
+        """Return the force (N) or torque (N m) that keeps a driven joint on its motion.
+
+        Shape (T,); (T, n) for a joint with n driven coordinates.
+        """
+        return self.read("driving_force", name)
+
+    def loop_force(self, name: str) -> np.ndarray:
+        """Return force (N) and moment (N m) of a loop joint or rolling contact on its end b, shape (T, 6).
+
+        About the origin of that end, in its axes.
+        """
+        return self.read("loop_force", name)
+
+    def nodal_displacements(
+        self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the displacements of the mesh's nodes in G, shape (T, n, 3), in m.
+
+        Parameters
+        ----------
+        name : str
+            A flexible body.
+        frames : int, slice or sequence of int, optional
+            Which output times; one number leaves the first axis out. Default: all.
+        nodes : sequence of int, optional
+            Which nodes. Default: all.
+
+        Raises
+        ------
+        ModelError
+            If the body is rigid, a number is out of range, or the table would take more than 2 GiB.
+
+        Examples
+        --------
+        Every tenth output time: ``result.nodal_displacements("arm", frames=slice(None, None, 10))``.
+        """
+        shape, chosen = self._flexible(name), frame_index(frames, len(self.times))
+        eta = self.modal_coordinates(name)[chosen]
+        rows = node_numbers(shape, nodes)
+        size = 24 * len(np.atleast_2d(eta)) * len(rows)
+        if size > LARGEST_TABLE:
+            raise ModelError(
+                f"the displacements of {len(rows)} nodes of {name!r} at {len(eta)} times take {size / 2**30:.1f} GiB. "
+                "Remedy: choose output times with frames=, or nodes with nodes="
+            )
+        return shape.displacements(eta, rows)
+
+    def nodal_positions(
+        self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the positions of the mesh's nodes in N, shape (T, n, 3), in m. Arguments: `nodal_displacements`."""
+        chosen, shape = frame_index(frames, len(self.times)), self._flexible(name)
+        local = self.nodal_displacements(name, frames, nodes) + shape.nodes[node_numbers(shape, nodes)]
+        origin, e = self.position(name)[chosen], self.rotation(name)[chosen]
+        if e.ndim == 1:
+            return np.asarray(local @ rotation_matrix(e).T + origin)
+        A_NG = np.array([rotation_matrix(row) for row in e]).reshape(-1, 3, 3)
+        return np.asarray(local @ A_NG.transpose(0, 2, 1) + origin[:, None])
+
+    @property
+    def energy(self) -> Energy:
+        """Energies of the scene."""
+        return Energy(*(self._channels.read(name) for name in ENERGIES))
+
+    @property
+    def momentum(self) -> Momentum:
+        """Linear and angular momentum of the scene."""
+        return Momentum(*(self._channels.read(name) for name in MOMENTA))
+
+    def units(self, quantity: str, name: str | None = None) -> str:
+        """Return the unit of a quantity; of a body's joint, if the unit depends on it.
+
+        ``result.units("coupling_force")`` is "N, N m"; ``result.units("joint_coordinates", "hub")`` is "rad". A
+        ModelError lists the quantities if there is no such one.
+        """
+        if quantity in ("times", "nodal_displacements", "nodal_positions", "energy"):
+            return {"times": "s", "energy": "J"}.get(quantity, "m")
+        if quantity == "momentum":
+            return "kg m/s, kg m2/s"
+        if quantity not in QUANTITIES:
+            raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
+        if name is None:
+            return QUANTITIES[quantity].units
+        return ", ".join(unit for _, unit, _ in self.parts(quantity, name)) or "1"
+
+    def parts(self, quantity: str, name: str = "") -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+        """Return label, unit and column names of a quantity of a body, columns of one unit together."""
+        if not name or quantity in LOOPS:
+            return resolved_parts(quantity)
+        shape = self.body(name)
+        names = {"joint_coordinates": shape.coordinate_names, "driving_force": shape.driven_names}
+        return resolved_parts(
+            quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
+        )
+
+    def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
+        """Return any quantity of `kanefe.results.quantities` by its name; the methods above are the readable way.
+
+        Raises
+        ------
+        ModelError
+            If there is no such quantity, body or interface, or the body has no such thing; the message says what there
+            is.
+        """
+        if quantity not in QUANTITIES:
+            raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
+        if quantity in ENERGIES or quantity in MOMENTA:
+            return self._channels.read(quantity)
+        if quantity in LOOPS:
+            if name not in self.loops or interface is not None:
+                there = ", ".join(self.loops) or "none"
+                raise ModelError(f"the run has no loop joint called {name!r}. It has: {there}")
+            return self._channels.read(quantity, name)
+        shape = self.body(name)
+        if quantity in MODES or quantity in INTERFACES:
+            self._flexible(name)
+        if quantity in DRIVES and not shape.is_driven:
+            driven = ", ".join(s.name for s in self._shapes.values() if s.is_driven) or "none"
+            raise ModelError(f"the joint of body {name!r} is not driven by a motion. Driven are: {driven}")
+        if interface is not None and quantity not in MOTIONS and quantity not in INTERFACES:
+            raise ModelError(f"{quantity} takes a body and no interface, {interface!r} was given")
+        if interface is None and quantity in INTERFACES:
+            raise ModelError(f"{quantity} of {name!r} needs an interface, one of: {_listed(shape)}")
+        if interface is not None and interface not in shape.interfaces:
+            raise ModelError(f"body {name!r} has no interface called {interface!r}. It has: {_listed(shape)}")
+        return self._channels.read(quantity, name, interface or "")
+
+    def _flexible(self, name: str) -> BodyShape:
+        shape = self.body(name)
+        if not shape.is_flexible:
+            flexible = ", ".join(s.name for s in self._shapes.values() if s.is_flexible) or "none"
+            raise ModelError(f"body {name!r} is rigid: it has no modes, mesh or interfaces. Flexible are: {flexible}")
+        return shape
+
+
+def _listed(shape: BodyShape) -> str:
+    return ", ".join(shape.interfaces) or "none"

@@ -1,0 +1,39 @@
+"""Which output times and which nodes of a result somebody asks for, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.results.channels import BodyShape
+
+Frames = int | slice | Sequence[int] | np.ndarray
+"""Output times by number: one, a slice, or several."""
+
+
+def frame_index(frames: Frames | None, count: int) -> Any:
+    """Return an index of some of `count` output times; a ModelError says which numbers there are."""
+    if frames is None:
+        return slice(None)
+    if isinstance(frames, slice):
+        return frames
+    index = np.asarray(frames)
+    if index.dtype.kind not in "iu" or index.ndim > 1 or np.any((index < -count) | (index >= count)):
+        raise ModelError(
+            f"frames={frames!r} must be numbers of output times, 0 to {count - 1}. "
+            "Remedy: np.searchsorted(result.times, t) gives the number of a time"
+        )
+    return index if index.ndim else int(index)
+
+
+def node_numbers(shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> np.ndarray:
+    """Return the numbers of some nodes of a body, all by default; a ModelError says which there are."""
+    if nodes is None:
+        return np.arange(len(shape.nodes))
+    numbers = np.asarray(nodes)
+    if numbers.ndim != 1 or numbers.dtype.kind not in "iu" or np.any((numbers < 0) | (numbers >= len(shape.nodes))):
+        raise ModelError(f"nodes={nodes!r} must be node numbers of {shape.name!r}, 0 to {len(shape.nodes) - 1}")
+    return numbers

@@ -1,0 +1,287 @@
+"""What `System` can add: rigid and flexible bodies, points, frames, rotors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.bodies.rigid import RigidMass, rigid_mass
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+from kanefe.joints import Fixed, Free, Joint, Planar, Translation
+from kanefe.joints.base import axis_direction
+from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
+
+
+class BodyMethods(Scene):
+    """The part of `System` that adds bodies."""
+
+    def add_rigid_body(
+        self,
+        name: str,
+        mass: float,
+        inertia: object = 0.0,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        com: Sequence[float] = (0.0, 0.0, 0.0),
+        gravity: bool = True,
+    ) -> RigidBody:
+        """Add a rigid body and return it.
+
+        Parameters
+        ----------
+        name : str
+            Unique in the scene.
+        mass : float
+            kg.
+        inertia : float, (3,) or (3, 3)
+            About the centre of mass in the body's axes, kg m2.
+        parent : Frame, optional
+            A rigid body, an interface of a flexible body, or a frame of one; None: the inertial frame.
+        joint : Joint, optional
+            Default: Fixed().
+        at : array_like, shape (3,)
+            Where the joint sits, from the parent's origin in its axes, m.
+        orientation : array_like, shape (4,)
+            Euler parameters of the joint's fixed frame, seen from the parent.
+        com : array_like, shape (3,)
+            Centre of mass from the body's origin (at the joint), m.
+        gravity : bool
+            Whether gravity acts on it.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the body.
+        """
+        properties = rigid_mass(name, mass, inertia, com)
+        self._add(name, parent, joint or Fixed(), at, orientation, rigid=properties, gravity=gravity)
+        return RigidBody(self, len(self._entries) - 1, name)
+
+    def add_point(
+        self,
+        name: str,
+        mass: float,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        gravity: bool = True,
+    ) -> RigidBody:
+        """Add a mass point and return it: a rigid body without inertia that, unless told otherwise, does not turn.
+
+        Parameters
+        ----------
+        name, mass, parent, at, orientation, gravity
+            As for a rigid body.
+        joint : Joint, optional
+            Default: Translation(), free along x, y and z of the parent.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the point.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 0.1, joint=kf.Translation(velocity=(3.0, 0.0, 4.0)))
+        """
+        return self.add_rigid_body(
+            name, mass, parent=parent, joint=joint or Translation(), at=at, orientation=orientation, gravity=gravity
+        )
+
+    def add_frame(
+        self,
+        name: str,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+    ) -> RigidBody:
+        """Add a frame without mass and return it, such as a link between two joints of a chain.
+
+        What moves freely must carry mass somewhere outward of it. A frame that is fixed in a body is cheaper as
+        ``body.frame(...)``.
+
+        Parameters
+        ----------
+        name, parent, joint, at, orientation
+            As for a rigid body.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the frame.
+        """
+        return self.add_rigid_body(name, 0.0, parent=parent, joint=joint, at=at, orientation=orientation)
+
+    def add_rotor(self, body: Frame, axis: str | Sequence[float], inertia: float, rate: float) -> None:
+        """Add the spin of a balanced flywheel that turns in a rigid body at a constant rate.
+
+        Its mass and its inertia without the spin belong to those of the body. The spin adds the moment ``-w x h`` with
+        ``h = inertia rate axis``, and h to the angular momentum; the energy of the spin and the work of the motor that
+        keeps it are not counted. A rotor whose rate changes is a child body on a revolute joint.
+
+        Parameters
+        ----------
+        body : RigidBody
+        axis : "x", "y", "z" or three numbers
+            In the body's axes.
+        inertia : float
+            About the axis, kg m2.
+        rate : float
+            Seen from the body, rad/s.
+
+        Raises
+        ------
+        ModelError
+            If the body is not a rigid one of this scene, the axis has no length, or a number makes no sense.
+        """
+        self._check_open("a rotor")
+        carrier = self._check_frame(body, "the carrier of a rotor")
+        entry = self._entries[carrier.number] if carrier.number >= 0 else None
+        if entry is None or entry.rigid is None or carrier.interface_frame is not None:
+            raise ModelError(
+                f"{carrier.label} is not a rigid body and carries no rotor. "
+                "Remedy: a rigid body there, fixed to it, that carries the rotor"
+            )
+        what = f"of the rotor in {carrier.name!r}"
+        if not (numbers(inertia).shape == () and np.isfinite(numbers(inertia)) and inertia >= 0):
+            raise ModelError(f"the inertia {what} must be finite and >= 0 kg m2, not {inertia!r}")
+        if not (numbers(rate).shape == () and np.isfinite(numbers(rate))):
+            raise ModelError(f"the rate {what} must be one finite number in rad/s, not {rate!r}")
+        direction = carrier.axes @ axis_direction(axis, "rotor's")
+        entry.rigid = replace(entry.rigid, rotor=entry.rigid.rotor + inertia * rate * direction)
+
+    def add_flexible_body(
+        self,
+        name: str,
+        body: FlexibleBody,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        modal_coordinates: Sequence[float] | None = None,
+        modal_speeds: Sequence[float] | None = None,
+        gravity: bool = True,
+    ) -> FlexibleMember:
+        """Add a flexible body and return it.
+
+        Parameters
+        ----------
+        name : str
+            Unique in the scene.
+        body : FlexibleBody
+            From `kanefe_fem`, from given matrices, or from its file.
+        parent, joint, at, orientation
+            As for a rigid body; the frame placed is the mesh frame G. A body without a fixed interface floats and
+            takes a free or planar joint.
+        modal_coordinates, modal_speeds : array_like, shape (k,), optional
+            eta and deta at the start; default zero.
+        gravity : bool
+            Whether gravity acts on it.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the body.
+        """
+        if not isinstance(body, FlexibleBody):
+            raise ModelError(
+                f"flexible body {name!r} must be a FlexibleBody, not {type(body).__name__}. "
+                "Remedy: make one with kanefe_fem.solid_body, beam_body, or kanefe.flexible_body"
+            )
+        joint = joint or Fixed()
+        if body.is_floating and not isinstance(joint, (Free, Planar)):
+            raise ModelError(
+                f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
+                "Remedy: make an interface 'clamped', or give the body a free joint"
+            )
+        starts = modal_coordinates, modal_speeds
+        self._add(name, parent, joint, at, orientation, flexible=body, starts=starts, gravity=gravity)
+        return FlexibleMember(self, len(self._entries) - 1, name, body=body)
+
+    def _add(
+        self,
+        name: str,
+        parent: Frame | None,
+        joint: Joint,
+        at: Sequence[float],
+        orientation: Sequence[float],
+        *,
+        gravity: bool,
+        rigid: RigidMass | None = None,
+        flexible: FlexibleBody | None = None,
+        starts: tuple[Sequence[float] | None, Sequence[float] | None] = (None, None),
+    ) -> None:
+        self._check_open(f"body {name!r}")
+        if not name or not isinstance(name, str) or "/" in name:
+            raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
+        if any(entry.name == name for entry in self._entries):
+            raise ModelError(f"the scene already has a body called {name!r}. Remedy: another name")
+        if not isinstance(joint, Joint):
+            raise ModelError(f"joint of body {name!r} must be a Joint, such as Revolute('z'), not {joint!r}")
+        if parent is not None:
+            self._check_parent(name, parent)
+        if not isinstance(gravity, (bool, np.bool_)):
+            raise ModelError(
+                f"gravity of body {name!r} must be True or False, not {gravity!r}; System has its direction"
+            )
+        turn = orientation_matrix(orientation, f"orientation of body {name!r}")
+        count = flexible.free_count if flexible else 0
+        modal = []
+        for what, value in zip(("modal_coordinates", "modal_speeds"), starts, strict=True):
+            array = np.zeros(count) if value is None else numbers(value)
+            if array.shape != (count,) or not np.all(np.isfinite(array)):
+                raise ModelError(
+                    f"{what} of body {name!r} must be {count} finite numbers, shape {array.shape} was given"
+                )
+            modal.append(array)
+        where = three(at, f"at of body {name!r}")
+        P = self.ground if parent is None else parent
+        place = P.at + P.axes @ where, P.axes @ turn
+        self._entries.append(
+            BodyEntry(name, P.number, P.interface_frame, *place, joint, rigid, flexible, modal[0], modal[1], gravity)
+        )
+
+    def _check_parent(self, name: str, parent: Frame) -> None:
+        if not isinstance(parent, Frame):
+            raise ModelError(f"parent of body {name!r} must be a body or interface of this scene, not {parent!r}")
+        if parent.system is not self:
+            raise ModelError(
+                f"parent {parent.name!r} of body {name!r} belongs to another system. Remedy: add it to this one"
+            )
+        frame = parent.interface_frame
+        flexible = self._entries[parent.number].flexible if parent.number >= 0 else None
+        if flexible is not None and frame is None:
+            raise ModelError(
+                f"parent of body {name!r}: flexible body {parent.name!r} carries other bodies at its interfaces only. "
+                f"Remedy: parent={parent.name}.interface(...), one of {[f.name for f in flexible.interfaces]}"
+            )
+        if frame is not None and frame.name.startswith("node "):
+            raise ModelError(
+                f"parent of body {name!r}: {frame.name} of {parent.name!r} has no rotation of its own. "
+                "Remedy: an interface"
+            )
+        if frame is not None and not frame.motion[3:].any():
+            raise ModelError(
+                f"parent of body {name!r}: interface {frame.name!r} of {parent.name!r} is a node without a rotation of "
+                "its own, which what it carries could follow. Remedy: an interface of three nodes or more"
+            )
+        if frame is not None and flexible is not None and (loose := frame.loose_rotations(flexible.components)):
+            raise ModelError(
+                f"parent of body {name!r}: interface {frame.name!r} of {parent.name!r} has no rotation "
+                f"{' or '.join(loose)} of its own (its nodes lie on a line or release it), which what it carries could "
+                "follow. Remedy: an interface of facets, or a free body joined to it by add_loop_joint"
+            )

@@ -1,0 +1,147 @@
+"""What `System` can add to surfaces and lines of flexible bodies: tractions, pressures, loads per length."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.load_pattern import LoadPattern
+from kanefe.frames import numbers
+from kanefe.loads import FieldLoad
+from kanefe.loads.functions import Constant, callback
+from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
+
+VectorLoad = Callable[..., Any] | Sequence[float]
+
+
+class FieldLoadMethods(Scene):
+    """The part of `System` that adds distributed loads."""
+
+    def add_traction(
+        self, member: FlexibleMember, surface: str, traction: VectorLoad, *, follows: bool = False
+    ) -> None:
+        """Apply a uniform traction to a surface of a flexible body.
+
+        It acts on the material of the surface, per undeformed area, at the deformed place.
+
+        Parameters
+        ----------
+        member : FlexibleMember
+        surface : str
+            One that the body was made with: ``solid_body(..., surfaces=["top"])``.
+        traction : (3,) or callable t, or (t, state), -> (3,)
+            Pa.
+        follows : bool
+            True: components of the body's mesh frame G; False: of N.
+
+        Raises
+        ------
+        ModelError
+            If the body is rigid or has no such surface; the message lists those it has.
+
+        Examples
+        --------
+        >>> scene.add_traction(arm, "top", (0.0, 0.0, -1e3))                  # doctest: +SKIP
+        """
+        label = f"the traction on {surface!r} of {_name(member)}"
+        entry, pattern = self._loaded(member, surface, label)
+        if pattern.kind == "line":
+            raise ModelError(f"{label}: that is a line. Remedy: add_line_load, in N/m")
+        function, takes = _vector(traction, label)
+        entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
+
+    def add_line_load(self, member: FlexibleMember, line: str, load: VectorLoad, *, follows: bool = False) -> None:
+        """Apply a uniform load per length to a line of beams.
+
+        Parameters
+        ----------
+        member : FlexibleMember
+        line : str
+            One of the beam model: "span" is all of it (see `kanefe_fem.beam_model`).
+        load : (3,) or callable t, or (t, state), -> (3,)
+            N/m of the undeformed axis.
+        follows : bool
+            True: components of the body's mesh frame G; False: of N.
+
+        Raises
+        ------
+        ModelError
+            If the body is rigid or has no such line; the message lists those it has.
+
+        Examples
+        --------
+        >>> scene.add_line_load(wing, "span", (0.0, 0.0, 120.0), follows=True)    # doctest: +SKIP
+        """
+        label = f"the line load on {line!r} of {_name(member)}"
+        entry, pattern = self._loaded(member, line, label)
+        if pattern.kind != "line":
+            raise ModelError(f"{label}: that is a surface. Remedy: add_traction, in Pa")
+        function, takes = _vector(load, label)
+        entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
+
+    def add_pressure(self, member: FlexibleMember, surface: str, pressure: Callable[..., Any] | float) -> None:
+        """Apply a uniform pressure to the outside of a surface of a flexible body.
+
+        It follows G and is that of the undeformed surface: the turning of its normals and the moving of its place by
+        the deformation, both of first order, are left out. Large deformation under pressure is not for this load.
+
+        Parameters
+        ----------
+        member : FlexibleMember
+        surface : str
+            One that the body was made with: ``solid_body(..., surfaces=["top"])``.
+        pressure : float or callable t, or (t, state), -> float
+            Pa, positive if it pushes inward.
+
+        Raises
+        ------
+        ModelError
+            If the body is rigid or has no such surface, or it is a line.
+
+        Examples
+        --------
+        >>> scene.add_pressure(arm, "top", lambda t: 1e5 * min(t, 1.0))       # doctest: +SKIP
+        """
+        label = f"the pressure on {surface!r} of {_name(member)}"
+        entry, pattern = self._loaded(member, surface, label)
+        if not pattern.has_pressure:
+            raise ModelError(f"{label}: a {pattern.kind} without an outside has no pressure. Remedy: a load by vector")
+        function, takes = _scalar(pressure, label)
+        entry.field_loads.append(FieldLoad(label, function, pattern, True, True, takes))
+
+    def _loaded(self, member: object, name: str, label: str) -> tuple[BodyEntry, LoadPattern]:
+        self._check_open(label)
+        frame = self._check_frame(member, f"the body of {label}")
+        if not isinstance(frame, FlexibleMember):
+            raise ModelError(
+                f"{label}: {frame.label} is no flexible body, and only the mesh of one has surfaces and lines. "
+                "Remedy: give the flexible body itself, or use add_force"
+            )
+        try:
+            return self._entries[frame.number], frame.body.load_pattern(name)
+        except ModelError as error:
+            raise ModelError(f"{label}: {error}") from error
+
+
+def _name(member: object) -> str:
+    return repr(member.name) if isinstance(member, Frame) else repr(member)
+
+
+def _vector(load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:
+    """Return a function, and whether it takes the state."""
+    if callable(load):
+        return callback(load, label)
+    constant = three(load, label)
+    return Constant(constant), False
+
+
+def _scalar(load: Callable[..., Any] | float, label: str) -> tuple[Callable[..., Any], bool]:
+    if callable(load):
+        return callback(load, label)
+    constant = numbers(load)
+    if constant.shape != () or not np.isfinite(constant):
+        raise ModelError(f"{label} must be one finite number or a function of time, not {load!r}")
+    return Constant(constant), False

@@ -1,0 +1,310 @@
+"""What `System` can add besides bodies: forces, torques, motors, springs and bushings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+from kanefe.joints.base import ScalarJoint
+from kanefe.loads import Bushing, JointLoad, PointLoad, SpringDamper
+from kanefe.loads.functions import Constant, callback
+from kanefe.scene.scene import BodyEntry, Frame, Scene, three
+
+Load = Callable[..., Any] | Sequence[float] | float
+
+
+class LoadMethods(Scene):
+    """The part of `System` that adds loads."""
+
+    def add_force(
+        self, target: Frame, force: Load, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
+    ) -> None:
+        """Apply a force.
+
+        Parameters
+        ----------
+        target : Frame
+            A rigid body, an interface or node of a flexible body, or a frame of one.
+        force : (3,) or callable t -> (3,) or (t, state) -> (3,)
+            N. The state tells where bodies are and how they move: see `kanefe.tree.scene_state.SceneState`.
+        point : array_like, shape (3,)
+            Where it acts, from the frame's origin in its axes, m.
+        follows : bool
+            True: the components are those of the frame; False: of N.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the force.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> ball = scene.add_point("ball", 0.1)
+        >>> scene.add_force(ball, lambda t, state: -0.3 * state.velocity("ball"))
+        """
+        entry = self._target(target, "a force")
+        label = f"the force on {target.label}"
+        where = target.at + target.axes @ three(point, f"point of {label}")
+        entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
+
+    def add_torque(self, target: Frame, torque: Load, *, follows: bool = False) -> None:
+        """Apply a torque.
+
+        Parameters
+        ----------
+        target : Frame
+            A rigid body, an interface of a flexible body, or a frame of one.
+        torque : (3,), float or callable t -> (3,) or float, or (t, state) -> (3,)
+            N m. One number is the torque of a motor: see `add_motor`.
+        follows : bool
+            True: the three components are those of the frame; False: of N.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the torque.
+        """
+        entry = self._target(target, "a torque")
+        label = f"the torque on {target.label}"
+        if not (callable(torque) and callback(torque, label)[1]):
+            sample = numbers(torque(0.0) if callable(torque) else torque)
+            if sample.shape == () and target.interface_frame is None:
+                self._add_motor(target, torque, 0, label, is_single=True)
+                return
+            if sample.shape != (3,):
+                raise ModelError(
+                    f"{label} must be three numbers" + ("" if target.interface_frame else " or one for a motor")
+                )
+        load = _point_load(label, torque, True, np.zeros(3), follows, target)
+        entry.loads.append((load, target.interface_frame))
+
+    def add_motor(self, body: Frame, force: Load, *, coordinate: int = 0) -> None:
+        """Apply the force of a motor along a coordinate of a body's joint: on the body and, reversed, on its parent.
+
+        Parameters
+        ----------
+        body : RigidBody or FlexibleMember
+            On the outward side of the joint.
+        force : float or callable t -> float or (t, state) -> float
+            N m along an angle, N along a distance.
+        coordinate : int
+            Which coordinate of the joint.
+
+        Raises
+        ------
+        ModelError
+            If the joint has no such free coordinate, or the force is not one number.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> arm = scene.add_rigid_body("arm", 1.0, 0.1, joint=kf.Revolute("z"))
+        >>> scene.add_motor(arm, lambda t, state: 2.0 * (1.0 - state.joint_coordinates("arm")[0]))
+        """
+        self._target(body, "a motor")
+        self._add_motor(body, force, coordinate, f"the motor of {body.label}", is_single=False)
+
+    def _add_motor(self, body: Frame, force: Load, coordinate: int, label: str, is_single: bool) -> None:
+        entry = self._target(body, "a motor")
+        joint = entry.joint
+        motions = joint.motions if isinstance(joint, ScalarJoint) else ()
+        if is_single and (len(motions) != 1 or motions[0] is not None):
+            raise ModelError(
+                f"{label} is one number, but its {joint.kind} joint has no single free axis. "
+                "Remedy: give three components, or a revolute joint that is not driven"
+            )
+        names = {i: name for i, name in enumerate(joint.coordinate_names[: len(motions)]) if motions[i] is None}
+        if coordinate not in names:
+            free = ", ".join(f"{i} ({name})" for i, name in names.items()) or "none"
+            raise ModelError(
+                f"{label}: coordinate {coordinate!r} of its {joint.kind} joint is not one that a motor can drive. "
+                f"There are: {free}"
+            )
+        if callable(force):
+            function, asks = callback(force, label)
+            entry.joint_loads.append(JointLoad(label, function, coordinate, asks))
+            return
+        constant = numbers(force)
+        if constant.shape != () or not np.isfinite(constant):
+            raise ModelError(f"{label} must be a finite number, not {force!r}")
+        value = float(constant)
+        entry.joint_loads.append(JointLoad(label, Constant(value), coordinate))
+
+    def add_spring(
+        self,
+        name: str,
+        a: Frame,
+        b: Frame,
+        *,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        rest_length: float | None = None,
+        force: Callable[[float, float], float] | tuple[Sequence[float], Sequence[float]] | None = None,
+    ) -> None:
+        """Add a spring and damper along the line between two frames.
+
+        Parameters
+        ----------
+        name : str
+            Unique among springs and bushings.
+        a, b : Frame
+            Bodies, interfaces, nodes, frames of them, or the ground.
+        stiffness, damping : float
+            N/m and N s/m.
+        rest_length : float, optional
+            m; default: the length at the start.
+        force : (lengths, forces) or callable (length, rate) -> N, optional
+            Tension in place of the stiffness, positive if it pulls the ends together. A table is straight between its
+            points and beyond its ends. The work of either is booked as work of loads.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the spring; that it has no length at the start is found at freeze.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> ball = scene.add_point("ball", 0.1, at=(0, 0, -1))
+        >>> scene.add_spring("rope", scene.ground, ball, stiffness=1e4, damping=2.0, rest_length=0.9)
+        """
+        label = self._new_connection(name, "spring")
+        ends = self._marker(a, f"end a of {label}"), self._marker(b, f"end b of {label}")
+        k = float(_not_negative(stiffness, (), f"stiffness of {label}"))
+        c = float(_not_negative(damping, (), f"damping of {label}"))
+        rest = numbers(np.nan if rest_length is None else rest_length)
+        if rest_length is not None and not (rest.shape == () and np.isfinite(rest) and rest >= 0):
+            raise ModelError(f"rest_length of {label} must be finite and >= 0 m, not {rest_length!r}")
+        lengths = forces = np.zeros(0)
+        function = force if callable(force) else None
+        if force is not None and k > 0.0:
+            raise ModelError(f"{label} has a stiffness and a force of its own. Remedy: one of them")
+        if force is not None and function is None:
+            lengths, forces = _table(force, label)
+        if force is None and k == 0.0 and c == 0.0:
+            raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or force")
+        self._springs.append(SpringDamper(name, *ends, k, c, float(rest), lengths, forces, function))
+
+    def add_bushing(
+        self,
+        name: str,
+        a: Frame,
+        b: Frame,
+        *,
+        stiffness: Sequence[float] = (0.0, 0.0, 0.0),
+        damping: Sequence[float] = (0.0, 0.0, 0.0),
+        law: Callable[[np.ndarray, np.ndarray], Any] | None = None,
+    ) -> None:
+        """Add springs and dampers in all directions between two frames: b is held at a, with its axes along those of a.
+
+        The rotation is measured by its vector, which serves up to half a turn.
+
+        Parameters
+        ----------
+        name : str
+            Unique among springs and bushings.
+        a, b : Frame
+            Bodies, interfaces, frames of them, or the ground.
+        stiffness, damping : array_like, shape (3,) or (6,)
+            Along x, y and z of a (N/m, N s/m), then about them (N m/rad, N m s/rad); three: no moments.
+        law : callable, optional
+            In place of the stiffness: (displacement (6,), rate (6,)) -> force and moment on b at its origin (6,), all
+            in the axes of a: position of b from a and rotation vector, rate of that position and angular velocity. Its
+            work is booked as work of loads.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the bushing.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> engine = scene.add_rigid_body("engine", 80.0, 2.0, joint=kf.Free())
+        >>> scene.add_bushing("mount", scene.ground, engine, stiffness=(2e5, 2e5, 4e5), damping=(200, 200, 400))
+        """
+        label = self._new_connection(name, "bushing")
+        wide = numbers(stiffness).size == 6 or numbers(damping).size == 6 or law is not None
+        ends = [
+            self._marker(x, f"end {n} of {label}", needs_rotation=wide and n == "b") for x, n in ((a, "a"), (b, "b"))
+        ]
+        constants = []
+        for what, given in (("stiffness", stiffness), ("damping", damping)):
+            shape = (6,) if numbers(given).shape == (6,) else (3,)
+            values = _not_negative(given, shape, f"{what} of {label}")
+            constants.append(np.concatenate((values, np.zeros(6 - len(values)))))
+        if law is not None and not callable(law):
+            raise ModelError(f"law of {label} must be a function of displacement and rate, not {law!r}")
+        if law is not None and constants[0].any():
+            raise ModelError(f"{label} has a stiffness and a law of its own. Remedy: one of them")
+        if law is None and not any(x.any() for x in constants):
+            raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or law")
+        self._bushings.append(Bushing(name, ends[0], ends[1], constants[0], constants[1], law))
+
+    def _new_connection(self, name: str, kind: str) -> str:
+        """Return the label of a new spring or bushing; raise a ModelError if its name is none or taken."""
+        label = f"{kind} {name!r}"
+        self._check_open(label)
+        if not name or not isinstance(name, str):
+            raise ModelError(f"the name of a {kind} must be a text, not {name!r}")
+        if any(other.name == name for others in (self._springs, self._bushings) for other in others):
+            raise ModelError(f"the scene already has a spring or bushing called {name!r}. Remedy: another name")
+        return label
+
+    def _target(self, target: Frame, what: str) -> BodyEntry:
+        self._check_open(what)
+        self._check_frame(target, "the target of a load")
+        if target.number < 0:
+            raise ModelError("a load on the ground moves nothing. Remedy: give the body that it acts on")
+        return self._entries[target.number]
+
+
+def _point_load(label: str, load: Load, is_torque: bool, where: np.ndarray, follows: bool, target: Frame) -> PointLoad:
+    """Return a checked force or torque; components of an offset frame are turned into those of what it is fixed in."""
+    axes = target.axes if follows else np.eye(3)
+    if not callable(load):
+        constant = axes @ three(load, label)
+        return PointLoad(label, Constant(constant), is_torque, where, follows)
+    function, asks = callback(load, label)
+    if np.array_equal(axes, np.eye(3)):
+        return PointLoad(label, function, is_torque, where, follows, asks)
+
+    def turned(*arguments: Any) -> Any:
+        value = np.asarray(function(*arguments), dtype=float)
+        return axes @ value if value.shape == (3,) else value  # a wrong shape is named where the load is read
+
+    return PointLoad(label, turned, is_torque, where, follows, asks)
+
+
+def _not_negative(value: object, shape: tuple[int, ...], what: str) -> np.ndarray:
+    array = numbers(value)
+    if array.shape != shape or not np.all(np.isfinite(array)) or np.any(array < 0):
+        wanted = "one number" if shape == () else "three or six numbers"
+        raise ModelError(f"{what} must be {wanted}, finite and >= 0, not {value!r}")
+    return array
+
+
+def _table(force: object, label: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return lengths and forces of a table; a ModelError names the spring."""
+    pair = list(force) if isinstance(force, (tuple, list)) else []
+    if len(pair) != 2:
+        raise ModelError(f"force of {label} must be a function or a table (lengths, forces), not {force!r}")
+    lengths, forces = numbers(pair[0]), numbers(pair[1])
+    is_finite = bool(np.all(np.isfinite(lengths)) and np.all(np.isfinite(forces)))
+    if lengths.ndim != 1 or forces.shape != lengths.shape or len(lengths) < 2 or not is_finite:
+        raise ModelError(
+            f"the table of {label} needs two lengths or more and as many forces, all finite; shapes {lengths.shape} "
+            f"and {forces.shape} were given"
+        )
+    if np.any(np.diff(lengths) <= 0):
+        raise ModelError(f"the lengths in the table of {label} must increase. Remedy: sort them")
+    return lengths, forces

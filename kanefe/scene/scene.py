@@ -1,0 +1,218 @@
+"""What a scene is while it is built: its entries, and the frames by which the user names places in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.marker import Marker
+from kanefe.bodies.rigid import RigidMass
+from kanefe.errors import ModelError
+from kanefe.frames import numbers, rotation_matrix
+from kanefe.joints import Joint
+from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
+
+
+@dataclass(eq=False)
+class BodyEntry:
+    """What the user said of one body; `parent` is its number, -1 for the inertial frame N, `axes` are A_PF."""
+
+    name: str
+    parent: int
+    parent_interface: InterfaceFrame | None
+    at: np.ndarray
+    axes: np.ndarray
+    joint: Joint
+    rigid: RigidMass | None
+    flexible: FlexibleBody | None
+    eta: np.ndarray
+    deta: np.ndarray
+    has_gravity: bool = True
+    loads: list[tuple[PointLoad, InterfaceFrame | None]] = field(default_factory=list)
+    joint_loads: list[JointLoad] = field(default_factory=list)
+    field_loads: list[FieldLoad] = field(default_factory=list)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame of a scene: where bodies, loads, springs and constraints attach.
+
+    Attributes
+    ----------
+    system : Scene
+    number : int
+        The body, in the order of adding; -1: the inertial frame N.
+    name : str
+        Of the body.
+    interface_frame : InterfaceFrame or None
+        None: the frame of the body itself.
+    at : ndarray, shape (3,)
+        Origin, from the origin of the body's frame in its components, or from the interface in components of G turned
+        with it, m.
+    axes : ndarray, shape (3, 3)
+        From the axes of this frame to those components.
+    """
+
+    system: Scene
+    number: int
+    name: str
+    interface_frame: InterfaceFrame | None = None
+    at: np.ndarray = field(default_factory=lambda: np.zeros(3), kw_only=True)
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3), kw_only=True)
+
+    def frame(
+        self, at: Sequence[float] = (0.0, 0.0, 0.0), orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+    ) -> Frame:
+        """Return a frame fixed in this one.
+
+        Parameters
+        ----------
+        at : array_like, shape (3,)
+            Its origin, from this origin in these axes, m.
+        orientation : array_like, shape (4,)
+            Euler parameters of its axes, seen from these.
+
+        Raises
+        ------
+        ModelError
+            If the origin or the orientation is no place or rotation.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> rod = scene.add_rigid_body("rod", 1.0, 0.1)
+        >>> rod.frame(at=(0.5, 0, 0)).at
+        array([0.5, 0. , 0. ])
+        """
+        origin = self.at + self.axes @ three(at, f"at of a frame of {self.label}")
+        turned = self.axes @ orientation_matrix(orientation, f"orientation of a frame of {self.label}")
+        return Frame(self.system, self.number, self.name, self.interface_frame, at=origin, axes=turned)
+
+    @property
+    def label(self) -> str:
+        """The frame in words, for messages."""
+        text = repr(self.name) if self.number >= 0 else "the ground"
+        if self.interface_frame is not None:
+            text = f"{self.interface_frame.name!r} of {text}"
+        return f"{text} at ({', '.join(f'{x:.6g}' for x in self.at)})" if self.at.any() else text
+
+    @property
+    def is_node(self) -> bool:
+        """Whether the frame moves with one node of a mesh and has no rotation of its own."""
+        return self.interface_frame is not None and not self.interface_frame.motion[3:].any()
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody(Frame):
+    """A rigid body of a system."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleMember(Frame):
+    """A flexible body of a system."""
+
+    body: FlexibleBody = field(kw_only=True)
+
+    def interface(self, name: str) -> Frame:
+        """Return the frame of an interface, to carry a body, a load or the end of a spring or constraint.
+
+        Its axes are those that the interface was given, turning with it.
+        """
+        frame = self.body.interface(name)
+        return Frame(self.system, self.number, self.name, frame, axes=frame.axes)
+
+    def node(self, number: int) -> Frame:
+        """Return a frame that moves with a node of the mesh, to carry a load or the end of a spring."""
+        return Frame(self.system, self.number, self.name, self.body.node_frame(number))
+
+
+class Scene:
+    """The entries of a scene, and the checks that all of `System` shares.
+
+    Attributes
+    ----------
+    is_frozen : bool
+        Whether a model has been made of it: nothing can be added then.
+    """
+
+    def __init__(self) -> None:
+        self._entries: list[BodyEntry] = []
+        self._springs: list[SpringDamper] = []
+        self._bushings: list[Bushing] = []
+        self.is_frozen = False
+
+    @property
+    def ground(self) -> Frame:
+        """The inertial frame N, for the ends of springs and constraints and as a parent.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> kf.System().ground.frame(at=(0, 0, 1)).label
+        'the ground at (0, 0, 1)'
+        """
+        return Frame(self, -1, "ground")
+
+    def _check_open(self, what: str) -> None:
+        """Raise a ModelError that names `what` if the scene has been frozen."""
+        if self.is_frozen:
+            raise ModelError(
+                f"{what} cannot be added or changed: the scene was frozen. "
+                "Remedy: do it before freeze or simulate, or build a new System"
+            )
+
+    def _check_frame(self, frame: object, what: str) -> Frame:
+        """Return `frame` if it is one of this scene; raise a ModelError that names `what` it was for."""
+        if not isinstance(frame, Frame):
+            raise ModelError(f"{what} must be a body, an interface or the ground of this scene, not {frame!r}")
+        if frame.system is not self:
+            raise ModelError(f"{what}: {frame.label} belongs to another system. Remedy: add the body to this one")
+        return frame
+
+    def _marker(self, frame: object, what: str, *, needs_rotation: bool = False) -> Marker:
+        """Return the marker of a frame of this scene.
+
+        Parameters
+        ----------
+        frame : Frame
+        what : str
+            What it is for, such as "end a of spring 's'", for messages.
+        needs_rotation : bool
+            Whether it is asked for its axes: nodes of a mesh that have no rotation of their own are refused then.
+
+        Raises
+        ------
+        ModelError
+            If it is no frame, or of another scene, or cannot do what is asked.
+        """
+        given = self._check_frame(frame, what)
+        if given.number >= 0 and given.interface_frame is None:
+            body = self._entries[given.number].flexible
+            if body is not None:
+                raise ModelError(
+                    f"{what}: flexible body {given.name!r} is held at its interfaces and nodes only. "
+                    f"Remedy: {given.name}.interface(...), one of {[f.name for f in body.interfaces]}"
+                )
+        if needs_rotation and given.is_node:
+            raise ModelError(f"{what}: {given.label} has no rotation of its own. Remedy: an interface of three nodes")
+        return Marker(given.number, given.interface_frame, given.at.copy(), given.axes.copy(), given.label)
+
+
+def three(value: object, what: str) -> np.ndarray:
+    """Return three finite numbers; a ModelError names what they are."""
+    array = numbers(value)
+    if array.shape != (3,) or not np.all(np.isfinite(array)):
+        raise ModelError(f"{what} must be three finite numbers, not {value!r}")
+    return array
+
+
+def orientation_matrix(value: object, what: str) -> np.ndarray:
+    """Return the rotation matrix of Euler parameters; a ModelError names what they are."""
+    e = numbers(value)
+    if e.shape != (4,) or not np.all(np.isfinite(e)) or np.linalg.norm(e) < 1e-12:
+        raise ModelError(f"{what} must be four Euler parameters, not {value!r}")
+    return rotation_matrix(e)

@@ -1,0 +1,1 @@
+"""Files and digests of arrays and dataclasses. It knows no body."""

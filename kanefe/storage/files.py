@@ -1,0 +1,78 @@
+"""Files that are there as a whole or not at all.
+
+MERGED: Where kanefe keeps what can be made again: compiled kernels and flexible bodies."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+from kanefe.errors import FileError
+
+
+def ready_path(path: str | Path) -> Path:
+    """Return `path` with its folder made.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be made.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be made") from error
+    return path
+
+
+def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
+    """Call ``write(file)`` on a temporary file beside `path` and put it in place only when it is complete.
+
+    The folder is made where it is missing. A process that is killed leaves a file ``.<name>.<random>`` beside, never a
+    part of `path`.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be written, or the disk is full; `path` is as it was before.
+    """
+    path = ready_path(path)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    except OSError as error:
+        raise FileError(
+            f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be written"
+        ) from error
+    try:
+        with os.fdopen(handle, "wb") as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(name, 0o666 & ~umask)  # mkstemp makes files that only their owner can read
+        os.replace(name, path)
+    except OSError as error:
+        raise FileError(
+            f"cannot write {path}: {error.strerror or error}. What was there before is untouched. "
+            "Remedy: free some space or choose another folder"
+        ) from error
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+def cache_folder() -> Path:
+    """Return the folder of the cache: ``KANEFE_CACHE_DIR``, else kanefe's folder in the cache of the user.
+
+    It need not be there yet.
+    """
+    chosen = os.environ.get("KANEFE_CACHE_DIR")
+    if chosen:
+        return Path(chosen).expanduser()
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("kanefe"))

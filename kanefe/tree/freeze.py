@@ -1,0 +1,136 @@
+"""From what the user said of each body to the immutable model: numbering, and what the scene needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.bodies.slopes import SlopeMeasure
+from kanefe.bodies.unreduced import UnreducedBody
+from kanefe.constraints.rows import Constraint
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import COMPONENTS, rigid_motion
+from kanefe.scene.scene import BodyEntry
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+
+
+def build_model(
+    entries: Sequence[BodyEntry],
+    gravity: np.ndarray,
+    slopes: SlopeMeasure,
+    constraints: Sequence[Constraint] = (),
+) -> ModelData:
+    """Number coordinates and speeds, and decide per body which terms the scene needs.
+
+    Raises
+    ------
+    ModelError
+        If there are no bodies.
+    """
+    if not entries:
+        raise ModelError("the scene has no bodies. Remedy: add_rigid_body or add_flexible_body")
+    free = sum(_free_joint_speeds(e) + (e.flexible.free_count if e.flexible else 0) for e in entries)
+    driven = sum(motion is not None for e in entries for motion in e.joint.motions)
+    q: list[np.ndarray] = []
+    u: list[np.ndarray] = []
+    coordinate = speed = 0
+    driven_speed, fixed_speed = free, free + driven
+    bodies = []
+    for entry in entries:
+        starts = entry.joint.initial_coordinates(), entry.joint.initial_speeds()
+        is_driven = np.array([motion is not None for motion in entry.joint.motions], dtype=bool)
+        if not is_driven.any():
+            coordinates = np.arange(coordinate, coordinate + len(starts[0]))
+            speeds = np.arange(speed, speed + len(starts[1]))
+        else:
+            coordinates = np.where(is_driven, -1, coordinate + np.cumsum(~is_driven) - 1)
+            speeds = np.where(is_driven, driven_speed + np.cumsum(is_driven) - 1, speed + np.cumsum(~is_driven) - 1)
+            starts = starts[0][~is_driven], starts[1][~is_driven]
+        coordinate, speed = coordinate + len(starts[0]), speed + len(starts[1])
+        driven_speed += int(is_driven.sum())
+        q.append(starts[0])
+        u.append(starts[1])
+        terms = None
+        if entry.flexible is not None:
+            body = entry.flexible
+            k = body.free_count
+            terms = FlexibleTerms(
+                body=body,
+                free_moments=body.moments.leading(k),
+                all_moments=body.moments,
+                damping=_transferred_damping(body),
+                eta=slice(coordinate, coordinate + k),
+                speeds=slice(speed, speed + k),
+                fixed=slice(fixed_speed, fixed_speed + body.fixed_count),
+                **_fixed_motions(body),
+            )
+            coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
+            centred = body.centred if isinstance(body, UnreducedBody) else np.asarray
+            q.append(centred(entry.eta))
+            u.append(centred(entry.deta))
+        bodies.append(
+            BodyTerms(
+                name=entry.name,
+                parent=entry.parent,
+                parent_interface=entry.parent_interface,
+                p_PoFo_P=entry.at,
+                A_PF=entry.axes,
+                joint=entry.joint,
+                coordinates=coordinates,
+                speeds=speeds,
+                rigid=entry.rigid,
+                flexible=terms,
+                loads=tuple(entry.loads),
+                joint_loads=tuple(entry.joint_loads),
+                field_loads=tuple(entry.field_loads),
+                has_gravity=entry.has_gravity,
+            )
+        )
+    return ModelData(
+        bodies=tuple(bodies),
+        gravity=gravity.copy(),
+        slopes=slopes,
+        coordinate_count=coordinate,
+        free_count=free,
+        driven_count=driven,
+        fixed_count=fixed_speed - free - driven,
+        initial_coordinates=np.concatenate(q) if q else np.zeros(0),
+        initial_speeds=np.concatenate(u) if u else np.zeros(0),
+        constraints=tuple(constraints),
+    )
+
+
+def _free_joint_speeds(entry: BodyEntry) -> int:
+    return sum(motion is None for motion in entry.joint.motions)
+
+
+def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
+    """Return C over all rows of the body, (K, k), or None if undamped: no damping code runs then."""
+    k = body.free_count
+    if isinstance(body, UnreducedBody):
+        return body.damping if body.is_damped else None
+    if not np.any(body.damping):
+        return None
+    transfer = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:]).T
+    return np.vstack((body.damping, transfer @ body.damping))
+
+
+def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
+    """Return the motion of G and of the coordinates with each fixed component: see `FlexibleTerms`."""
+    k, fixed = body.free_count, body.fixed_count
+    if not fixed:
+        return {"fixed_rigid": np.zeros((6, 0)), "fixed_elastic": np.zeros((k, 0))}
+    held = np.zeros((fixed, 6))  # fixed components of the unit rigid motions about G's origin
+    for frame in body.interfaces:
+        rows = rigid_motion((frame.position @ frame.axes)[None], (0.0, 0.0, 0.0), COMPONENTS)
+        rows = (rows @ np.kron(np.eye(2), frame.axes.T))[list(frame.fixed_components)]
+        held[[column - k for column in frame.fixed_columns]] = rows
+    rigid = np.linalg.pinv(held)
+    if isinstance(body, UnreducedBody):  # the rows of the fixed components alone: no static solve of a large body
+        return {"fixed_rigid": rigid, "fixed_elastic": np.eye(fixed) - held @ rigid}
+    elastic = np.zeros((k + fixed, fixed))
+    elastic[k:] = np.eye(fixed) - held @ rigid
+    elastic[:k] = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:] @ held @ rigid)
+    return {"fixed_rigid": rigid, "fixed_elastic": elastic}

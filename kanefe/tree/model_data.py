@@ -1,0 +1,310 @@
+"""The frozen scene: immutable tables that the equations read, and the layout of the state.
+
+All speeds of the scene are numbered: first the free ones (body by body: joint speeds, then elastic speeds), then
+the driven joint speeds, then the interface components fixed in G. The equations are assembled over as many of them as
+the question needs; the rows of driven and fixed speeds give driving and coupling forces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.mass_moments import MassMoments
+from kanefe.bodies.nodal_moments import NodalMoments
+from kanefe.bodies.rigid import RigidMass
+from kanefe.bodies.slopes import SlopeMeasure
+from kanefe.bodies.unreduced import UnreducedBody
+from kanefe.constraints.rows import Constraint
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.joints import Joint, Motion
+from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
+
+WORKS = 2
+"""Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
+
+
+class MechanicalEnergy(NamedTuple):
+    """Energies of a state in J; `gravity` is zero with every centre of mass at N's origin."""
+
+    kinetic: float
+    elastic: float
+    gravity: float
+
+    @property
+    def total(self) -> float:
+        """Their sum."""
+        return self.kinetic + self.elastic + self.gravity
+
+
+class FrameKinematics(NamedTuple):
+    """Where a frame F is and how it moves.
+
+    Attributes
+    ----------
+    position : ndarray, shape (3,)
+        In N, m.
+    rotation : ndarray, shape (3, 3)
+        A_NF.
+    velocity, angular_velocity : ndarray, shape (3,)
+        In components of F, m/s and rad/s.
+    partial_velocities, partial_angular_velocities : ndarray, shape (3, free)
+        V and W: the Jacobian of the two by the free speeds, in components of F.
+    """
+
+    position: Vector
+    rotation: Matrix
+    velocity: Vector
+    angular_velocity: Vector
+    partial_velocities: Matrix
+    partial_angular_velocities: Matrix
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleTerms:
+    """What the equations need of a flexible body, decided at freeze.
+
+    Attributes
+    ----------
+    body : FlexibleBody
+    free_moments, all_moments : MassMoments or NodalMoments
+        Of the free coordinates, and of all (for coupling forces).
+    damping : ndarray or None, shape (K, k)
+        C of the deformation rate over all rows; None: undamped. The rows of fixed components carry what the structure
+        hands on statically, K_cf K_ff^-1 C_ff, so that damping is internal: it has no resultant.
+    eta : slice
+        Of the coordinates q.
+    speeds : slice
+        Of the free speeds.
+    fixed : slice
+        Of all speeds.
+    fixed_rigid : ndarray, shape (6, fixed)
+        Motion of G (translation, rotation) that goes with unit motion of each fixed component.
+    fixed_elastic : ndarray, shape (K, fixed)
+        Coordinates that go with it. Together they are the constraint mode at zero deformation; the rigid share turns
+        the *deformed* body, so that coupling forces balance the body exactly and not only to first order.
+    """
+
+    body: FlexibleBody
+    free_moments: MassMoments | NodalMoments
+    all_moments: MassMoments | NodalMoments
+    damping: np.ndarray | None
+    eta: slice
+    speeds: slice
+    fixed: slice
+    fixed_rigid: np.ndarray
+    fixed_elastic: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class BodyTerms:
+    """One body of the tree with its joint.
+
+    Attributes
+    ----------
+    name : str
+    parent : int
+        Index of the parent body, -1 for N.
+    parent_interface : InterfaceFrame or None
+        The frame of a flexible parent that carries this body.
+    p_PoFo_P, A_PF : ndarray
+        Where the joint's fixed frame F sits in the parent frame P, m.
+    joint : Joint
+    coordinates : ndarray of int
+        Where each coordinate of the joint is in q; -1: it is driven.
+    speeds : ndarray of int
+        Where each speed of the joint is among all speeds.
+    rigid : RigidMass or None
+    flexible : FlexibleTerms or None
+    loads : tuple of (PointLoad, InterfaceFrame or None)
+    joint_loads : tuple of JointLoad
+    field_loads : tuple of FieldLoad
+        On surfaces and lines of a flexible body.
+    has_gravity : bool
+        Whether gravity acts on it.
+    """
+
+    name: str
+    parent: int
+    parent_interface: InterfaceFrame | None
+    p_PoFo_P: np.ndarray
+    A_PF: np.ndarray
+    joint: Joint
+    coordinates: np.ndarray
+    speeds: np.ndarray
+    rigid: RigidMass | None
+    flexible: FlexibleTerms | None
+    loads: tuple[tuple[PointLoad, InterfaceFrame | None], ...]
+    joint_loads: tuple[JointLoad, ...]
+    field_loads: tuple[FieldLoad, ...] = ()
+    has_gravity: bool = True
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Whether loads or damping give energy to the body or take it."""
+        is_damped = self.flexible is not None and self.flexible.damping is not None
+        return bool(self.loads or self.joint_loads or self.field_loads or is_damped) or any(
+            force is not None and force.is_dissipative for force in self.joint.coordinate_forces
+        )
+
+    @property
+    def has_coordinate_forces(self) -> bool:
+        """Whether springs, dampers, friction or limits act along coordinates of the joint."""
+        return any(force is not None for force in self.joint.coordinate_forces)
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether a coordinate of the joint is a given function of time."""
+        return any(motion is not None for motion in self.joint.motions)
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Which coordinates of the joint are given functions of time."""
+        return tuple(i for i, motion in enumerate(self.joint.motions) if motion is not None)
+
+    def joint_coordinates(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Return the coordinates of the joint: of the state, or of their motions in time."""
+        if not self.is_driven:
+            return q[self.coordinates]
+        pairs = zip(self.joint.motions, self.coordinates, strict=True)
+        return np.array([q[at] if motion is None else motion.at("position", t, self.name) for motion, at in pairs])
+
+    def free_coordinates(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the indices into q and into the free speeds of what is not driven; one for one where some are."""
+        if not self.is_driven:
+            return self.coordinates, self.speeds
+        is_free = self.coordinates >= 0
+        return self.coordinates[is_free], self.speeds[is_free]
+
+
+@dataclass(frozen=True, eq=False)
+class ModelData:
+    """A frozen scene.
+
+    Attributes
+    ----------
+    bodies : tuple of BodyTerms
+        Parents before children.
+    gravity : ndarray, shape (3,)
+        In N, m/s2.
+    slopes : SlopeMeasure
+    coordinate_count, free_count, driven_count, fixed_count : int
+        Sizes of q and of the three kinds of speeds.
+    initial_coordinates, initial_speeds : ndarray
+        q (coordinates,) and free speeds u (free,) at the start.
+    constraints : tuple of Constraint
+        Loop joints and couplers.
+    springs : tuple of SpringDamper
+    bushings : tuple of Bushing
+    """
+
+    bodies: tuple[BodyTerms, ...]
+    gravity: np.ndarray
+    slopes: SlopeMeasure
+    coordinate_count: int
+    free_count: int
+    driven_count: int
+    fixed_count: int
+    initial_coordinates: np.ndarray
+    initial_speeds: np.ndarray
+    constraints: tuple[Constraint, ...] = ()
+    springs: tuple[SpringDamper, ...] = ()
+    bushings: tuple[Bushing, ...] = ()
+
+    def __post_init__(self) -> None:
+        for array in (self.gravity, self.initial_coordinates, self.initial_speeds):
+            array.flags.writeable = False
+
+    @property
+    def has_power(self) -> bool:
+        """Whether loads, drives or damping exchange energy, so that their work must be integrated."""
+        return self.driven_count > 0 or any(
+            part.exchanges_energy for parts in (self.bodies, self.springs, self.bushings) for part in parts
+        )
+
+    @property
+    def has_unreduced(self) -> bool:
+        """Whether a flexible body has all degrees of freedom of its mesh, in sparse matrices."""
+        return any(isinstance(b.flexible.body, UnreducedBody) for b in self.bodies if b.flexible)
+
+    @property
+    def has_varying_tangents(self) -> bool:
+        """Whether the stiffness or damping of something but geometry changes with the state."""
+        return self.has_interactions or any(
+            force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
+        )
+
+    @property
+    def has_stops(self) -> bool:
+        """Whether stops or dry friction act along coordinates of joints."""
+        return any(
+            force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
+        )
+
+    @property
+    def has_interactions(self) -> bool:
+        """Whether springs or bushings act between markers."""
+        return bool(self.springs or self.bushings)
+
+    def index(self, name: str) -> int:
+        """Return the number of the body called `name`; raise a ModelError that lists the names."""
+        for number, body in enumerate(self.bodies):
+            if body.name == name:
+                return number
+        raise ModelError(f"the scene has no body called {name!r}. It has: {', '.join(b.name for b in self.bodies)}")
+
+    def flexible_terms(self, name: str) -> FlexibleTerms:
+        """Return the terms of a flexible body by name; raise a ModelError if it is rigid."""
+        terms = self.bodies[self.index(name)].flexible
+        if terms is None:
+            raise ModelError(f"body {name!r} is rigid: it has no modal coordinates, mesh or interfaces")
+        return terms
+
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Return a name for every coordinate of q."""
+        names = []
+        for body in self.bodies:
+            names += [
+                f"{body.name}: {name}"
+                for name, where in zip(body.joint.coordinate_names, body.coordinates, strict=True)
+                if where >= 0
+            ]
+            if body.flexible:
+                names += [f"{body.name}: eta {i}" for i in range(body.flexible.body.free_count)]
+        return tuple(names)
+
+    def advance(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return q moved by `step`, a vector in the directions of the free speeds times a time."""
+        moved = np.empty_like(q)
+        for body in self.bodies:
+            at, speeds = body.free_coordinates()
+            if len(at):
+                moved[at] = body.joint.advance(q[at], step[speeds])
+            if body.flexible:
+                moved[body.flexible.eta] = q[body.flexible.eta] + step[body.flexible.speeds]
+        return moved
+
+    def coordinate_rates(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return dq/dt from the free speeds."""
+        rates = np.empty_like(q)
+        for body in self.bodies:
+            at, speeds = body.free_coordinates()
+            if len(at):
+                rates[at] = body.joint.coordinate_rates(q[at], u[speeds])
+            if body.flexible:
+                rates[body.flexible.eta] = u[body.flexible.speeds]
+        return rates
+
+    @property
+    def drives(self) -> tuple[tuple[Motion, str], ...]:
+        """The motions of the driven coordinates, each with the name of its body, in the order of the driven speeds."""
+        return tuple((motion, b.name) for b in self.bodies for motion in b.joint.motions if motion is not None)
+
+    def driven_speeds(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the driven joint speeds and their rates at time t, each (driven,)."""
+        speeds = np.array([motion.at("velocity", t, name) for motion, name in self.drives])
+        return speeds, np.array([motion.at("acceleration", t, name) for motion, name in self.drives])

@@ -1,0 +1,143 @@
+"""Sizes of a scene, against which displacements are small or large.
+
+MERGED: What the components of a state are measured by, and how coordinates move with the speeds."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.frames import Vector
+from kanefe.joints import Free, Spherical
+from kanefe.tree.model_data import WORKS, ModelData
+
+_extents: WeakKeyDictionary[FlexibleBody, float] = WeakKeyDictionary()
+
+
+def largest_extent(body: FlexibleBody) -> float:
+    """Return the longest side of the box around a mesh in m; kept: short runs take less time than large meshes."""
+    if body not in _extents:
+        _extents[body] = float(np.ptp(body.nodes, axis=0).max())
+    return _extents[body]
+
+
+def scene_length(model: ModelData) -> float:
+    """Return a length of the scene in m: of its flexible bodies and the offsets in it.
+
+    Where there are none, bodies are as large as their radius of gyration, points as far as they are from their origin;
+    1 m if nothing has a size.
+    """
+    lengths = [largest_extent(b.flexible.body) for b in model.bodies if b.flexible]
+    lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
+    lengths += [float(np.linalg.norm(b.rigid.com)) for b in model.bodies if b.rigid]
+    lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
+    lengths += [float(np.linalg.norm(m.point)) for s in model.springs for m in (s.a, s.b) if m.body >= 0]
+    largest = max(lengths, default=0.0)
+    return largest or _radius_of_gyration(model) or _distance_at_start(model) or 1.0
+
+
+def scene_energy(model: ModelData, length: float) -> float:
+    """Return an energy of the scene in J: its kinetic one where all moves by its length, or a radian, in a second."""
+    mass = sum(part.mass for part in _masses(model))
+    return (mass * length**2 + _inertia(model)) or 1.0
+
+
+def _masses(model: ModelData) -> list[Any]:
+    return [body.flexible.body if body.flexible else body.rigid for body in model.bodies if body.flexible or body.rigid]
+
+
+def _inertia(model: ModelData) -> float:
+    return sum(float(np.trace(body.rigid.inertia)) for body in model.bodies if body.rigid)
+
+
+def _radius_of_gyration(model: ModelData) -> float:
+    mass = sum(body.rigid.mass for body in model.bodies if body.rigid)
+    return math.sqrt(_inertia(model) / mass) if mass > 0.0 else 0.0
+
+
+def _distance_at_start(model: ModelData) -> float:
+    ranges = joint_scales(model, 0.0)
+    distances = [0.0]
+    for body in model.bodies:
+        for at, speed in zip(*body.free_coordinates(), strict=False):
+            if ranges[speed] == 0.0:
+                distances.append(abs(float(model.initial_coordinates[at])))
+    return max(distances)
+
+
+def joint_scales(model: ModelData, length: float) -> np.ndarray:
+    """Return a large displacement along every free speed: 1 rad, or `length` in m; infinite for elastic coordinates."""
+    scales = np.full(model.free_count, np.inf)
+    for body in model.bodies:
+        for where, name in zip(body.speeds, body.joint.speed_names, strict=True):
+            if where < model.free_count:
+                scales[where] = 1.0 if "rad" in name else length
+    return scales
+
+
+def displacement_scales(model: ModelData) -> np.ndarray:
+    """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
+    length = scene_length(model)
+    scales = joint_scales(model, length)
+    for body in model.bodies:
+        if body.flexible:
+            flexible = body.flexible.body
+            extent = largest_extent(flexible) or length
+            # kinetic energy 1/2 m_i deta^2: eta = sqrt(m / m_i) L moves the body by about its length
+            modal = np.diag(flexible.moments.elastic_mass)[: flexible.free_count]
+            scales[body.flexible.speeds] = extent * np.sqrt(flexible.mass / np.maximum(modal, 1e-300))
+    return scales
+
+
+def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
+    """Return how coordinates move with the speeds: whether they turn, coordinate, and speed.
+
+    What turns are the four Euler parameters from the coordinate on, with three speeds: see `kanefe.kernels.stepping`.
+    """
+    moves = []
+    for body in model.bodies:
+        at, speeds = body.free_coordinates()
+        straight = len(at)
+        if isinstance(body.joint, (Free, Spherical)):
+            straight = len(at) - 4
+        moves += [(False, int(q), int(u)) for q, u in zip(at[:straight], speeds[:straight], strict=False)]
+        if straight < len(at):
+            moves.append((True, int(at[straight]), int(speeds[straight])))
+        if body.flexible:
+            first, speed = body.flexible.eta.start, body.flexible.speeds.start
+            moves += [(False, first + i, speed + i) for i in range(body.flexible.body.free_count)]
+    return moves
+
+
+def modal_frequencies(model: ModelData) -> Vector:
+    """Return the frequency in rad/s of the mode behind each free speed, alone; zero for what is no mode."""
+    frequencies = np.zeros(model.free_count)
+    for body in model.bodies:
+        if body.flexible:
+            k = body.flexible.body.free_count
+            stiffness = np.diag(body.flexible.body.stiffness)[:k]
+            mass = np.diag(body.flexible.body.moments.elastic_mass)[:k]
+            frequencies[body.flexible.speeds] = np.sqrt(np.maximum(stiffness, 0.0) / mass)
+    return frequencies
+
+
+def state_scales(model: ModelData) -> Vector:
+    """Return what counts as a large value of each component of (q, u, works).
+
+    Large are a radian, the size of the scene in m and what moves a body by its size in modal units; these a second; and
+    the energy of such speeds. A modal speed counts in the amplitude that it causes: against a large displacement times
+    the frequency of its mode.
+    """
+    n, m = model.coordinate_count, model.free_count
+    displacements = displacement_scales(model)
+    scales = np.ones(n + m + WORKS)
+    for turns, at, speed in coordinate_moves(model):
+        if not turns:
+            scales[at] = displacements[speed]
+    scales[n : n + m] = displacements * np.maximum(1.0, modal_frequencies(model))
+    scales[n + m :] = scene_energy(model, scene_length(model))
+    return scales

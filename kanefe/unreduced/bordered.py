@@ -1,0 +1,177 @@
+"""The linear equations of a scene with unreduced bodies: large sparse blocks, each factored alone, and a small border.
+
+Of every unreduced body S = M + c C + k K is factored, or M alone for accelerations. What couples it to the rest of the
+scene is narrow: the six motions of G, the p coordinates d of what it carries, and of a floating body the motions that
+G follows. With z for the speeds of the condensed twin, A for its matrix, Gamma z for the motion of G, M_re for the
+inertia between G and the coordinates, N for the rows of d and of the followed motions, E z for their values (d, zero),
+
+    S x + M_re^T Gamma z + N^T psi = f
+    A z + Gamma^T (M_rr Gamma z + M_re x) - E^T psi = f_z
+    N x = E z
+
+With ``X = S^-1 (M_re^T, N^T)``, made once, x and psi are eliminated, and a matrix of the size of the twin remains. A
+solution costs one solve with S of each body, whatever hangs on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.fe_model.factorise import Factorisation
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import constrained_solver, singular_mass
+from kanefe.kane.constraints import ConstrainedSolver, Rates
+from kanefe.kane.kinematics import FrameMotion
+from kanefe.unreduced.condensed import Condensed, Member
+
+NO_MULTIPLIERS = np.zeros(0)
+
+
+class Edge(NamedTuple):
+    """The border of one body.
+
+    Attributes
+    ----------
+    factors : Factorisation
+        Of S.
+    rows : ndarray, shape (6 + r, k)
+        M_re and N.
+    columns : ndarray, shape (k, 6 + r)
+        X.
+    rigid : ndarray, shape (6, 6)
+        ``M_rr - M_re S^-1 M_re^T``.
+    mixed : ndarray, shape (6, r)
+        ``M_re S^-1 N^T``.
+    inverse : ndarray, shape (r, r)
+        ``(N S^-1 N^T)^-1``.
+    """
+
+    factors: Factorisation
+    rows: Matrix
+    columns: Matrix
+    rigid: Matrix
+    mixed: Matrix
+    inverse: Matrix
+
+
+def edge(member: Member, eta: Vector, factors: Factorisation) -> Edge:
+    """Return the border of a body at coordinates eta, (k,): one solve for each of its columns."""
+    rigid, between = member.body.inertia_field.rigid_inertia(eta)
+    rows = np.vstack((between, member.carried.toarray(), member.body.mean_motions))
+    columns = factors.solve(np.ascontiguousarray(rows.T))
+    gram = rows @ columns
+    return Edge(factors, rows, columns, rigid - gram[:6, :6], gram[:6, 6:], _inverse(gram[6:, 6:]))
+
+
+def _inverse(H: Matrix) -> Matrix:
+    """Return the inverse of a symmetric positive definite matrix whose rows may have different units."""
+    if not len(H):
+        return H
+    scale = 1.0 / np.sqrt(np.diag(H))
+    inverse = np.linalg.inv(0.5 * (H + H.T) * np.outer(scale, scale))
+    return np.asarray(inverse * np.outer(scale, scale))
+
+
+class Solution(NamedTuple):
+    """Twin speeds z (free of the twin), coordinates of the members, and multipliers of the constraints."""
+
+    z: Vector
+    parts: list[Vector]
+    multipliers: Vector
+
+
+class Bordered:
+    """The equations of a scene, ready to be solved.
+
+    Parameters
+    ----------
+    condensed : Condensed
+    edges : sequence of Edge
+        One for each member.
+    matrix : ndarray, shape (free of the twin, free of the twin)
+        A.
+    motions : sequence of FrameMotion
+        The outward sweep of the twin, for Gamma.
+    rows : Rates, optional
+        Constraints over all speeds of the twin.
+    """
+
+    def __init__(
+        self,
+        condensed: Condensed,
+        edges: Sequence[Edge],
+        matrix: Matrix,
+        motions: Sequence[FrameMotion],
+        rows: Rates | None = None,
+    ) -> None:
+        n = condensed.small.free_count
+        A = np.array(matrix)
+        self.edges, self._couplings = edges, list[Matrix]()
+        for member, own in zip(condensed.members, edges, strict=True):
+            G = motions[member.number]
+            gamma = np.vstack((G.V[:, :n], G.W[:, :n]))
+            Y_t = own.mixed.T @ gamma
+            Y_t[range(member.carried_count), range(member.rates.start, member.rates.stop)] += 1.0
+            pull = own.inverse @ Y_t
+            A += gamma.T @ own.rigid @ gamma + Y_t.T @ pull
+            self._couplings.append(np.vstack((gamma, -pull)))
+        self._solve_twin = _twin_solver(condensed, A, rows)
+
+    def solve(self, right: Vector, parts: Sequence[Vector] | None, known: Vector | None = None) -> Solution:
+        """Return the solution.
+
+        Parameters
+        ----------
+        right : ndarray, shape (free of the twin,)
+            f_z.
+        parts : sequence of ndarray, each (k,), or None
+            f of every member; None: zero, and nothing is solved with S.
+        known : ndarray, shape (rows,), optional
+            c of the constraints ``J z + c = 0``.
+        """
+        if parts is None:
+            z, multipliers = self._solve_twin(right, known)
+            pairs = zip(self.edges, self._couplings, strict=True)
+            return Solution(z, [-(own.columns @ (C @ z)) for own, C in pairs], multipliers)
+        free, pulled = [], []
+        for f, own, C in zip(parts, self.edges, self._couplings, strict=True):
+            w = own.factors.solve(f)
+            y = own.rows @ w
+            right = right - y @ C
+            free.append(w)
+            pulled.append(y[6:])
+        z, multipliers = self._solve_twin(right, known)
+        for w, y, own, C in zip(free, pulled, self.edges, self._couplings, strict=True):
+            share = C @ z
+            if len(y):
+                share[6:] += own.inverse @ y
+            w -= own.columns @ share
+        return Solution(z, free, multipliers)
+
+
+TwinSolver = Callable[[Vector, Vector | None], tuple[Vector, Vector]]
+
+
+def _twin_solver(condensed: Condensed, A: Matrix, rows: Rates | None) -> TwinSolver:
+    if rows is not None:
+        return partial(_constrained, constrained_solver(condensed.small, A, rows.over(slice(len(A)))))
+    if not len(A):
+        return lambda right, known: (right, NO_MULTIPLIERS)
+    factors, pivots, failed_at = scipy.linalg.lapack.dgetrf(A)
+    if failed_at:
+        raise singular_mass(condensed.small, A)
+    return partial(_solved, factors, pivots)
+
+
+def _solved(factors: Matrix, pivots: Vector, right: Vector, known: Vector | None) -> tuple[Vector, Vector]:
+    # scipy's own function spends as long on checks
+    return scipy.linalg.lapack.dgetrs(factors, pivots, right)[0], NO_MULTIPLIERS
+
+
+def _constrained(solver: ConstrainedSolver, right: Vector, known: Vector | None) -> tuple[Vector, Vector]:
+    return solver.solve(right, np.zeros(solver.row_count) if known is None else known)

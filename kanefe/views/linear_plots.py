@@ -1,0 +1,123 @@
+"""Pictures of linear analyses: Campbell diagrams and frequency responses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, save_figure
+
+
+class CampbellCurves(NamedTuple):
+    """What a Campbell diagram shows.
+
+    Attributes
+    ----------
+    speeds : ndarray, shape (S,)
+        rad/s.
+    eigenvalues : ndarray, shape (S, modes)
+    frequencies, damping_ratios : ndarray, shape (S, modes)
+        Hz, and of one.
+    grows : ndarray of bool, shape (S, modes)
+    labels : list of str
+        Of the modes.
+    orders : ndarray
+        Multiples of the rotation that are drawn as lines.
+    critical : list of (float, float)
+        Speeds (rad/s) at which a mode has such a multiple, and that.
+    """
+
+    speeds: np.ndarray
+    eigenvalues: np.ndarray
+    frequencies: np.ndarray
+    damping_ratios: np.ndarray
+    grows: np.ndarray
+    labels: list[str]
+    orders: np.ndarray
+    critical: list[tuple[float, float]]
+
+
+def campbell_picture(campbell: CampbellCurves, path: str | Path | None) -> Figure:
+    """Return the picture that `Campbell.plot` describes, and write it to `path` if given."""
+    ratios = 100.0 * np.abs(campbell.damping_ratios)
+    is_damped = bool(ratios.max(initial=0.0) > 1e-6)  # of undamped modes it is round-off
+    figure, panels = _figure(2 if is_damped else 1, 1, (8.0, 7.0 if is_damped else 4.5))
+    upper, lower = panels[0], panels[-1]
+    highest = 1.05 * float(campbell.frequencies.max(initial=0.0)) or 1.0
+    for j, label in enumerate(campbell.labels):
+        color, style = COLORS[j % len(COLORS)], STYLES[j // len(COLORS) % len(STYLES)]
+        upper.plot(*_frequency_curve(campbell, j), style, color=color, linewidth=1.4, label=label)
+        grows = campbell.grows[:, j]
+        mark: dict[str, Any] = {"marker": "x", "linestyle": "", "color": color, "markersize": 5}
+        upper.plot(campbell.speeds[grows], campbell.frequencies[grows, j], **mark)
+        if is_damped:
+            # a divergence has a rate of growth and no damping ratio to draw
+            oscillates = campbell.eigenvalues[:, j].imag != 0.0
+            shown = np.where(oscillates, 100.0 * campbell.damping_ratios[:, j], np.nan)
+            lower.plot(campbell.speeds, shown, style, color=color, linewidth=1.4)
+            lower.plot(campbell.speeds[grows], shown[grows], **mark)
+    if campbell.grows.any():
+        upper.plot([], [], marker="x", linestyle="", color="0.3", label="unstable")
+    for number, (speed, order) in enumerate(campbell.critical):
+        at = order * speed / (2.0 * np.pi)
+        name = "_" if number else "critical speed"
+        upper.plot(speed, at, "o", color="0.2", fillstyle="none", markersize=7, label=name, clip_on=False, zorder=3)
+    for order in campbell.orders[campbell.orders > 0.0]:
+        upper.plot(campbell.speeds, order * campbell.speeds / (2.0 * np.pi), color="0.6", linewidth=0.8, zorder=0)
+        end = min(float(campbell.speeds[-1]), 2.0 * np.pi * highest / float(order))
+        upper.annotate(
+            f"{order:g}x", (end, order * end / (2.0 * np.pi)), color="0.4", fontsize="small", ha="right", va="bottom"
+        )
+    upper.set_ylim(0.0, highest)
+    _dress(upper, "frequency [Hz]", "Campbell diagram", time=False)
+    if is_damped:
+        _dress(lower, "damping ratio [%]", "", time=False)
+    lower.set_xlabel("speed [rad/s]")
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def _frequency_curve(campbell: CampbellCurves, mode: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return speeds and frequencies (Hz) of a mode, with the points where a whirl falls through zero."""
+    speeds, turns = campbell.speeds, campbell.eigenvalues[:, mode].imag
+    before = np.flatnonzero(turns[:-1] * turns[1:] < 0.0)
+    share = turns[before] / (turns[before] - turns[before + 1])
+    zeros = speeds[before] + share * np.diff(speeds)[before]
+    at = np.insert(speeds, before + 1, zeros)
+    return at, np.insert(np.abs(turns), before + 1, 0.0) / (2.0 * np.pi)
+
+
+class ResponseCurves(NamedTuple):
+    """What a frequency response shows: frequencies (F,) in Hz, magnitude and phase (F, outputs, inputs), and names."""
+
+    frequencies: np.ndarray
+    magnitude: np.ndarray
+    phase: np.ndarray
+    output_names: tuple[str, ...]
+    input_names: tuple[str, ...]
+
+
+def frequency_response_picture(response: ResponseCurves, path: str | Path | None) -> Figure:
+    """Return the picture that `FrequencyResponse.plot` describes, and write it to `path` if given."""
+    figure, (upper, lower) = _figure(2, 1, (8.0, 6.5))
+    number = 0
+    for i, output in enumerate(response.output_names):
+        for j, given in enumerate(response.input_names):
+            color, style = COLORS[number % len(COLORS)], STYLES[number // len(COLORS) % len(STYLES)]
+            number += 1
+            label = f"{output} / {given}"
+            at = response.frequencies
+            upper.plot(at, response.magnitude[:, i, j], style, color=color, linewidth=1.4, label=label)
+            lower.plot(at, np.degrees(response.phase[:, i, j]), style, color=color, linewidth=1.4)
+    _dress(upper, "magnitude", "Frequency response", time=False)
+    _dress(lower, "phase [degrees]", "", time=False)
+    upper.set_yscale("log")
+    if response.frequencies.min() > 0.0 and response.frequencies.max() > 5.0 * response.frequencies.min():
+        upper.set_xscale("log")
+    lower.set_xlabel("frequency [Hz]")
+    if path is not None:
+        save_figure(figure, path)
+    return figure
