@@ -125,7 +125,9 @@ def interaction_wrenches(
         yield MarkerWrench(bushing.a, a, -np.concatenate((force, moment + cross(offset.d, force))))
 
 
-def add_interactions(model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, F: Vector) -> None:
+def add_interactions(
+    model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, F: Vector
+) -> None:
     """Add the generalised forces of all springs and bushings to F: ``V^T R + W^T T`` of both ends (Eq. 11)."""
     for _, frame, wrench in interaction_wrenches(model, motions, t, q, u, len(F)):
         F += frame.V.T @ wrench[:3] + frame.W.T @ wrench[3:]

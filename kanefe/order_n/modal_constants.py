@@ -73,8 +73,7 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
     C = None if terms.damping is None else terms.damping[:k]
     diagonal = np.diag(K)
     if k and (
-        np.abs(mass - np.eye(k)).max() > ROUND_OFF
-        or np.abs(K - np.diag(diagonal)).max() > ROUND_OFF * diagonal.max()
+        np.abs(mass - np.eye(k)).max() > ROUND_OFF or np.abs(K - np.diag(diagonal)).max() > ROUND_OFF * diagonal.max()
     ):
         diagonal, modes = scipy.linalg.eigh(K, mass)
         inverse = modes.T
