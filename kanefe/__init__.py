@@ -3,9 +3,9 @@
 Importing the package loads nothing heavy: each public name is imported when it is first used.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from kanefe._public import lazy
 from kanefe._version import __version__
 
 if TYPE_CHECKING:
@@ -33,18 +33,7 @@ if TYPE_CHECKING:
     from kanefe.imports.from_matrices import model_from_matrices as model_from_matrices
     from kanefe.integrate.events import Event as Event
     from kanefe.integrate.status import RunStatus as RunStatus
-    from kanefe.joints import CoordinateForce as CoordinateForce
-    from kanefe.joints import Cylindrical as Cylindrical
-    from kanefe.joints import Fixed as Fixed
-    from kanefe.joints import Free as Free
-    from kanefe.joints import Motion as Motion
-    from kanefe.joints import Planar as Planar
-    from kanefe.joints import Prismatic as Prismatic
-    from kanefe.joints import Revolute as Revolute
-    from kanefe.joints import Screw as Screw
-    from kanefe.joints import Spherical as Spherical
-    from kanefe.joints import Translation as Translation
-    from kanefe.joints import Universal as Universal
+    from kanefe.joints import *
     from kanefe.linear import Campbell as Campbell
     from kanefe.linear import Equilibrium as Equilibrium
     from kanefe.linear import FrequencyResponse as FrequencyResponse
@@ -63,72 +52,5 @@ if TYPE_CHECKING:
     from kanefe.result import load_result as load_result
     from kanefe.system import System as System
 
-_HOMES = {
-    "Campbell": "linear",
-    "CoordinateForce": "joints",
-    "CraigBampton": "reduction",
-    "Cylindrical": "joints",
-    "Enriched": "reduction",
-    "Event": "integrate.events",
-    "Equilibrium": "linear",
-    "FileError": "errors",
-    "FiniteElementModel": "finite_element_model",
-    "Fixed": "joints",
-    "FlexibleBody": "flexible",
-    "Free": "joints",
-    "FreeInterface": "reduction",
-    "FrequencyResponse": "linear",
-    "Interface": "interface",
-    "KanefeError": "errors",
-    "Krylov": "reduction",
-    "Linearisation": "linear",
-    "LoadCase": "reduction",
-    "MeshError": "errors",
-    "MissingDependency": "errors",
-    "ModalDamping": "damping",
-    "ModelError": "errors",
-    "Modes": "linear",
-    "Motion": "joints",
-    "NodalPattern": "load_pattern",
-    "Planar": "joints",
-    "Prismatic": "joints",
-    "RayleighDamping": "damping",
-    "Result": "results",
-    "Revolute": "joints",
-    "Screw": "joints",
-    "RunStatus": "integrate.status",
-    "SimulationError": "errors",
-    "SimulationWarning": "errors",
-    "Spherical": "joints",
-    "System": "system",
-    "Translation": "joints",
-    "Universal": "joints",
-    "campbell": "linear",
-    "equilibrium": "linear",
-    "flexible_body": "reduction",
-    "linearise": "linear",
-    "load_result": "results",
-    "model_from_matrices": "given_matrices",
-    "read_abaqus": "imports",
-    "read_ansys": "imports",
-    "read_matrices": "imports",
-    "read_matrix_market": "imports",
-    "read_nastran": "imports",
-    "read_sid": "imports",
-    "write_matrices": "imports",
-    "write_sid": "imports",
-}
-
-__all__ = [*_HOMES, "__version__"]
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'kanefe' has no attribute {name!r}")
-    value = getattr(import_module(f"kanefe.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+_names, __getattr__, __dir__ = lazy(__file__, globals())
+__all__ = [*_names, "__version__"]

@@ -4,8 +4,9 @@ Importing the package loads nothing heavy: each public name is imported when it 
 gmsh only when a function needs them.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from kanefe._public import lazy
 
 if TYPE_CHECKING:
     from kanefe_fem.beams.body import beam_body as beam_body
@@ -39,49 +40,4 @@ if TYPE_CHECKING:
     from kanefe_fem.solids.preload import Preload as Preload
     from kanefe_fem.solids.preload import preloaded as preloaded
 
-_HOMES = {
-    "Anisotropic": "orthotropic",
-    "Box": "sections",
-    "Laminate": "laminate",
-    "LumpedMass": "lumped",
-    "LumpedSpring": "lumped",
-    "Material": "material",
-    "Mesh": "mesh",
-    "Oriented": "oriented",
-    "Orthotropic": "orthotropic",
-    "Ply": "laminate",
-    "Preload": "preload",
-    "Rectangle": "sections",
-    "Section": "sections",
-    "SolidCircle": "sections",
-    "Tube": "sections",
-    "UserEnergy": "user_energy",
-    "attach": "lumped",
-    "axes_at_angle": "oriented",
-    "beam_body": "beams",
-    "beam_model": "beams",
-    "beam_model_from_mesh": "beam_mesh",
-    "cylindrical_axes": "oriented",
-    "preloaded": "preload",
-    "read_mesh": "mesh",
-    "recover": "recovery",
-    "rosette_principal": "strain_gauges",
-    "solid_body": "solid",
-    "solid_model": "solid",
-    "spherical_axes": "oriented",
-    "straight_beam": "beams",
-}
-
-__all__ = [*_HOMES]
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'kanefe_fem' has no attribute {name!r}")
-    value = getattr(import_module(f"kanefe_fem.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__all__, __getattr__, __dir__ = lazy(__file__, globals())

@@ -1,0 +1,50 @@
+"""Public names of a package, said once: in the imports that its `__init__` shows to type checkers."""
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+
+def homes(path: str) -> dict[str, str]:
+    """Return the module of each name that lines ``from x import name`` of a file import, one name a line.
+
+    A star takes the names that the `__init__` of that package imports, so that what is added to a room such as
+    `kanefe.joints` is public at once.
+
+    Parameters
+    ----------
+    path : str
+        The file ``__init__.py`` of a package.
+    """
+    found: dict[str, str] = {}
+    package = Path(path).parent
+    for line in Path(path).read_text(encoding="utf-8").splitlines():
+        word, _, rest = line.strip().partition(" ")
+        module, _, names = rest.partition(" import ")
+        if word != "from" or not module.startswith(f"{package.name}."):
+            continue
+        if names.startswith("*"):
+            room = package.joinpath(*module.split(".")[1:])
+            found |= dict.fromkeys(_imported(room / "__init__.py", module), module)
+        else:
+            found[names.split()[0]] = module
+    return found
+
+
+def _imported(path: Path, package: str) -> list[str]:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return [line.split()[3] for line in lines if line.startswith(f"from {package}.")]
+
+
+def lazy(path: str, namespace: dict[str, Any]) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
+    """Return `__all__`, `__getattr__` and `__dir__` of a package whose names are imported when they are first used."""
+    modules, name_of_package = homes(path), namespace["__name__"]
+
+    def imported(name: str) -> object:
+        if name not in modules:
+            raise AttributeError(f"module {name_of_package!r} has no attribute {name!r}")
+        namespace[name] = getattr(import_module(modules[name]), name)
+        return namespace[name]
+
+    return list(modules), imported, lambda: sorted(namespace["__all__"])
