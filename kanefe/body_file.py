@@ -15,8 +15,8 @@ from kanefe.flexible import FlexibleBody
 from kanefe.records import OtherVersion, decoded, encoded
 
 FORMAT = "kanefe flexible body"
-VERSION = 3
-"""1 and 2 were compressed, and so had to be read as a whole."""
+VERSION = 4
+"""1 and 2 were compressed, and so had to be read as a whole; 3 named classes by the files of the code they were in."""
 
 DAMAGE = (
     OSError,

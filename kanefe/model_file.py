@@ -16,7 +16,8 @@ from kanefe.finite_element_model import FiniteElementModel
 from kanefe.records import decoded, encoded
 
 FORMAT = "kanefe finite-element model"
-VERSION = 1
+VERSION = 2
+"""1 named classes by the files of the code they were in."""
 
 
 @dataclass(frozen=True, eq=False)
