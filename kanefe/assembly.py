@@ -10,13 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kanefe.closing_limits import (
-    LARGEST_ITERATIONS,
-    LARGEST_OPENING,
-    LARGEST_STEP,
-    MOST_HALVINGS,
-    TOLERANCE,
-)
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
@@ -24,6 +17,13 @@ from kanefe.kane.assemble import all_speeds, constrained_solver, mass_matrix
 from kanefe.kane.constraints import MarkerFrames, constraint_rates, constraint_residuals, scene_rows
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.kane.tangents import elastic_stiffness
+from kanefe.kernels.tolerances import (
+    LARGEST_ITERATIONS,
+    LARGEST_OPENING,
+    LARGEST_STEP,
+    MOST_HALVINGS,
+    TOLERANCE,
+)
 from kanefe.model import Model
 from kanefe.scene_length import joint_scales, scene_length
 

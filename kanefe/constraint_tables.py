@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.closing_limits import LARGEST_STEP
 from kanefe.constraints.rows import (
     DIRECTIONS,
     NORMAL,
@@ -31,6 +30,7 @@ from kanefe.kernels.constraint_rows import (
 )
 from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
 from kanefe.kernels.markers import MARKER_NUMBERS
+from kanefe.kernels.tolerances import LARGEST_STEP
 from kanefe.load_tables import marker_numbers
 from kanefe.model import Model
 from kanefe.scene_length import displacement_scales, joint_scales, scene_length

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 import kanefe as kf
 from kanefe import assembly
 from kanefe.assembly import project_positions, project_speeds
-from kanefe.closing_limits import NEAR_SINGULAR, TOLERANCE
 from kanefe.integrate import dynamics
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha import iteration_matrices
@@ -20,6 +19,7 @@ from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import all_speeds, held_accelerations
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.kinematics import sweep_outward
+from kanefe.kernels.tolerances import NEAR_SINGULAR, TOLERANCE
 from kanefe.model import Model
 from loop_scenes import four_bar, parallelogram, sprung_loop
 from random_loops import LoopScene, closed_state

@@ -7,7 +7,6 @@ import pytest
 from scipy.linalg import null_space
 
 from kanefe.assembly import project_speeds
-from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
@@ -15,6 +14,7 @@ from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.kinematics import sweep_outward
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
+from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.verify.loops import parallelograms
 from loop_scenes import four_bar, sprung_loop
 

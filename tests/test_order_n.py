@@ -21,11 +21,11 @@ from hypothesis import strategies as st
 import kanefe as kf
 from benchmarks.exact_accelerations import exact_accelerations
 from kanefe.assembly import project_positions, project_speeds
-from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.balance import joint_reactions
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
+from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.model import Model
 from kanefe.order_n import OrderN
 from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene

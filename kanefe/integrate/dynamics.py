@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.assembly import consistent_start, project_positions, project_speeds
-from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.equations_of_motion import WORKS
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.scales import coordinate_moves, state_scales
 from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.tangents import elastic_stiffness
+from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.model import Model
 
 if TYPE_CHECKING:

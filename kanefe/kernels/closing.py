@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.closing_limits import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels._numba import entry, inlined, kernel
 from kanefe.kernels.advance import advance
 from kanefe.kernels.constraint_rows import COUPLER_ROW, row_residual
@@ -53,6 +52,7 @@ from kanefe.kernels.layout import (
 from kanefe.kernels.markers import axes_of, lever_of
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.pivoted import factor, solve
+from kanefe.kernels.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.vectors import Numbers, copy, dot, plus, vector
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)

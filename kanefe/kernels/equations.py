@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.closing_limits import NEAR_SINGULAR
 from kanefe.kernels._numba import entry_without_arrays, inlined
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.balance import put_balance
@@ -68,6 +67,7 @@ from kanefe.kernels.stepping import (
     go_on,
     is_finite,
 )
+from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.kernels.vectors import copy, put_euler_rates, three
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.closing_limits import LARGEST_OPENING
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.kinematics import sweep_outward
+from kanefe.kernels.tolerances import LARGEST_OPENING
 from kanefe.model import Model
 from kanefe.system import System
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from kanefe.closing_limits import TOLERANCE
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_residuals
 from kanefe.kane.kinematics import sweep_outward
+from kanefe.kernels.tolerances import TOLERANCE
 from kanefe.model import Model
 from kanefe.results import Result
 from kanefe.stress.case import Effort, Finding, StressCase

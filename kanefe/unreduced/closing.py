@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.assembly import consistent_start
-from kanefe.closing_limits import LARGEST_OPENING, TOLERANCE
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector
 from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals, scene_rows
 from kanefe.kane.kinematics import sweep_outward
+from kanefe.kernels.tolerances import LARGEST_OPENING, TOLERANCE
 from kanefe.model import Model
 from kanefe.scene_length import scene_length
 from kanefe.unreduced.border import Bordered
