@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from kanefe.imports.from_matrices import model_from_matrices as model_from_matrices
     from kanefe.integrate.events import Event as Event
     from kanefe.integrate.status import RunStatus as RunStatus
-    from kanefe.joints import *
+    from kanefe.joints import *  # noqa: F403
     from kanefe.linear import Campbell as Campbell
     from kanefe.linear import Equilibrium as Equilibrium
     from kanefe.linear import FrequencyResponse as FrequencyResponse

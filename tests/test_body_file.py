@@ -167,7 +167,7 @@ def test_a_file_of_version_2_is_refused_with_the_reason(tmp_path: Path) -> None:
     path = tmp_path / "old.npz"
     header = {"format": "kanefe flexible body", "version": 2, "components": ["x"]}
     np.savez_compressed(path, header=np.array(json.dumps(header)), nodes=np.zeros((3, 3)))
-    with pytest.raises(FileError, match=r"has format version 2, this kanefe reads version 3\. Remedy: make the body"):
+    with pytest.raises(FileError, match=r"has format version 2, this kanefe reads version 4\. Remedy: make the body"):
         kf.FlexibleBody.load(str(path))
 
 
@@ -229,9 +229,12 @@ def test_a_damaged_file_is_named(position: float, tmp_path: Path) -> None:
         ),
         ({"body": None}, "is no saved body .* Remedy: save the body again"),
         ({"body": [1, 2]}, r"is no saved body\. Remedy: save the body again"),
-        ({"body": {"is": "object", "class": "os:system", "fields": {}}}, "is no saved body .*not a class of this"),
         (
-            {"body": {"is": "object", "class": "kanefe.bodies.flexible:FlexibleBody", "fields": {"nodes": None}}},
+            {"body": {"is": "object", "class": "os:system", "fields": {}}},
+            "is no saved body .*'os:system' is no kind of object .*Remedy: save the body again",
+        ),
+        (
+            {"body": {"is": "object", "class": "flexible body", "fields": {"nodes": None}}},
             r"another version of kanefe \(FlexibleBody has other fields in this version\)\. Remedy: make the body",
         ),
     ],

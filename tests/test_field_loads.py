@@ -301,5 +301,5 @@ def test_a_file_of_the_version_before_is_refused(tmp_path: Any) -> None:
         arrays = dict(file)
     header = json.loads(str(arrays.pop("header"))) | {"version": 2}
     np.savez(path, header=np.array(json.dumps(header)), **arrays)
-    with pytest.raises(FileError, match=r"has format version 2, this kanefe reads version 3\. Remedy: make the body"):
+    with pytest.raises(FileError, match=r"has format version 2, this kanefe reads version 4\. Remedy: make the body"):
         kf.FlexibleBody.load(str(path))

@@ -110,7 +110,7 @@ def test_nodes_move_with_modes_and_mesh_frame():
 
 
 def test_a_table_too_large_asks_for_a_choice(monkeypatch):
-    monkeypatch.setattr("kanefe.result.LARGEST_TABLE", 1000)
+    monkeypatch.setattr("kanefe.results.reader.LARGEST_TABLE", 1000)
     with pytest.raises(kf.ModelError, match=r"'arm'.*frames="):
         robot().nodal_displacements("arm")
     assert robot().nodal_displacements("arm", frames=[0, 1]).shape == (2, 7, 3)

@@ -19,10 +19,9 @@ from typing import Any
 
 import kanefe
 from kanefe.bodies import cache
-from kanefe.bodies.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody, file_kind
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.storage.digest import Unhashable, code_stamp, digest, installed_versions
-from kanefe.storage.object_file import VERSION
 from kanefe_fem.memory import MemoryWarning
 from kanefe_fem.mesh.mesh import Mesh
 
@@ -31,6 +30,17 @@ PACKAGES = ("fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy
 
 WHOLE = (".msh", ".vtu", ".vtk", ".med", ".mesh", ".meshb", ".inp", ".bdf", ".nas", ".cdb", ".geo", ".py")
 """Formats whose mesh is in the file itself, unless the file includes others. All others are read before."""
+
+WARNINGS = {
+    "accuracy": "kanefe_fem.material:AccuracyWarning",
+    "imported body": "kanefe.imports.sid_terms:SidWarning",
+    "mesh": "kanefe_fem.mesh_checks:MeshWarning",
+    "nodal form": "kanefe.given_matrices:NodalFormWarning",
+    "simulation": "kanefe.errors:SimulationWarning",
+    "tie": "kanefe.tie_errors:TieWarning",
+    "units": "kanefe.errors:UnitWarning",
+}
+"""Word -> "module:Class" of the warnings that are kept with a body: as `kanefe.storage.saved_classes`."""
 
 _INCLUDES = re.compile(rb"^\s*\*?(include|merge)\b", re.IGNORECASE | re.MULTILINE)
 _PURE_MODULES = {"__future__", "math", "cmath", "itertools", "functools", "collections", "typing", "numpy", "gmsh"}
@@ -179,7 +189,11 @@ def _content(mesh: Mesh | str | Path) -> Any:
 def _versions(mesh: Mesh | str | Path) -> dict[str, Any]:
     """Return what else the numbers hang on: our own code, packages, and gmsh where it makes the mesh."""
     folders = (Path(kanefe.__file__).parent, Path(__file__).parent)
-    found: dict[str, Any] = {"format": VERSION, "code": code_stamp(*folders), **installed_versions(*PACKAGES)}
+    found: dict[str, Any] = {
+        "format": file_kind().version,
+        "code": code_stamp(*folders),
+        **installed_versions(*PACKAGES),
+    }
     if not isinstance(mesh, Mesh) and Path(mesh).suffix.lower() in (".geo", ".py"):
         # Debian's gmsh is no distribution of Python's, but its module names its version
         spec = importlib.util.find_spec("gmsh")
@@ -189,26 +203,27 @@ def _versions(mesh: Mesh | str | Path) -> dict[str, Any]:
 
 @contextmanager
 def _own_warnings() -> Iterator[list[list[str]]]:
-    """Note the warnings that kanefe gives, as [category, text], while they go their usual way."""
+    """Note the warnings that kanefe gives, as [word of the category, text], while they go their usual way."""
     heard: list[list[str]] = []
+    words = {place: word for word, place in WARNINGS.items()}
     with warnings.catch_warnings():
         usual = warnings.showwarning
 
         def note(message: Any, category: Any, *where: Any, **more: Any) -> None:
             own = category.__module__.partition(".")[0] in ("kanefe", "kanefe_fem")
             if own and category not in (MemoryWarning, cache.CacheWarning):  # of the machine, not of the body
-                heard.append([f"{category.__module__}:{category.__qualname__}", str(message)])
+                place = f"{category.__module__}:{category.__qualname__}"
+                heard.append([words.get(place, category.__qualname__), str(message)])
             usual(message, category, *where, **more)
 
         warnings.showwarning = note
         yield heard
 
 
-def _category(name: str) -> type[Warning]:
-    """Return a category of warnings by its name."""
-    module, _, qualified = name.partition(":")
-    try:
-        found = getattr(import_module(module), qualified)
-    except (ImportError, AttributeError):
+def _category(word: str) -> type[Warning]:
+    """Return a category of warnings by its word."""
+    if word not in WARNINGS:
         return UserWarning
-    return found if isinstance(found, type) and issubclass(found, Warning) else UserWarning
+    module, _, name = WARNINGS[word].partition(":")
+    found: type[Warning] = getattr(import_module(module), name)
+    return found

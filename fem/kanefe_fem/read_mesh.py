@@ -1,4 +1,4 @@
-"""MOVED"""
+"""Meshes from files of gmsh and of the formats that meshio reads."""
 
 from __future__ import annotations
 

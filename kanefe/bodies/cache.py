@@ -99,9 +99,9 @@ def find(key: str) -> FlexibleBody | None:
 
     A file that cannot be read is thrown away with a `CacheWarning`.
     """
-    from kanefe.storage.object_file import load_body
+    from kanefe.bodies.flexible import FlexibleBody
 
-    return _found(key, "body", load_body)
+    return _found(key, "body", FlexibleBody.load)
 
 
 def find_model(key: str) -> FiniteElementModel | None:
@@ -113,9 +113,9 @@ def find_model(key: str) -> FiniteElementModel | None:
 
 def keep(key: str, body: FlexibleBody) -> None:
     """Put a body into the cache; where it cannot be written, a `CacheWarning` says so and nothing else happens."""
-    from kanefe.storage.object_file import save_body
+    from kanefe.bodies.flexible import FlexibleBody
 
-    _keep(key, "body", body, save_body)
+    _keep(key, "body", body, FlexibleBody.save)
 
 
 def keep_model(key: str, model: FiniteElementModel) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
 
 if TYPE_CHECKING:
     from kanefe.report import Report
+    from kanefe.storage.object_file import FileKind
 
 UNITS = "m, kg, s, N, rad"
 
@@ -260,14 +262,14 @@ class FlexibleBody:
 
         return body_report(self)
 
-    def save(self, path: str) -> None:
+    def save(self, path: str | Path) -> None:
         """Write the body to one file (.npz); an old file survives a failure. See `FlexibleBody.load`."""
-        from kanefe.storage.object_file import save_body
+        from kanefe.storage.object_file import write_object
 
-        save_body(self, path)
+        write_object(path, self, file_kind())
 
     @staticmethod
-    def load(path: str) -> FlexibleBody:
+    def load(path: str | Path) -> FlexibleBody:
         """Read a body that `save` wrote.
 
         Raises
@@ -275,6 +277,17 @@ class FlexibleBody:
         FileError
             If the file is not there, truncated, or of another format or version.
         """
-        from kanefe.storage.object_file import load_body
+        from kanefe.storage.object_file import read_object
 
-        return load_body(path)
+        body: FlexibleBody = read_object(path, file_kind())
+        return body
+
+
+def file_kind() -> FileKind:
+    """Return what files of flexible bodies say of themselves.
+
+    Versions 1 and 2 were compressed, and so had to be read as a whole; 3 named classes by the files of the code.
+    """
+    from kanefe.storage.object_file import FileKind
+
+    return FileKind("kanefe flexible body", 4, FlexibleBody, "body", "flexible body", "FlexibleBody.save")

@@ -4,8 +4,8 @@ Where the displacement is linear in the coordinates, ``r = X + N eta``, velocity
 are known exactly, and the inertia forces are those of a sparse mass matrix times them (Zwoelfer & Gerstmayr 2020): one
 product with three columns, whatever the motion. The nodal form takes M of the nodes instead, with their rotations.
 
-
-MERGED: Products with a sparse matrix that is a selection almost everywhere: most rows are a row of the identity."""
+Products with a sparse matrix that is a selection almost everywhere: most rows are a row of the identity.
+"""
 
 from __future__ import annotations
 

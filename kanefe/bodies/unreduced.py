@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -162,7 +163,7 @@ class UnreducedBody(FlexibleBody):
         motion[[COMPONENTS.index(c) for c in self.components]] = rows
         return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
 
-    def save(self, path: str) -> None:
+    def save(self, path: str | Path) -> None:
         """Refuse: an unreduced body is its model.
 
         Raises

@@ -186,7 +186,7 @@ class Model(ModelData):
         forces, _ = recovered_forces(*self._moving(t, y))
         return {b.name: forces[b.speeds[list(b.driven)] - self.free_count] for b in self.bodies if b.is_driven}
 
-    def _moving(self, t: float, y: Vector) -> tuple[Model, float, Vector, Vector, Vector]:
+    def _moving(self, t: float, y: Vector) -> tuple[ModelData, float, Vector, Vector, Vector]:
         """Return model, t, q, u and du; with unreduced bodies a twin that moves and is loaded in the same way."""
         q, u = self._parts(y)
         du = self.rhs(t, y)[self.coordinate_count :]
@@ -214,7 +214,8 @@ class Model(ModelData):
         from kanefe.kane.kinematics import interface_motion, sweep_outward
 
         q, u = self._parts(y)
-        seen, twin = self, self.unreduced.complete if self.unreduced is not None else None
+        seen: ModelData = self
+        twin = self.unreduced.complete if self.unreduced is not None else None
         if twin is not None:
             seen, q, u = twin.small, twin.coordinates(q), twin.speeds(u)
         number, full = self.index(body), all_speeds(seen, t, u)
@@ -240,10 +241,11 @@ def scene_state(model: Model, t: float, y: Vector) -> SceneState:
     """Return what a function ``f(t, state)`` is given at time t (s) and a state that begins with q and u."""
     n, m = model.coordinate_count, model.free_count
     q, u = y[:n], y[n : n + m]
+    seen: ModelData = model
     if model.unreduced is not None:
         twin = model.unreduced.complete
-        q, u, model = twin.coordinates(q), twin.speeds(u), twin.small
-    full = all_speeds(model, t, u)
-    if model.order_n is not None:
+        q, u, seen = twin.coordinates(q), twin.speeds(u), twin.small
+    full = all_speeds(seen, t, u)
+    if seen is model and model.order_n is not None:
         return SceneState(model, t, q, full, model.order_n.frames(t, q, u))
-    return SceneState(model, t, q, full, sweep_outward(model, t, q, full))
+    return SceneState(seen, t, q, full, sweep_outward(seen, t, q, full))

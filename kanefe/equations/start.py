@@ -28,7 +28,8 @@ def connected(model: Model, springs: Sequence[SpringDamper], bushings: Sequence[
     """
     if not springs and not bushings:
         return model
-    seen, seen_springs = model, tuple(springs)
+    seen: ModelData = model
+    seen_springs = tuple(springs)
     if model.has_unreduced:
         from kanefe.unreduced.condensed import Condensed
 

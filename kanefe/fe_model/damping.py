@@ -3,14 +3,15 @@
 C acts on the rate of deformation seen from G, so that rigid motion is never braked (the paper's Eq. 27 lets it act on
 the absolute nodal velocity, which brakes rigid motion whenever C has a part proportional to M).
 
-
-MERGED: Damping of the free coordinates of a reduced body."""
+Damping of the free coordinates of a reduced body.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import scipy.linalg
@@ -114,7 +115,7 @@ class ModalDamping:
         return np.concatenate((values, np.full(count - len(values), values[-1])))
 
 
-Damping = RayleighDamping | ModalDamping | sp.spmatrix | np.ndarray | None
+Damping: TypeAlias = RayleighDamping | ModalDamping | sp.spmatrix | np.ndarray | None
 """What the `damping` argument of a body takes."""
 
 

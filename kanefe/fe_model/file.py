@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.errors import FileError
 from kanefe.fe_model.model import FiniteElementModel
-from kanefe.storage.array_file import open_arrays, read_header, write_arrays
-from kanefe.storage.object_file import DAMAGE
-from kanefe.storage.serialise import decoded, encoded
-
-FORMAT = "kanefe finite-element model"
-VERSION = 1
+from kanefe.storage.object_file import FileKind, read_object, write_object
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +29,10 @@ class ModelRecord:
     copies: int
 
 
+# version 1 named classes by the files of the code they were in
+KIND = FileKind("kanefe finite-element model", 2, ModelRecord, "model", "finite-element model", "the cache")
+
+
 def save_model(model: FiniteElementModel, path: str | Path) -> None:
     """Write a model to `path`, which then holds either the whole new model or what it held before.
 
@@ -47,9 +44,7 @@ def save_model(model: FiniteElementModel, path: str | Path) -> None:
         If the folder cannot be written, or the disk is full.
     """
     scalar, copies = _scalar_mass(model)
-    text, arrays = encoded(ModelRecord(replace(model, mass=scalar, stress_stiffness=None), copies))
-    header = {"format": FORMAT, "version": VERSION, "model": json.loads(text)}
-    write_arrays(path, json.dumps(header), arrays)
+    write_object(path, ModelRecord(replace(model, mass=scalar, stress_stiffness=None), copies), KIND)
 
 
 def load_model(path: str | Path) -> FiniteElementModel:
@@ -60,19 +55,9 @@ def load_model(path: str | Path) -> FiniteElementModel:
     FileError
         If the file is not there, truncated, or of another format or version.
     """
-    path = Path(path)
-    try:
-        header = json.loads(read_header(path))
-        if (header["format"], header["version"]) != (FORMAT, VERSION):
-            raise ValueError(f"the format is {header['format']}, {header['version']}")
-        _, arrays = open_arrays(path)
-        record = decoded(json.dumps(header["model"]), arrays)
-        if not isinstance(record, ModelRecord):
-            raise ValueError("it holds something else")
-        model = record.model
-        return replace(model, mass=_block_mass(model.mass, record.copies)) if record.copies else model
-    except DAMAGE as error:
-        raise FileError(f"{path} is truncated or is no saved model ({error}). Remedy: make the model again") from error
+    record: ModelRecord = read_object(path, KIND)
+    model = record.model
+    return replace(model, mass=_block_mass(model.mass, record.copies)) if record.copies else model
 
 
 def _scalar_mass(model: FiniteElementModel) -> tuple[sp.csr_matrix, int]:

@@ -3,10 +3,10 @@
 A model is nodes, the degrees of freedom they carry, sparse M and K, and the *mass field* from which the inertia of a
 moving body is exact. It knows nothing of the mesh generator or the finite-element library that made it.
 
+Stiffness of the material or section in every cell of a body: what stresses and section forces come from.
 
-MERGED: Stiffness of the material or section in every cell of a body: what stresses and section forces come from.
-
-MERGED: VTK's number of each shape of cell."""
+VTK's number of each shape of cell.
+"""
 
 from __future__ import annotations
 

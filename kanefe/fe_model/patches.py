@@ -1,6 +1,7 @@
 """Patches: which nodes an interface takes, where its frame is, and which components of it the nodes can follow.
 
-MERGED: Weighted moments of a patch: what an average over its nodes keeps equal to the frame's motion."""
+Weighted moments of a patch: what an average over its nodes keeps equal to the frame's motion.
+"""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@ Tied coordinates are the interior degrees of freedom followed by the components 
 interior, with all interfaces held, is factored once; interfaces that are free are solved for by the Schur complement.
 A body without a fixed interface floats: its loads are balanced by the inertia of its rigid motion (inertia relief).
 
-
-MERGED: What moves in a body whose stiffness is singular: the nodes of a mechanism or of a loose part, for a message."""
+What moves in a body whose stiffness is singular: the nodes of a mechanism or of a loose part, for a message.
+"""
 
 from __future__ import annotations
 

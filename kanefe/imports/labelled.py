@@ -4,8 +4,7 @@ All exporting programs speak of degrees of freedom in this way. They leave out r
 triangle, skip labels, and count the motion of a node in axes of its own; here that becomes the regular
 nodes x components of a `FiniteElementModel` in the axes of G and in m, kg, s.
 
-
-MERGED: Rotations that nothing holds: those of solid nodes in a model which has rotations elsewhere.
+Rotations that nothing holds: those of solid nodes in a model which has rotations elsewhere.
 
 A model of solids and beams or shells carries six degrees of freedom at some nodes and three at others. The missing
 rotations are defined as what they are in a continuum, the mean rotation of the neighbourhood,

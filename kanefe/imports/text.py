@@ -1,6 +1,7 @@
 """Numbers in the text files of Fortran programs.
 
-MERGED: One sparse matrix in one Matrix Market file."""
+One sparse matrix in one Matrix Market file.
+"""
 
 from __future__ import annotations
 

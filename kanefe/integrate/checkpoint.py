@@ -21,7 +21,8 @@ from kanefe.storage.digest import Unhashable, digest_of_scene
 from kanefe.storage.object_file import DAMAGE
 
 FORMAT = "kanefe checkpoint"
-VERSION = 1
+VERSION = 2
+"""In 1 the files of the code that classes were in counted for the scene."""
 
 LEAST_SHARE = 20.0
 """Times what a file took to write that pass before the next one: writing takes a twentieth of a run at most."""

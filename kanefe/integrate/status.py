@@ -1,6 +1,7 @@
 """How a run ended.
 
-MERGED: A run told in a few lines: how it ended, what did it, and what it cost."""
+A run told in a few lines: how it ended, what did it, and what it cost.
+"""
 
 from __future__ import annotations
 

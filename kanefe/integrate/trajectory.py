@@ -1,6 +1,7 @@
 """What a run leaves behind: states at the output times, how it ended and what it cost.
 
-MERGED: The times at which a run stores its states."""
+The times at which a run stores its states.
+"""
 
 from __future__ import annotations
 

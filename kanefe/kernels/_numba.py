@@ -1,8 +1,9 @@
 """The door to numba: how kernels are compiled, and where the compiled code is kept.
 
 numba's own cache looks at the file of a function alone and would not see a change in a kernel that it calls. The code
-is therefore kept in a folder of the user's cache that is named by a hash of all kernel files, so that a change in any
-of them starts a new folder. ``KANEFE_JIT=0`` runs the kernels as plain Python, without importing numba.
+is therefore kept in a folder of the user's cache that is named by a hash of all files below this folder, so that a
+change in any of them starts a new one. Constants are compiled in: those of kernels have to be in these files too.
+``KANEFE_JIT=0`` runs the kernels as plain Python, without importing numba.
 """
 
 from __future__ import annotations
@@ -220,15 +221,22 @@ def _kept_in(folder: Path | None) -> Iterator[None]:
 
 def _cache_folder() -> Path | None:
     """Return the folder of the compiled kernels, or None where none can be written."""
-    stamp = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        stamp.update(path.read_bytes())
-    folder = cache_folder() / "kernels" / stamp.hexdigest()[:16]
+    folder = cache_folder() / "kernels" / _stamp(Path(__file__).parent)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return None
     return folder if os.access(folder, os.W_OK) else None
+
+
+def _stamp(kernels: Path) -> str:
+    """Return what names the code of all files in a folder and below: their paths and what is in them."""
+    stamp = hashlib.sha256()
+    for path in sorted(kernels.rglob("*.py")):
+        if "__pycache__" not in path.relative_to(kernels).parts:
+            content = path.read_bytes()
+            stamp.update(f"{path.relative_to(kernels).as_posix()} {len(content)}\0".encode() + content)
+    return stamp.hexdigest()[:16]
 
 
 def _announce_compilation(folder: Path | None) -> None:

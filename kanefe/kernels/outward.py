@@ -1,6 +1,7 @@
 """The outward sweep: pose, velocity and remainder accelerations of every row (Eq. 3, 13-16, 22, 24-26).
 
-MERGED: Where the rows are and how they move: for functions of the user that look at the state, and for views."""
+Where the rows are and how they move: for functions of the user that look at the state, and for views.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""When a loop counts as closed, and how far one iteration may go: the same for the literal and the compiled route."""
+"""When a loop counts as closed, and how far one iteration may go: the same for the literal and the compiled route.
+
+They are here since compiled code holds them as numbers: only a change in this folder makes it anew.
+"""
 
 TOLERANCE = 1e-12
 """Largest opening of a loop that counts as closed: of the scene's length, or in rad. Some hundred times round-off."""

@@ -10,8 +10,7 @@ the second derivative of the residual being symmetric. (Schiehlen & Eberhard, "A
 Peterson, Gede & Hubbard, "Symbolic linearization of equations of motion of constrained multibody systems", Multibody
 Syst. Dyn. 33 (2015) 143-161, for rows that are not holonomic.)
 
-
-MERGED: Independent small motions of a scene with loops: which coordinates lead, and how the others follow.
+Independent small motions of a scene with loops: which coordinates lead, and how the others follow.
 
 Rows ``J z = 0`` split z into leading entries p and following ones: ``z = N p`` where N holds ones for p. Coordinates of
 joints follow rather than elastic ones, so that what leads has a name an engineer knows.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from kanefe.constraints.rows import (
@@ -31,15 +29,12 @@ from kanefe.kernels.constraint_rows import (
 from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.kernels.tolerances import LARGEST_STEP
-from kanefe.order_n.seats import marker_numbers
+from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
-if TYPE_CHECKING:
-    from kanefe.order_n.tables import TableBuilder
 
-
-def loop_tables(builder: TableBuilder) -> Loops | None:
+def loop_tables(builder: Seats) -> Loops | None:
     """Return the tables of the rows of all constraints, or None where there are none."""
     model = builder.model
     if not model.constraints:
@@ -58,7 +53,7 @@ def loop_tables(builder: TableBuilder) -> Loops | None:
             markers += [np.zeros(MARKER_NUMBERS)] * 2
             numbers.append(np.array([*np.zeros(6), row.constant]))
             continue
-        ends = [marker_numbers(builder, marker) for marker in (row.a, row.b)]
+        ends = [builder.marker_numbers(marker) for marker in (row.a, row.b)]
         markers += [place for _, place in ends]
         kind, values = _row_numbers(row)
         is_ball = isinstance(row, RollingRow) and row.is_ball

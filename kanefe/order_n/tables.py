@@ -76,9 +76,9 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.modal_elimination import border_size
-from kanefe.order_n.load_tables import InputLayout, attached_interfaces, joint_force_tables, point_load_tables
+from kanefe.order_n.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.modal_constants import modal_constants
-from kanefe.order_n.seats import Seat
+from kanefe.order_n.seats import Seat, Seats
 from kanefe.tree.model_data import BodyTerms, ModelData
 
 SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
@@ -128,40 +128,21 @@ class _Pool:
         return start
 
 
-class TableBuilder:
-    """Writes the tables of a model and remembers where its frames went.
-
-    Attributes
-    ----------
-    seats : list of Seat
-        Of every body's frame.
-    interfaces : dict
-        Row of an interface by body number and name.
-    """
+class TableBuilder(Seats):
+    """Writes the tables of a model and remembers where its frames went."""
 
     def __init__(self, model: ModelData) -> None:
-        self.model = model
-        self.seats: list[Seat] = []
-        self.interfaces: dict[tuple[int, str], int] = {}
+        super().__init__(model)
         self._integers: list[np.ndarray] = []
         self._numbers: list[np.ndarray] = []
         self._bodies: list[np.ndarray] = []
         self._pool = _Pool()
         self._carrying: list[int] = []
         self._fields: list[tuple[int, int, int, int, int, int, int]] = []
-        self.inputs = InputLayout(model)
         self._modal = self._border = 0
         wanted = attached_interfaces(model)
         for number, body in enumerate(model.bodies):
             self._add_body(number, body, wanted[number])
-
-    def seat(self, number: int, interface: InterfaceFrame | None) -> Seat:
-        """Return where the frame of a body, or of one of its interfaces, sits; number -1 is N."""
-        if number < 0:
-            return Seat(-1, np.eye(3), np.zeros(3))
-        if interface is None:
-            return self.seats[number]
-        return Seat(self.interfaces[number, interface.name], np.eye(3), np.zeros(3))
 
     def tables(self) -> tuple[Tables, FlexibleTables | None]:
         """Return the tables, and those of flexible bodies if there are any."""

@@ -2,8 +2,8 @@
 
 The free coordinates are made M-orthonormal, so that stiffness and modal damping are diagonal.
 
-
-MERGED: Which rigid motions of a body its supports leave, and whether its stiffness leaves them free."""
+Which rigid motions of a body its supports leave, and whether its stiffness leaves them free.
+"""
 
 from __future__ import annotations
 

@@ -10,8 +10,7 @@ A load case is named by
 
 or given as a `LoadCase`. A spin about another point is a combination of "centrifugal" and "gravity".
 
-
-MERGED: Load-dependent vectors: static shapes of load cases, which make a basis statically complete for them.
+Load-dependent vectors: static shapes of load cases, which make a basis statically complete for them.
 
 Wilson, Yuan & Dickens (1982), "Dynamic analysis by direct superposition of Ritz vectors".
 """

@@ -1,6 +1,6 @@
 """What a body tells of its reduction: `FlexibleBody.provenance["reduction"]`.
 
-MERGED: Effective masses: how much of a body's inertia each mode carries, by direction and by interface.
+Effective masses: how much of a body's inertia each mode carries, by direction and by interface.
 
 With the M-orthonormal mode V_i the participation in a unit motion R of the support is ``L_i = V_i^T M R``, and its
 effective mass is L_i^2 (Wijker 2004, "Mechanical vibrations in spacecraft design"). Over all modes of a body that is

@@ -1,4 +1,4 @@
-"""MOVED"""
+"""What documents are made of: headings, paragraphs, tables, histograms, pictures."""
 
 from __future__ import annotations
 

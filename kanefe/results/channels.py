@@ -13,7 +13,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
-from kanefe.equations.model import Model
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.integrate.status import RunStatus
@@ -24,7 +23,7 @@ from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, m
 from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
 from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA, XYZ
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
 Key = tuple[str, str, str]
 """Quantity, body ("" for the whole scene), interface ("" for the body's own frame)."""
@@ -147,7 +146,7 @@ def _is_orthonormal(terms: FlexibleTerms) -> bool:
     return bool(np.allclose(terms.free_moments.elastic_mass, np.eye(terms.body.free_count)))
 
 
-def body_shape(model: Model, body: BodyTerms) -> BodyShape:
+def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
     """Return the shape of a body of a model."""
     mesh: dict[str, Any] = {
         "interfaces": (), "components": (), "nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0)),
@@ -197,7 +196,7 @@ class RunChannels:
         Default: those of the model.
     """
 
-    def __init__(self, model: Model, trajectory: Trajectory, bodies: tuple[BodyShape, ...] | None = None) -> None:
+    def __init__(self, model: ModelData, trajectory: Trajectory, bodies: tuple[BodyShape, ...] | None = None) -> None:
         self.model = model
         self.trajectory = trajectory
         self.times = trajectory.times

@@ -15,7 +15,12 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.storage.saved_classes import word_of
+
 PIECE = 1 << 20
+
+OWN = ("kanefe", "kanefe_fem")
+"""Packages whose classes count by their names, whatever file they are in."""
 
 
 class Unhashable(TypeError):
@@ -169,7 +174,7 @@ class _Hasher:
         elif self._takes_objects and (attributes := _attributes(value)) is not None:
             self._object(value, attributes, where)
         else:
-            raise Unhashable(f"{where} is an object of {_name(type(value))}, whose content cannot be told")
+            raise Unhashable(f"{where} is an object of {_place(type(value))}, whose content cannot be told")
 
     def _function(self, function: FunctionType, where: str) -> None:
         if function in self._functions:
@@ -227,4 +232,12 @@ def _listed(slots: Any) -> tuple[str, ...]:
 
 
 def _name(thing: Any) -> str:
+    """Return what stands for a class in a digest; the files of our own may move without a change of it."""
+    package = (getattr(thing, "__module__", None) or "").partition(".")[0]
+    if package not in OWN or not isinstance(thing, type):
+        return _place(thing)
+    return f"{package}: {word_of(thing) or thing.__qualname__}"
+
+
+def _place(thing: Any) -> str:
     return f"{getattr(thing, '__module__', None)}.{getattr(thing, '__qualname__', thing.__name__)}"

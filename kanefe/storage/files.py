@@ -1,6 +1,7 @@
 """Files that are there as a whole or not at all.
 
-MERGED: Where kanefe keeps what can be made again: compiled kernels and flexible bodies."""
+Where kanefe keeps what can be made again: compiled kernels and flexible bodies.
+"""
 
 from __future__ import annotations
 

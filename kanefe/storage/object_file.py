@@ -1,4 +1,4 @@
-"""One file for one flexible body: a header that names format and version, and arrays that are mapped, not read."""
+"""One file for one object: a header that names format and version, and arrays that are mapped, not read."""
 
 from __future__ import annotations
 
@@ -6,17 +6,42 @@ import json
 import struct
 import zipfile
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import FileError
 from kanefe.storage.array_file import open_arrays, read_header, write_arrays
 from kanefe.storage.serialise import OtherVersion, decoded, encoded
 
-FORMAT = "kanefe flexible body"
-VERSION = 3
-"""1 and 2 were compressed, and so had to be read as a whole."""
+
+@dataclass(frozen=True)
+class FileKind:
+    """What files of one kind say of themselves.
+
+    Attributes
+    ----------
+    format : str
+        In the header.
+    version : int
+        The one that is read.
+    cls : type
+        Of the object.
+    key : str
+        Of the object in the header, and its short name in messages.
+    name : str
+        In messages.
+    writer : str
+        What writes such files, in messages.
+    """
+
+    format: str
+    version: int
+    cls: type
+    key: str
+    name: str
+    writer: str
+
 
 DAMAGE = (
     OSError,
@@ -34,57 +59,57 @@ DAMAGE = (
 """What reading a file that is truncated, damaged or of another kind may raise."""
 
 
-def save_body(body: FlexibleBody, path: str | Path) -> None:
-    """Write a body to `path`, which then holds either the whole new body or what it held before.
+def write_object(path: str | Path, value: object, kind: FileKind) -> None:
+    """Write an object to `path`, which then holds either the whole new object or what it held before.
 
-    The file is an .npz without compression. An array that the body holds twice is written once.
+    The file is an .npz without compression. An array that the object holds twice is written once.
 
     Raises
     ------
     FileError
         If the folder cannot be written, or the disk is full.
     """
-    text, arrays = encoded(body)
-    header = {"format": FORMAT, "version": VERSION, "body": json.loads(text)}
+    text, arrays = encoded(value)
+    header = {"format": kind.format, "version": kind.version, kind.key: json.loads(text)}
     write_arrays(path, json.dumps(header), arrays)
 
 
-def load_body(path: str | Path) -> FlexibleBody:
-    """Read a body that `save_body` wrote; arrays of more than a mebibyte stay in the file until they are used.
+def read_object(path: str | Path, kind: FileKind) -> Any:
+    """Read what `write_object` wrote; arrays of more than a mebibyte stay in the file until they are used.
 
     Raises
     ------
     FileError
         If the file is not there, truncated, or of another format or version.
     """
-    path = Path(path)
+    path, key = Path(path), kind.key
     if not path.is_file():
-        raise FileError(f"there is no file {path}. Remedy: check the path, or make the body again and save it")
+        raise FileError(f"there is no file {path}. Remedy: check the path, or make the {key} again and save it")
     try:
-        header = _checked(read_header(path), path)
+        header = _checked(read_header(path), path, kind)
         _, arrays = open_arrays(path)
-        body = decoded(json.dumps(header["body"]), arrays)
+        value = decoded(json.dumps(header[key]), arrays)
     except OtherVersion as error:
         raise FileError(
-            f"{path} was written by another version of kanefe ({error}). Remedy: make the body again with this version"
+            f"{path} was written by another version of kanefe ({error}). Remedy: make the {key} again with this version"
         ) from error
     except DAMAGE as error:
         if isinstance(error, FileError):
             raise
-        raise FileError(f"{path} is truncated or is no saved body ({error}). Remedy: save the body again") from error
-    if not isinstance(body, FlexibleBody):
-        raise FileError(f"{path} is truncated or is no saved body. Remedy: save the body again")
-    return body
+        raise FileError(f"{path} is truncated or is no saved {key} ({error}). Remedy: save the {key} again") from error
+    if not isinstance(value, kind.cls):
+        raise FileError(f"{path} is truncated or is no saved {key}. Remedy: save the {key} again")
+    return value
 
 
-def _checked(text: str, path: Path) -> dict[str, Any]:
-    """Return the header of a file of this format and version."""
+def _checked(text: str, path: Path, kind: FileKind) -> dict[str, Any]:
+    """Return the header of a file of this kind and version."""
     header: dict[str, Any] = json.loads(text)
-    if header.get("format") != FORMAT:
-        raise FileError(f"{path} is no saved flexible body. Remedy: give the file that FlexibleBody.save wrote")
-    if header.get("version") != VERSION:
+    if header.get("format") != kind.format:
+        raise FileError(f"{path} is no saved {kind.name}. Remedy: give the file that {kind.writer} wrote")
+    if header.get("version") != kind.version:
         raise FileError(
-            f"{path} has format version {header.get('version')}, this kanefe reads version {VERSION}. "
-            "Remedy: make the body again with this version"
+            f"{path} has format version {header.get('version')}, this kanefe reads version {kind.version}. "
+            f"Remedy: make the {kind.key} again with this version"
         )
     return header

@@ -9,11 +9,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+
+from kanefe.storage.saved_classes import class_of, word_of
 
 NOT_SAVED = {"saved": False}
 """``field(metadata=NOT_SAVED)`` marks a field that a file leaves out; it has to have a default."""
@@ -34,8 +35,8 @@ def encoded(value: Any) -> tuple[str, dict[str, np.ndarray]]:
     Parameters
     ----------
     value : object
-        Made of dataclasses of this package, arrays, sparse matrices, tuples, lists, mappings with names, texts and
-        numbers.
+        Made of dataclasses that have a word in `kanefe.storage.saved_classes`, arrays, sparse matrices, tuples, lists, mappings
+        with names, texts and numbers.
 
     Raises
     ------
@@ -85,8 +86,12 @@ def _encode(value: Any, path: str, arrays: dict[str, np.ndarray]) -> Any:
         return {_TAG: "dict", "items": {k: _encode(v, f"{path}.{k}", arrays) for k, v in value.items()}}
     if is_dataclass(value) and not isinstance(value, type):
         kind = type(value)
+        word = word_of(kind)
+        if word is None:
+            where = path.lstrip(".") or "the value"
+            raise TypeError(f"{where} is a {kind.__name__}, which has no word in kanefe.storage.saved_classes")
         parts = {name: _encode(getattr(value, name), f"{path}.{name}".lstrip("."), arrays) for name in _saved(kind)}
-        return {_TAG: "object", "class": f"{kind.__module__}:{kind.__qualname__}", "fields": parts}
+        return {_TAG: "object", "class": word, "fields": parts}
     raise TypeError(f"{path or 'the value'} is a {type(value).__name__}, which cannot be saved")
 
 
@@ -104,7 +109,7 @@ def _decode(item: Any, arrays: Mapping[str, np.ndarray]) -> Any:
         return tuple(_decode(part, arrays) for part in item["items"])
     if kind == "dict":
         return {name: _decode(part, arrays) for name, part in item["items"].items()}
-    cls = _class(item["class"])
+    cls = class_of(item["class"])
     if set(item["fields"]) != set(_saved(cls)):
         raise OtherVersion(f"{cls.__name__} has other fields in this version")
     return cls(**{name: _decode(part, arrays) for name, part in item["fields"].items()})
@@ -113,17 +118,6 @@ def _decode(item: Any, arrays: Mapping[str, np.ndarray]) -> Any:
 def _saved(cls: Any) -> list[str]:
     """Return the names of the fields that are written."""
     return [f.name for f in fields(cls) if f.init and f.metadata.get("saved", True)]
-
-
-def _class(name: str) -> Any:
-    """Return a dataclass of this package by its name; a file cannot name anything else."""
-    module, _, qualified = name.partition(":")
-    if module.partition(".")[0] != "kanefe":
-        raise ValueError(f"{name} is not a class of this package")
-    found: Any = getattr(import_module(module), qualified)
-    if not is_dataclass(found):
-        raise ValueError(f"{name} cannot be read from a file")
-    return found
 
 
 def _stored(array: np.ndarray, path: str, arrays: dict[str, np.ndarray]) -> str:

@@ -1,6 +1,7 @@
 """Sizes of a scene, against which displacements are small or large.
 
-MERGED: What the components of a state are measured by, and how coordinates move with the speeds."""
+What the components of a state are measured by, and how coordinates move with the speeds.
+"""
 
 from __future__ import annotations
 

@@ -107,6 +107,11 @@ class TestSolidBody:
             assert was_found(of_bar(materials=rubber, order=1))
         assert [str(w.message) for w in second] == [str(w.message) for w in first]
 
+    def test_a_warning_is_kept_by_its_word(self) -> None:
+        with pytest.warns(AccuracyWarning):
+            body = of_bar(materials=Material(E=2.1e11, nu=0.499, rho=7850.0), order=1)
+        assert {word for word, _ in body.provenance["warnings"]} == {"accuracy"}
+
     def test_every_option_is_in_the_key(self, monkeypatch: pytest.MonkeyPatch) -> None:
         taken: dict[str, Any] = {}
 

@@ -98,7 +98,7 @@ def per_element(section: Any, material: Any, count: int) -> tuple[list[CrossSect
             if missing:
                 raise ModelError(
                     f"the {name} of element {number} is {item!r}, which has no {missing[0]}. "
-                    f"Remedy: {'a section of kanefe_fem.beams.sections' if name == 'section' else 'kanefe_fem.Material'}"
+                    f"Remedy: {'a section of kanefe_fem.Section' if name == 'section' else 'kanefe_fem.Material'}"
                 )
         table[name] = items
     return table["section"], table["material"]

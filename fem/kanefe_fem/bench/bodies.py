@@ -1,6 +1,7 @@
 """What meshes, element orders and numbers of modes cost and bring: errors of S3 and the demo against a finer body.
 
-MERGED: Meshes of tetrahedra with every edge halved."""
+Meshes of tetrahedra with every edge halved.
+"""
 
 from __future__ import annotations
 

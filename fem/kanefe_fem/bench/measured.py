@@ -1,6 +1,7 @@
 """The four benchmarks, each from its options to tables, files and pictures.
 
-MERGED: Tables and files of what a benchmark found."""
+Tables and files of what a benchmark found.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """The peers' process: it builds a scene once and is then asked for runs, so that ours can alternate with them.
 
-MERGED: The virtual environment of the peers, apart from ours: they want another numpy."""
+The virtual environment of the peers, apart from ours: they want another numpy.
+"""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 Where a skip is code that is left out, the other run has that code and nothing for it to do.
 
-
-MERGED: What skipping saves: each skip of a scene that needs less, timed with and without it, and that both agree."""
+What skipping saves: each skip of a scene that needs less, timed with and without it, and that both agree.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MOVED"""
+"""The moduli of a material on the cells of a mesh, as the forms of solids take them."""
 
 from __future__ import annotations
 

@@ -2,25 +2,20 @@
 
 `read_mesh` is the only way in from a file. Nothing here knows the finite-element library.
 
-
-MERGED: Parts of a mesh: several bodies from one mesh, each of some of its groups of cells."""
+Parts of a mesh: several bodies from one mesh, each of some of its groups of cells.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
 from kanefe_fem.mesh.shapes import MIDS, kind_of_order, row_numbers, shape
-
-if TYPE_CHECKING:
-    pass  # MOVED
-
 
 Blocks = Mapping[str, tuple[Cells, ...]]
 """Blocks of cells by the name of their group."""

@@ -1,6 +1,7 @@
-"""Scalars of a stress or strain state: von Mises, Tresca, principal values. Components xx, yy, zz, yz, xz, xy.
+"""Scalars of the stress, and their extremes over time.
 
-MERGED: Scalars of the stress, and their extremes over time."""
+Scalars of a stress or strain state: von Mises, Tresca, principal values. Components xx, yy, zz, yz, xz, xy.
+"""
 
 from __future__ import annotations
 

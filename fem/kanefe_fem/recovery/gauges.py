@@ -1,6 +1,7 @@
 """Where a point of space is in a mesh: the cell that holds it, and its reference coordinates there.
 
-MERGED: Strain gauges: histories of the strain at a point of the surface along given directions."""
+Strain gauges: histories of the strain at a point of the surface along given directions.
+"""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Which output times and which material a recovery is asked for, checked.
-
-MERGED: Recovery: displacement, strain and stress of a flexible body at the times of a run, or as an envelope over them.
+"""Recovery: displacement, strain and stress of a flexible body at the times of a run, or as an envelope over them.
 
 ``stress = sum_i eta_i(t) s_i`` with the stress modes ``s_i = C : sym grad psi_i``, made once for a body. This is the
 mode-displacement method: it holds the stress that the kept modes carry and misses the quasi-static part of those
 that the reduction dropped, which matters near concentrated loads and for loads that the kept modes resemble little.
 Remedies: more modes, or a reduction with the static shapes of the loads of the scene (load-dependent vectors).
+
+Which output times and which material a recovery is asked for, checked.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.result import LARGEST_TABLE, Result
+from kanefe.result import Result
 from kanefe.results.channels import BodyShape
+from kanefe.results.reader import LARGEST_TABLE
 from kanefe.results.selection import Frames, frame_index
 from kanefe_fem.recovery import envelope as stress_measures
 from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, envelope_of

@@ -1,6 +1,7 @@
 """A solid on its mesh in FEniCSx: spaces, material, and the assembly of stiffness and mass.
 
-MERGED: Geometric stiffness of solids: what the stress of a static displacement does to further displacements."""
+Geometric stiffness of solids: what the stress of a static displacement does to further displacements.
+"""
 
 from __future__ import annotations
 

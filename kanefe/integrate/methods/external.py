@@ -1,6 +1,7 @@
 """Solvers of other packages as steppers: what they have in common.
 
-MERGED: scipy's solvers as methods: BDF, Radau IIA and LSODA, with the exact Jacobian."""
+scipy's solvers as methods: BDF, Radau IIA and LSODA, with the exact Jacobian.
+"""
 
 from __future__ import annotations
 

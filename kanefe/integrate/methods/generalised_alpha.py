@@ -25,7 +25,7 @@ from kanefe.kane.assemble import accelerations, all_speeds, assemble, constraine
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.kinematics import FrameMotion, sweep_outward
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.scales import displacement_scales
 
 if TYPE_CHECKING:
@@ -343,7 +343,7 @@ def _solve_held(solver: ConstrainedSolver, force: Vector) -> Vector:
     return solver.solve(force, np.zeros(solver.row_count))[0]
 
 
-def iteration_matrices(model: Model) -> tuple[np.ndarray, np.ndarray]:
+def iteration_matrices(model: ModelData) -> tuple[np.ndarray, np.ndarray]:
     """Return K and C of flexible bodies and of springs and dampers in joints over the free speeds, (free, free)."""
     K = elastic_stiffness(model)
     C = np.zeros_like(K)

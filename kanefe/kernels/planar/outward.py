@@ -1,6 +1,7 @@
 """The outward sweep of a planar scene: pose, velocity, and what each body brings to its row.
 
-MERGED: Forces and torques on the rows of a planar scene (Eq. 11): what of them acts in the plane."""
+Forces and torques on the rows of a planar scene (Eq. 11): what of them acts in the plane.
+"""
 
 from __future__ import annotations
 

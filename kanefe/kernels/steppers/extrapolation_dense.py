@@ -2,8 +2,8 @@
 
 The derivatives are extrapolated from backward differences of the substeps (Hairer & Ostermann 1990).
 
-
-MERGED: Where the extrapolation keeps what: named places in the memory of `kanefe.kernels.stepping`."""
+Where the extrapolation keeps what: named places in the memory of `kanefe.kernels.stepping`.
+"""
 
 from __future__ import annotations
 

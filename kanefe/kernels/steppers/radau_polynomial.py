@@ -1,6 +1,7 @@
 """The polynomial through the nodes of a step of Radau's method: states within the step, and guesses of the next.
 
-MERGED: Where Radau's method keeps what: named places in the memory of `kanefe.kernels.stepping`, and in its table."""
+Where Radau's method keeps what: named places in the memory of `kanefe.kernels.stepping`, and in its table.
+"""
 
 from __future__ import annotations
 

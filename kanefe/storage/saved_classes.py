@@ -1,0 +1,52 @@
+"""The words by which files name classes: a class can move to another file of the code, and saved bodies stay readable.
+
+A word, once given, stays what it is; where its class stands is written here alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import is_dataclass
+from importlib import import_module
+from typing import Any
+
+SAVED_CLASSES = {
+    "cells": "kanefe.fe_model.model:Cells",
+    "elasticity": "kanefe.fe_model.model:Elasticity",
+    "finite element model": "kanefe.fe_model.model:FiniteElementModel",
+    "flexible body": "kanefe.bodies.flexible:FlexibleBody",
+    "inertia field": "kanefe.bodies.inertia_field:InertiaField",
+    "interface frame": "kanefe.bodies.flexible:InterfaceFrame",
+    "load pattern": "kanefe.fe_model.load_pattern:LoadPattern",
+    "mass field": "kanefe.fe_model.model:MassField",
+    "mass moments": "kanefe.bodies.mass_moments:MassMoments",
+    "model record": "kanefe.fe_model.file:ModelRecord",
+    "nodal moments": "kanefe.bodies.nodal_moments:NodalMoments",
+    "nodal pattern": "kanefe.fe_model.load_pattern:NodalPattern",
+    "node group": "kanefe.fe_model.model:NodeGroup",
+    "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
+}
+"""Word -> "module:Class"."""
+
+_WORDS = {place: word for word, place in SAVED_CLASSES.items()}
+
+
+def word_of(cls: type) -> str | None:
+    """Return the word of a class, or None if it has none."""
+    return _WORDS.get(f"{cls.__module__}:{cls.__qualname__}")
+
+
+def class_of(word: str) -> Any:
+    """Return the dataclass of a word; a file cannot name anything else.
+
+    Raises
+    ------
+    ValueError
+        If there is no such word.
+    """
+    if word not in SAVED_CLASSES:
+        raise ValueError(f"{word!r} is no kind of object that this version knows")
+    module, _, name = SAVED_CLASSES[word].partition(":")
+    found: Any = getattr(import_module(module), name)
+    if not is_dataclass(found):
+        raise ValueError(f"{word!r} cannot be read from a file")
+    return found
