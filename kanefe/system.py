@@ -71,8 +71,8 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
     def freeze(self, start: float = 0.0) -> Model:
         """Return the immutable model of the scene. Nothing can be added to the scene afterwards.
 
-        Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.assembled`. Springs without a
-        rest length are slack there.
+        Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.assembled`. Springs
+        without a rest length are slack there.
 
         Parameters
         ----------

@@ -35,9 +35,9 @@ WARNINGS = {
     "accuracy": "kanefe_fem.material:AccuracyWarning",
     "imported body": "kanefe.imports.sid_terms:SidWarning",
     "mesh": "kanefe_fem.mesh_checks:MeshWarning",
-    "nodal form": "kanefe.given_matrices:NodalFormWarning",
+    "nodal form": "kanefe.imports.from_matrices:NodalFormWarning",
     "simulation": "kanefe.errors:SimulationWarning",
-    "tie": "kanefe.tie_errors:TieWarning",
+    "tie": "kanefe.fe_model.rigid_patch_error:TieWarning",
     "units": "kanefe.errors:UnitWarning",
 }
 """Word -> "module:Class" of the warnings that are kept with a body: as `kanefe.storage.saved_classes`."""

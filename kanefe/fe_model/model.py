@@ -147,7 +147,8 @@ class FiniteElementModel:
     stress_stiffness : StressStiffness or None
         Geometric stiffness of the stress of a static state. None: motion-induced stiffening cannot be had of it.
     geometric_stiffness : dict of str to csr_matrix, shape (N, N), or None
-        The same already made, of the unit inertia loads alone, by their names in `kanefe.reduction.stiffening.INERTIAL_LOADS`.
+        The same already made, of the unit inertia loads alone, by their names in
+        `kanefe.reduction.stiffening.INERTIAL_LOADS`.
     provenance : dict
         Where the arrays come from (json-able).
     """

@@ -35,8 +35,8 @@ def encoded(value: Any) -> tuple[str, dict[str, np.ndarray]]:
     Parameters
     ----------
     value : object
-        Made of dataclasses that have a word in `kanefe.storage.saved_classes`, arrays, sparse matrices, tuples, lists, mappings
-        with names, texts and numbers.
+        Made of dataclasses that have a word in `kanefe.storage.saved_classes`, arrays, sparse matrices, tuples, lists,
+        mappings with names, texts and numbers.
 
     Raises
     ------

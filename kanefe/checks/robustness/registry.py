@@ -1,6 +1,7 @@
 """Which stress cases there are: those of kanefe, and those of installed plugins.
 
-A plugin names a module in the entry-point group ``kanefe.checks.robustness``; the module has ``CASES``, a tuple of `StressCase`.
+A plugin names a module in the entry-point group ``kanefe.robustness``; the module has ``CASES``, a tuple of
+`StressCase`.
 """
 
 from __future__ import annotations

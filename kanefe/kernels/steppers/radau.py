@@ -6,8 +6,8 @@ Equations II, 1996, IV.8, also for the choice of steps, for the error estimate a
 
     (g - J) x = r,    g = gamma / h and (alpha + i beta) / h,    J = d(dy/dt)/dy.
 
-`kanefe.kernels.steppers.radau_systems` reduces both to the size of the speeds. Euler parameters are integrated as they are, and
-brought back to unit length after each step.
+`kanefe.kernels.steppers.radau_systems` reduces both to the size of the speeds. Euler parameters are integrated as they
+are, and brought back to unit length after each step.
 """
 
 from __future__ import annotations
