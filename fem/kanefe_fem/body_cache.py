@@ -32,9 +32,9 @@ WHOLE = (".msh", ".vtu", ".vtk", ".med", ".mesh", ".meshb", ".inp", ".bdf", ".na
 """Formats whose mesh is in the file itself, unless the file includes others. All others are read before."""
 
 WARNINGS = {
-    "accuracy": "kanefe_fem.material:AccuracyWarning",
+    "accuracy": "kanefe_fem.materials.isotropic:AccuracyWarning",
     "imported body": "kanefe.imports.sid_terms:SidWarning",
-    "mesh": "kanefe_fem.mesh_checks:MeshWarning",
+    "mesh": "kanefe_fem.mesh.checks:MeshWarning",
     "nodal form": "kanefe.imports.from_matrices:NodalFormWarning",
     "simulation": "kanefe.errors:SimulationWarning",
     "tie": "kanefe.fe_model.rigid_patch_error:TieWarning",
