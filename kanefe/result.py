@@ -10,7 +10,6 @@ from kanefe.integrate.status import summary
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import Channels, RunChannels
 from kanefe.results.reader import Reader
-from kanefe.results.unreduced_channels import run_channels
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
@@ -40,7 +39,7 @@ class Result(Reader):
     """
 
     def __init__(self, model: Model, trajectory: Trajectory) -> None:
-        super().__init__(run_channels(model, trajectory))
+        super().__init__(RunChannels(model, trajectory))
 
     @classmethod
     def from_channels(cls, channels: Channels) -> Result:

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.bodies.slopes import SlopeMeasure, slope_measure
 from kanefe.equations.model import Model
-from kanefe.equations.start import assembled, connected
+from kanefe.equations.start import model_at_start
 from kanefe.scene.bodies import BodyMethods
 from kanefe.scene.constraints import ConstraintMethods
 from kanefe.scene.field_loads import FieldLoadMethods
@@ -71,7 +71,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
     def freeze(self, start: float = 0.0) -> Model:
         """Return the immutable model of the scene. Nothing can be added to the scene afterwards.
 
-        Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.assembled`. Springs
+        Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.model_at_start`. Springs
         without a rest length are slack there.
 
         Parameters
@@ -85,8 +85,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
             If the scene is empty, or a loop cannot be closed: the message names it and by how much it stays open.
         """
         data = build_model(self._entries, self.gravity, self.slopes, self._constraints)
-        model = assembled(Model.of(data), start)
-        model = connected(model, self._springs, self._bushings, start)
+        model = model_at_start(data, self._loads, start)
         self.is_frozen = True
         return model
 

@@ -54,8 +54,20 @@ Wrenches = tuple[Vector, Vector, Vector, Vector]
 """Force and moment on a, force and moment on b."""
 
 
+class _OfMarkers:
+    """Common part of the rows between two markers."""
+
+    a: Marker
+    b: Marker
+
+    @property
+    def markers(self) -> tuple[Marker, ...]:
+        """The two ends."""
+        return self.a, self.b
+
+
 @dataclass(frozen=True, eq=False)
-class PointRow:
+class PointRow(_OfMarkers):
     """``g = e . (p_b - p_a)``: b's origin stays on a plane fixed in a.
 
     Attributes
@@ -91,7 +103,7 @@ class PointRow:
 
 
 @dataclass(frozen=True, eq=False)
-class DirectionRow:
+class DirectionRow(_OfMarkers):
     """``g = e . f - cosine``: a direction of a and one of b keep their angle.
 
     Attributes
@@ -129,7 +141,7 @@ class DirectionRow:
 
 
 @dataclass(frozen=True, eq=False)
-class DistanceRow:
+class DistanceRow(_OfMarkers):
     """``g = |p_b - p_a| - length``: a massless rod with a ball joint at each end.
 
     Attributes
@@ -166,7 +178,7 @@ class DistanceRow:
 
 
 @dataclass(frozen=True, eq=False)
-class ScrewRow:
+class ScrewRow(_OfMarkers):
     """``g = e . (p_b - p_a) - lead / (2 pi) angle``: b advances on a's axis as it turns about it.
 
     Further rows keep the two axes on one line. The angle has no memory of full turns: the one nearest to what the
@@ -221,7 +233,7 @@ DIRECTIONS = {NORMAL: 2, FIRST: 0, SECOND: 1}
 
 
 @dataclass(frozen=True, eq=False)
-class RollingRow:
+class RollingRow(_OfMarkers):
     """Contact of a wheel or ball with a plane: the material point of b at the contact has no speed against a.
 
     The plane is z = 0 of marker a, the body above it. Its ``normal`` row is holonomic: ``g`` is the height of the
@@ -308,6 +320,7 @@ class CouplerRow:
     terms: tuple[tuple[int, int, float], ...]
     constant: float
     unit: str = RADIAN
+    markers: ClassVar[tuple[Marker, ...]] = ()
 
 
 MarkerRow = PointRow | DirectionRow | DistanceRow | ScrewRow | RollingRow
@@ -329,6 +342,10 @@ class Constraint:
         The two ends; none of a coupler of joint coordinates.
     facing : tuple of ndarray, each (3,)
         Directions that must be the same in a and b. The rows alone would take the opposite ones too.
+    starts_on : bool or None
+        Of a constraint that is switched in a run: whether it holds at the start. None: it always holds.
+    switch : int
+        Where its switch is among the internal states: above zero it holds; -1: it always does.
     """
 
     name: str
@@ -337,6 +354,8 @@ class Constraint:
     a: Marker | None = None
     b: Marker | None = None
     facing: tuple[Vector, ...] = ()
+    starts_on: bool | None = None
+    switch: int = -1
 
     @property
     def title(self) -> str:

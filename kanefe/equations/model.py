@@ -1,7 +1,7 @@
 """What a frozen scene offers to those who bring their own integrator or controller.
 
-States are ``y = (q, u)``: the coordinates, then the free speeds, named by `Model.state_names`. No method changes
-anything, so that several threads may call them.
+States are ``y = (q, u, z)``: coordinates, free speeds, internal states of loads if any, named by `Model.state_names`.
+No method changes anything, so that several threads may call them.
 """
 
 from __future__ import annotations
@@ -14,15 +14,13 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import all_speeds
-from kanefe.kane.kinematics import sweep_outward
 from kanefe.tree.model_data import WORKS, FrameKinematics, MechanicalEnergy, ModelData
-from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.kane.constraint_report import ConstraintReport
-    from kanefe.order_n.route import OrderN
-    from kanefe.unreduced.route import UnreducedScene
+    from kanefe.kane.route import LiteralRoute
+    from kanefe.kane.state import State
+    from kanefe.tree.route import Route
 
 
 class Model(ModelData):
@@ -48,32 +46,28 @@ class Model(ModelData):
         return cls(**{field.name: getattr(data, field.name) for field in fields(data)})
 
     @cached_property
-    def order_n(self) -> OrderN | None:
-        """The order-n route, or None if the scene has what only the literal route offers."""
-        from kanefe.order_n.route import OrderN
+    def route(self) -> Route:
+        """The way the equations are evaluated, chosen for what the scene has: its `name` and `reason` say which."""
+        from kanefe.equations.routes import route_of
 
-        return OrderN(self) if OrderN.is_possible(self) else None
+        return route_of(self)
 
     @cached_property
-    def unreduced(self) -> UnreducedScene | None:
-        """The equations in sparse matrices, or None if no body has all degrees of freedom of a large mesh."""
-        if not self.has_unreduced:
-            return None
-        from kanefe.unreduced.route import UnreducedScene
+    def literal(self) -> LiteralRoute:
+        """The literal route of the same scene: the oracle."""
+        from kanefe.kane.route import LiteralRoute
 
-        return UnreducedScene(self)
+        return LiteralRoute(self)
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Names of the coordinates, then of the free speeds, with units in brackets."""
-        from kanefe.kane.assemble import speed_names
-
-        return self.coordinate_names() + speed_names(self)
+        """Names of the coordinates, of the free speeds, and of internal states of loads, with units in brackets."""
+        return self.coordinate_names() + self.speed_names() + self.internal_names()
 
     @property
     def initial_state(self) -> Vector:
         """State at the start, as the scene was given."""
-        return np.concatenate((self.initial_coordinates, self.initial_speeds))
+        return np.concatenate((self.initial_coordinates, self.initial_speeds, self.initial_states))
 
     def rhs(self, t: float, y: Vector) -> Vector:
         """Return dy/dt.
@@ -82,8 +76,8 @@ class Model(ModelData):
         ----------
         t : float
             s.
-        y : ndarray, shape (coordinates + free,)
-            q and u; Euler parameters need not be of unit length.
+        y : ndarray, shape (coordinates + free + states,)
+            q, u and z; Euler parameters need not be of unit length.
 
         Raises
         ------
@@ -92,21 +86,8 @@ class Model(ModelData):
         SimulationError
             If a joint has no inertia along it.
         """
-        size = self.coordinate_count + self.free_count
-        if np.shape(y) != (size,):
-            self._parts(y)
-        if self.order_n is not None:
-            full = np.empty(size + WORKS)  # the quadratures have no part in the rates
-            full[:size] = y
-            rates, weakest = self.order_n.held_rates(t, full)
-            if weakest > 0.0:
-                return rates[:size]
-        from kanefe.kane.assemble import accelerations
-
-        q, u = self._parts(y)
-        if self.unreduced is not None:
-            return np.concatenate((self.coordinate_rates(q, u), self.unreduced.accelerations(t, q, u)))
-        return np.concatenate((self.coordinate_rates(q, u), accelerations(self, t, q, u)))
+        self._check(y)
+        return self.route.evaluate(t, y).rates[: len(y)]
 
     def jacobian(self, t: float, y: Vector) -> Matrix:
         """Return d(dy/dt)/dy by complex steps, exact to round-off, shape (state, state).
@@ -118,44 +99,37 @@ class Model(ModelData):
         ModelError
             If the scene needs the literal route (matrices with rotations), which is not complex.
         """
-        self._parts(y)
-        self._refuse_dense("the Jacobian")
-        if self.order_n is None:
-            raise ModelError(
-                "the exact Jacobian is not offered for scenes with bodies in the nodal form (matrices of nodes that "
-                "rotate). Remedy: finite differences of rhs"
-            )
+        self._check(y)
+        self._check_dense("the Jacobian")
         size = len(y)
         full = np.concatenate((y, np.zeros(WORKS)))
-        return self.order_n.derivatives(t, full, np.eye(size, size + WORKS))[:, :size].T
+        found = self.route.partial_derivatives(t, full, np.eye(size, size + WORKS))
+        if found is None:
+            raise ModelError(
+                f"the exact Jacobian is not offered for this scene: {self.route.reason or 'a load has no kernel'}. "
+                "Remedy: finite differences of rhs"
+            )
+        return found[:, :size].T
 
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free speeds, shape (free, free) (Eq. 18)."""
-        from kanefe.kane.assemble import all_speeds, mass_matrix
-        from kanefe.kane.kinematics import sweep_outward
+        from kanefe.kane.assemble import mass_matrix
 
-        self._refuse_dense("the mass matrix")
-        q, u = self._parts(y)
-        n, full = self.free_count, all_speeds(self, t, u)
-        return mass_matrix(self, sweep_outward(self, t, q, full), q, full)[:n, :n]
+        n = self.free_count
+        return mass_matrix(self._dense_state(t, y, "the mass matrix"))[:n, :n]
 
     def forces(self, t: float, y: Vector) -> Vector:
         """Return F of ``mass_matrix du = forces``, shape (free,) (Eq. 18), without those of constraints."""
-        from kanefe.kane.assemble import assemble
+        from kanefe.kane.assemble import equations
 
-        self._refuse_dense("the vector of forces")
-        M, F = assemble(self, t, *self._parts(y))
-        n = self.free_count
-        return F[:n] - M[:n, n:] @ self.driven_speeds(t)[1]
+        state, n = self._dense_state(t, y, "the vector of forces"), self.free_count
+        M, F = equations(state)
+        return F[:n] - M[:n, n:] @ state.driven_rates
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
-        from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy
-
-        q, u = self._parts(y)
-        if self.unreduced is not None:
-            return self.unreduced.energy(t, q, u)
-        return MechanicalEnergy(kinetic_energy(self, t, q, u), elastic_energy(self, t, q), gravity_energy(self, t, q))
+        self._check(y)
+        return self.route.energy(t, y)
 
     def constraint_report(self) -> ConstraintReport:
         """Return which rows of loop joints and couplers are redundant, and whether the start is singular.
@@ -176,31 +150,15 @@ class Model(ModelData):
         """
         from kanefe.kane.reactions import joint_reactions
 
-        wrenches = joint_reactions(*self._moving(t, y))
+        wrenches = joint_reactions(*self._acting(t, y))
         return {body.name: wrench for body, wrench in zip(self.bodies, wrenches, strict=True)}
 
     def driving_forces(self, t: float, y: Vector) -> dict[str, Vector]:
         """Return the forces (N) and torques (N m) that driven coordinates need, by body, each (driven,)."""
         from kanefe.kane.coupling import recovered_forces
 
-        forces, _ = recovered_forces(*self._moving(t, y))
+        forces, _ = recovered_forces(*self._acting(t, y))
         return {b.name: forces[b.speeds[list(b.driven)] - self.free_count] for b in self.bodies if b.is_driven}
-
-    def _moving(self, t: float, y: Vector) -> tuple[ModelData, float, Vector, Vector, Vector]:
-        """Return model, t, q, u and du; with unreduced bodies a twin that moves and is loaded in the same way."""
-        q, u = self._parts(y)
-        du = self.rhs(t, y)[self.coordinate_count :]
-        if self.unreduced is None:
-            return self, t, q, u, du
-        twin, q_twin, u_twin, du_twin = self.unreduced.equivalent(t, q, u, du)
-        return twin, t, q_twin, u_twin, du_twin
-
-    def _refuse_dense(self, what: str) -> None:
-        if self.has_unreduced:
-            raise ModelError(
-                f"{what} of a scene with unreduced bodies is not offered: it would be dense over {self.free_count} "
-                "speeds. Remedy: rhs, or reduction=CraigBampton(modes=20)"
-            )
 
     def kinematics(self, body: str, t: float, y: Vector, interface: str = "") -> FrameKinematics:
         """Return where the frame of a body, or of one of its interfaces, is and how it moves.
@@ -210,42 +168,37 @@ class Model(ModelData):
         ModelError
             If there is no such body or interface; the message lists those there are.
         """
-        from kanefe.kane.assemble import all_speeds
-        from kanefe.kane.kinematics import interface_motion, sweep_outward
-
-        q, u = self._parts(y)
-        seen: ModelData = self
-        twin = self.unreduced.complete if self.unreduced is not None else None
-        if twin is not None:
-            seen, q, u = twin.small, twin.coordinates(q), twin.speeds(u)
-        number, full = self.index(body), all_speeds(seen, t, u)
-        frame = sweep_outward(seen, t, q, full)[number]
+        self._check(y)
+        state = self.route.view(t, y)
+        seen, number = state.model, self.index(body)
+        frame = state.motion(number, None)
         if interface:
-            terms = seen.flexible_terms(body)
-            at = terms.body.interface(interface)
-            frame = interface_motion(frame, at, terms, q, full, self.slopes).turned(at.axes)
-        V, W = frame.V[:, : seen.free_count], frame.W[:, : seen.free_count]
-        if twin is not None:
-            V, W = twin.expanded(V), twin.expanded(W)
+            at = seen.flexible_terms(body).body.interface(interface)
+            frame = state.motion(number, at).turned(at.axes)
+        V, W = (self.route.widened(wide[:, : seen.free_count]) for wide in (frame.V, frame.W))
         return FrameKinematics(frame.p_NoFo_N, frame.A_NF, frame.v, frame.w, V, W)
 
-    def _parts(self, y: Vector) -> tuple[Vector, Vector]:
-        """Return q and u of a state."""
-        n, m = self.coordinate_count, self.free_count
-        if np.shape(y) != (n + m,):
-            raise ModelError(f"a state of this model has {n} coordinates and {m} speeds, not shape {np.shape(y)}")
-        return y[:n], y[n:]
+    def _acting(self, t: float, y: Vector) -> tuple[State, Vector]:
+        """Return the state, and its accelerations; of a scene that moves and is loaded in the same way."""
+        return self.route.acting(t, y, self.parts(self.rhs(t, y))[1])
 
+    def _dense_state(self, t: float, y: Vector, what: str) -> State:
+        from kanefe.kane.state import State
 
-def scene_state(model: Model, t: float, y: Vector) -> SceneState:
-    """Return what a function ``f(t, state)`` is given at time t (s) and a state that begins with q and u."""
-    n, m = model.coordinate_count, model.free_count
-    q, u = y[:n], y[n : n + m]
-    seen: ModelData = model
-    if model.unreduced is not None:
-        twin = model.unreduced.complete
-        q, u, seen = twin.coordinates(q), twin.speeds(u), twin.small
-    full = all_speeds(seen, t, u)
-    if seen is model and model.order_n is not None:
-        return SceneState(model, t, q, full, model.order_n.frames(t, q, u))
-    return SceneState(seen, t, q, full, sweep_outward(seen, t, q, full))
+        self._check(y)
+        self._check_dense(what)
+        return State(self, t, *self.parts(y))
+
+    def _check_dense(self, what: str) -> None:
+        if not self.route.is_dense:
+            raise ModelError(
+                f"{what} of a scene with unreduced bodies is not offered: it would be dense over {self.free_count} "
+                "speeds. Remedy: rhs, or reduction=CraigBampton(modes=20)"
+            )
+
+    def _check(self, y: Vector) -> None:
+        """Raise a ModelError if a state has another shape."""
+        n, m, k = self.coordinate_count, self.free_count, self.state_count
+        if np.shape(y) != (n + m + k,):
+            more = f" and {k} internal states" if k else ""
+            raise ModelError(f"a state of this model has {n} coordinates and {m} speeds{more}, not shape {np.shape(y)}")

@@ -39,7 +39,7 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     sweep (springs between frames). Where that is outside and Radau's method too much work, or forces have kinks, which
     both may step over, generalised-alpha.
     """
-    if model.has_unreduced:
+    if not model.route.is_dense:
         return "generalised-alpha", "the highest modes of an unreduced body are stiff"
     rate = _fastest(model, start, stop)
     if not _is_stiff(rate, start, stop):
@@ -48,8 +48,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     if model.has_stops:
         return "generalised-alpha", f"{reason}, with stops or dry friction"
     beyond = {
-        "springs between frames": model.has_interactions,
-        "bodies in the nodal form": model.order_n is None,
+        "springs between frames": bool(model.loads),
+        "bodies in the nodal form": not model.route.has_sweeps,
     }
     names = [what for what, is_so in beyond.items() if is_so]
     if not names:
@@ -92,7 +92,7 @@ def _is_stiff(rate: float, start: float, stop: float) -> bool:
 def _fastest(model: Model, start: float, stop: float) -> float:
     """Return a rate in rad/s that the scene has at least, good enough to tell whether it is stiff."""
     is_elastic = any(body.flexible is not None or body.has_coordinate_forces for body in model.bodies)
-    if not (is_elastic or model.has_interactions):
+    if not (is_elastic or model.loads):
         return 0.0
     # of the bodies alone: motions of the whole scene are faster still, and need the mass of all of it
     alone = float(modal_frequencies(model).max(initial=0.0))

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.equations.model import scene_state
 from kanefe.errors import FileError, KanefeError, SimulationWarning
 from kanefe.frames import Vector
 from kanefe.integrate.checkpoint import CheckpointFile, Progress
@@ -20,6 +19,7 @@ from kanefe.integrate.events import Event
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
 from kanefe.kernels._numba import seconds_compiling
+from kanefe.tree.model_data import WORKS
 
 CHUNK = 2000
 """Most steps taken in one go."""
@@ -276,13 +276,12 @@ class RunLoop:
 
     def _acted(self, event: Event, t: float, y: Vector) -> Vector:
         """Return the state after an action, its loops closed, and the energy of the change taken into account."""
-        size = self._model.coordinate_count + self._model.free_count
-        changed = event.changed(t, scene_state(self._model, t, y), size)
+        size = len(y) - WORKS
+        changed = event.changed(t, self._model.route.state(t, y), size)
         if changed is None:
             return y
         after = np.concatenate((changed, y[size:]))
-        if not self._model.has_unreduced:
-            after = self._dynamics.projected(t, after).copy()
+        after = self._dynamics.projected(t, after).copy()
         gained = self._model.energy(t, after[:size]).total - self._model.energy(t, y[:size]).total
         after[size if gained < 0.0 else size + 1] += abs(gained)
         return after

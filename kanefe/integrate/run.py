@@ -97,8 +97,8 @@ def integrate(
         times=times,
         coordinates=states[:, :n],
         speeds=states[:, n : n + m],
-        dissipated=states[:, n + m],
-        work=states[:, n + m + WORKS - 1],
+        dissipated=states[:, -WORKS],
+        work=states[:, -1],
         statistics={
             "method": choice.name,
             "reason": choice.reason,
@@ -109,6 +109,7 @@ def integrate(
         },
         accelerations=rates,
         status=status,
+        internal=states[:, n + m : -WORKS],
         events={name: np.array(found) for name, found in watch.times.items()} if watch else {},
     )
 
@@ -127,7 +128,7 @@ def _seconds(value: float) -> float:
 
 def _check_room(model: Model, times: np.ndarray) -> None:
     size = 24 * model.free_count * len(times)
-    if model.has_unreduced and size > LARGEST_STORE:
+    if not model.route.is_dense and size > LARGEST_STORE:
         raise ModelError(
             f"{len(times)} states of {model.free_count} speeds take {size / 2**30:.1f} GiB. Remedy: a larger "
             f"output_step, which leaves at most {LARGEST_STORE // (24 * model.free_count)} of them"

@@ -37,6 +37,8 @@ class Trajectory:
         How the run ended; None of states that come from elsewhere.
     events : mapping of str to ndarray
         Times at which each event happened, s.
+    internal : ndarray, shape (T, states)
+        Internal states of loads and switches of constraints.
     """
 
     times: np.ndarray
@@ -48,6 +50,11 @@ class Trajectory:
     accelerations: np.ndarray | None = None
     status: RunStatus | None = None
     events: Mapping[str, np.ndarray] = field(default_factory=dict)
+    internal: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        if not self.internal.size:
+            object.__setattr__(self, "internal", np.zeros((len(self.times), 0)))
 
     def raise_for_status(self) -> None:
         """Raise a SimulationError if the run failed.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from kanefe.frames import Vector
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, interface_motion
+from kanefe.kane.state import State
 from kanefe.loads import PointLoad
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
-from kanefe.tree.scene_state import SceneState
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms
 
 
 def elastic_forces(terms: FlexibleTerms, eta: Vector, deta: Vector) -> Vector:
@@ -23,45 +23,40 @@ def elastic_forces(terms: FlexibleTerms, eta: Vector, deta: Vector) -> Vector:
     return force
 
 
-def loaded_frames(
-    model: ModelData, body: BodyTerms, motion: FrameMotion, q: Vector, u: Vector
-) -> list[tuple[PointLoad, FrameMotion]]:
+def loaded_frames(state: State, body: BodyTerms, motion: FrameMotion) -> list[tuple[PointLoad, FrameMotion]]:
     """Return each point load of a body with the motion of the frame it acts on: R, G or an interface n (Eq. 30)."""
     frames: list[tuple[PointLoad, FrameMotion]] = []
     for load, interface in body.loads:
         if interface is None or body.flexible is None:
             frames.append((load, motion))
         else:
-            frames.append((load, interface_motion(motion, interface, body.flexible, q, u, model.slopes)))
+            n = interface_motion(motion, interface, body.flexible, state.q, state.full, state.model.slopes)
+            frames.append((load, n))
     return frames
 
 
-def add_field_loads(
-    body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector, state: SceneState
-) -> None:
+def add_field_loads(state: State, body: BodyTerms, motion: FrameMotion, F: Vector) -> None:
     """Add the generalised forces of tractions, pressures and line loads on a flexible body to F."""
     terms = body.flexible
     if terms is None or not body.field_loads:
         return
-    eta, _ = elastic_state(terms, q, u, len(F) > terms.fixed.start)
+    eta, _ = elastic_state(terms, state.q, state.full, len(F) > terms.fixed.start)
     rates = elastic_partial_rates(terms, len(F))
     for load in body.field_loads:
-        force, moment, elastic = load.forces(t, motion.A_NF, eta, state)
+        force, moment, elastic = load.forces(state.t, motion.A_NF, eta, state)
         F += motion.V.T @ force + motion.W.T @ moment + rates.T @ elastic
 
 
-def add_loads(
-    model: ModelData, body: BodyTerms, motion: FrameMotion, t: float, q: Vector, u: Vector, F: Vector, state: SceneState
-) -> None:
+def add_loads(state: State, body: BodyTerms, motion: FrameMotion, F: Vector) -> None:
     """Add ``V^T R + W^T T`` of the body's known forces to F (Eq. 11, 19, 30, 35)."""
-    for load, frame in loaded_frames(model, body, motion, q, u):
-        force, moment = load.wrench(t, frame, state)
+    for load, frame in loaded_frames(state, body, motion):
+        force, moment = load.wrench(state.t, frame, state)
         F += frame.V.T @ force + frame.W.T @ moment
-    add_field_loads(body, motion, t, q, u, F, state)
+    add_field_loads(state, body, motion, F)
     for joint_load in body.joint_loads:
-        F[body.speeds[joint_load.coordinate]] += joint_load.value(t, state)
+        F[body.speeds[joint_load.coordinate]] += joint_load.value(state.t, state)
     if body.has_coordinate_forces:
-        at = body.joint_coordinates(t, q)
+        at = body.joint_coordinates(state.t, state.q)
         for i, (speed, coordinate_force) in enumerate(zip(body.speeds, body.joint.coordinate_forces, strict=True)):
             if coordinate_force is not None:
-                F[speed] += coordinate_force.force(float(at[i]), float(u[speed]))
+                F[speed] += coordinate_force.force(float(at[i]), float(state.full[speed]))

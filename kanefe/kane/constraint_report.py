@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.kane.assemble import all_speeds, constrained_solver, mass_matrix
-from kanefe.kane.constraints import RANK_TOLERANCE, constraint_rates
-from kanefe.kane.kinematics import sweep_outward
+from kanefe.kane.assemble import constrained_solver, mass_matrix
+from kanefe.kane.constraints import RANK_TOLERANCE, ConstrainedSolver, constraint_rates
 from kanefe.kane.loop_closure import closed_coordinates
+from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 
 STEPS = (0.1, 0.03, 0.01, 0.001)
@@ -72,8 +72,9 @@ def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
     """Return which rows of the constraints of a model depend on others at its start, at time t (s), and beside it."""
     q, u = model.initial_coordinates, model.initial_speeds
     names = [f"{constraint.name}: {row.label}" for constraint in model.constraints for row in constraint.rows]
-    at_start = _dependent_rows(model, t, q, u)
-    beside = _dependent_rows(model, t, _coordinates_beside(model, t, q, u), u) & at_start
+    start = State(model, t, q, u)
+    at_start = _dependent_rows(start)
+    beside = _dependent_rows(State(model, t, _coordinates_beside(start), u)) & at_start
     rank = len(names) - len(beside)
     whole, number = [], 0
     for constraint in model.constraints:
@@ -92,13 +93,14 @@ def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
     )
 
 
-def _dependent_rows(model: ModelData, t: float, q: Vector, u: Vector) -> set[int]:
+def _solver(state: State) -> ConstrainedSolver:
+    n = state.model.free_count
+    return constrained_solver(state.model, mass_matrix(state)[:n, :n], constraint_rates(state).over(slice(n)))
+
+
+def _dependent_rows(state: State) -> set[int]:
     """Return the numbers of the rows that depend on rows before them."""
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full)
-    n = model.free_count
-    rows = constraint_rates(model, motions, q, full).over(slice(n))
-    directions = constrained_solver(model, mass_matrix(model, motions, q, full)[:n, :n], rows).scaled_rows
+    directions = _solver(state).scaled_rows
     kept: list[Vector] = []
     dependent = set()
     for i, direction in enumerate(directions):
@@ -114,15 +116,12 @@ def _dependent_rows(model: ModelData, t: float, q: Vector, u: Vector) -> set[int
     return dependent
 
 
-def _coordinates_beside(model: ModelData, t: float, q: Vector, u: Vector) -> Vector:
-    """Return closed coordinates a little away from q, in no special direction; q itself if nothing can move."""
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full)
-    n = model.free_count
-    rows = constraint_rates(model, motions, q, full).over(slice(n))
-    solver = constrained_solver(model, mass_matrix(model, motions, q, full)[:n, :n], rows)
+def _coordinates_beside(state: State) -> Vector:
+    """Return closed coordinates a little away from those of a state, in no special direction; the same if stuck."""
+    model, t, q, n = state.model, state.t, state.q, state.model.free_count
+    rows = constraint_rates(state).over(slice(n))
     wish = np.random.default_rng(0).standard_normal(n)
-    allowed = wish + solver.solve(np.zeros(n), rows.J @ wish)[0]
+    allowed = wish + _solver(state).solve(np.zeros(n), rows.J @ wish)[0]
     size = float(np.abs(allowed).max(initial=0.0))
     if size <= 1e-9:
         return q

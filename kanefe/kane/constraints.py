@@ -8,7 +8,6 @@ passes a position with more freedom). Then the multipliers of least norm are tak
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,8 @@ import scipy.linalg
 from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import RADIAN, CouplerRow, MarkerMotion, MarkerRow, Row
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.kinematics import FrameMotion, inertial_frame, interface_motion, placed
+from kanefe.kane.kinematics import FrameMotion
+from kanefe.kane.state import State, once
 from kanefe.tree.model_data import ModelData
 
 PIVOT_TOLERANCE = 1e-13
@@ -69,76 +69,43 @@ def scene_rows(model: ModelData) -> list[Row]:
     return [row for constraint in model.constraints for row in constraint.rows]
 
 
-def marker_frame(
-    model: ModelData, marker: Marker, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int
-) -> FrameMotion:
-    """Return the motion of a marker's frame from the outward sweep."""
-    if marker.body < 0:
-        carrier = inertial_frame(columns)
-    else:
-        carrier = motions[marker.body]
-        terms = model.bodies[marker.body].flexible
-        if marker.interface is not None and terms is not None:
-            carrier = interface_motion(carrier, marker.interface, terms, q, u, model.slopes)
-    return placed(carrier, marker.point, marker.axes)
+def marker_motion(F: FrameMotion) -> MarkerMotion:
+    """Return the motion of a marker in components of N."""
+    A = F.A_NF
+    return MarkerMotion(F.p_NoFo_N, A, A @ F.v, A @ F.w, A @ F.Z, A @ F.Y)
 
 
-class MarkerFrames:
-    """Motions of the markers of a scene's rows at one state, each computed once.
-
-    Parameters
-    ----------
-    model : ModelData
-    motions : sequence of FrameMotion
-        The outward sweep.
-    q, u : ndarray
-        Coordinates, and all speeds.
-    columns : int
-        How many speeds the partial velocities span.
-    """
-
-    def __init__(self, model: ModelData, motions: Sequence[FrameMotion], q: Vector, u: Vector, columns: int) -> None:
-        self._state = (model, motions, q, u, columns)
-        self._kept: dict[int, tuple[FrameMotion, MarkerMotion]] = {}
-
-    def of(self, marker: Marker) -> tuple[FrameMotion, MarkerMotion]:
-        """Return the motion of a marker in its own axes, and in those of N."""
-        if id(marker) not in self._kept:
-            model, motions, q, u, columns = self._state
-            F = marker_frame(model, marker, motions, q, u, columns)
-            A = F.A_NF
-            self._kept[id(marker)] = F, MarkerMotion(F.p_NoFo_N, A, A @ F.v, A @ F.w, A @ F.Z, A @ F.Y)
-        return self._kept[id(marker)]
+@once
+def _motions_of_markers(state: State) -> dict[int, tuple[FrameMotion, MarkerMotion]]:
+    """Return the motion of every marker of the rows in its own axes, and in those of N, by identity."""
+    found: dict[int, tuple[FrameMotion, MarkerMotion]] = {}
+    for row in scene_rows(state.model):
+        for marker in row.markers:
+            if id(marker) not in found:
+                F = state.marker(marker)
+                found[id(marker)] = F, marker_motion(F)
+    return found
 
 
-def constraint_residuals(model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector) -> Vector:
+@once
+def constraint_residuals(state: State) -> Vector:
     """Return g of all rows (rows,), in the unit of each; NaN for rows on speeds alone."""
-    columns = _columns(model, motions)
-    frames = MarkerFrames(model, motions, q, u, columns)
+    model, moved = state.model, _motions_of_markers(state)
     values = []
     for row in scene_rows(model):
         if isinstance(row, CouplerRow):
-            coordinates = (model.bodies[body].joint_coordinates(t, q)[i] for body, i, _ in row.terms)
+            coordinates = (model.bodies[body].joint_coordinates(state.t, state.q)[i] for body, i, _ in row.terms)
             g: float | None = sum(c * x for (_, _, c), x in zip(row.terms, coordinates, strict=True)) - row.constant
         else:
-            g = row.residual(frames.of(row.a)[1], frames.of(row.b)[1])
+            g = row.residual(moved[id(row.a)][1], moved[id(row.b)][1])
         values.append(np.nan if g is None else float(g))
     return np.array(values)
 
 
-def constraint_rates(model: ModelData, motions: Sequence[FrameMotion], q: Vector, u: Vector) -> Rates:
-    """Return J and the remainders of all rows over the speeds that the sweep spans.
-
-    Parameters
-    ----------
-    model : ModelData
-    motions : sequence of FrameMotion
-        The outward sweep at this state.
-    q, u : ndarray
-        Coordinates, and all speeds.
-    """
-    columns = _columns(model, motions)
-    frames = MarkerFrames(model, motions, q, u, columns)
+@once
+def constraint_rates(state: State) -> Rates:
+    """Return J and the remainders of all rows over the speeds that the state spans."""
+    model, columns, moved = state.model, state.columns, _motions_of_markers(state)
     rows = scene_rows(model)
     J, remainder, reach = np.zeros((len(rows), columns)), np.zeros(len(rows)), np.zeros((len(rows), columns))
     for i, row in enumerate(rows):
@@ -147,14 +114,17 @@ def constraint_rates(model: ModelData, motions: Sequence[FrameMotion], q: Vector
                 J[i, model.bodies[body].speeds[coordinate]] += coefficient
             reach[i] = J[i] ** 2
             continue
-        J[i], reach[i] = _marker_row(row, frames)
-        remainder[i] = row.remainder(frames.of(row.a)[1], frames.of(row.b)[1])
+        a, b = moved[id(row.a)], moved[id(row.b)]
+        J[i], reach[i] = _marker_row(row, a, b)
+        remainder[i] = row.remainder(a[1], b[1])
     return Rates(J, remainder, reach)
 
 
-def _marker_row(row: MarkerRow, frames: MarkerFrames) -> tuple[Vector, Vector]:
+def _marker_row(
+    row: MarkerRow, end_a: tuple[FrameMotion, MarkerMotion], end_b: tuple[FrameMotion, MarkerMotion]
+) -> tuple[Vector, Vector]:
     """Return a row of J, from the wrenches of its unit multiplier, and its reach."""
-    (a, a_N), (b, b_N) = frames.of(row.a), frames.of(row.b)
+    (a, a_N), (b, b_N) = end_a, end_b
     entries, squares = np.zeros(a.V.shape[1]), np.zeros(a.V.shape[1])
     force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
     for F, wide, vector in ((a, a.V, force_a), (a, a.W, moment_a), (b, b.V, force_b), (b, b.W, moment_b)):
@@ -166,33 +136,27 @@ def _marker_row(row: MarkerRow, frames: MarkerFrames) -> tuple[Vector, Vector]:
     return entries, squares
 
 
-def _columns(model: ModelData, motions: Sequence[FrameMotion]) -> int:
-    return motions[0].V.shape[1] if motions else model.free_count + model.driven_count
-
-
-def marker_wrenches(
-    model: ModelData, motions: Sequence[FrameMotion], q: Vector, u: Vector, multipliers: Vector
-) -> list[tuple[Marker, FrameMotion, Vector]]:
+def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, FrameMotion, Vector]]:
     """Return what the constraints exert on their markers: marker, its motion, and force and moment (6,) in its axes.
 
     The moment is about the marker's origin. Constraint by constraint: end a, then end b, summed over the rows.
     """
-    frames = MarkerFrames(model, motions, q, u, _columns(model, motions))
+    moved = _motions_of_markers(state)
     found = []
     number = 0
-    for constraint in model.constraints:
+    for constraint in state.model.constraints:
         sums: dict[int, tuple[Marker, Vector]] = {}
         for row in constraint.rows:
             multiplier = multipliers[number]
             number += 1
             if isinstance(row, CouplerRow):
                 continue
-            (a, a_N), (b, b_N) = frames.of(row.a), frames.of(row.b)
+            (a, a_N), (b, b_N) = moved[id(row.a)], moved[id(row.b)]
             force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
             for marker, F, force, moment in ((row.a, a, force_a, moment_a), (row.b, b, force_b, moment_b)):
                 wrench = multiplier * np.concatenate((F.A_NF.T @ force, F.A_NF.T @ moment))
                 sums[id(marker)] = (marker, wrench + (sums[id(marker)][1] if id(marker) in sums else 0.0))
-        found += [(marker, frames.of(marker)[0], wrench) for marker, wrench in sums.values()]
+        found += [(marker, state.marker(marker), wrench) for marker, wrench in sums.values()]
     return found
 
 

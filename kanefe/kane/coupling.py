@@ -12,9 +12,10 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.joints import Fixed
-from kanefe.kane.assemble import all_speeds, assemble, constraint_forces
-from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.kane.assemble import constraint_forces, equations
+from kanefe.kane.kinematics import FrameMotion, interface_motion
+from kanefe.kane.state import State
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms
 
 
 def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], wrenches_G: list[Matrix]) -> Matrix:
@@ -52,41 +53,38 @@ def unit_wrenches(components: tuple[int, ...], tangent: Matrix, axes: Matrix) ->
     return full[:, list(components)]
 
 
-def carrier_frame(
-    model: ModelData, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], G: FrameMotion
-) -> FrameMotion:
+def carrier_frame(state: State, body: BodyTerms, terms: FlexibleTerms, G: FrameMotion) -> FrameMotion:
     """Return the frame R in which G is fixed.
 
     It is at the centre of mass of a rigid parent that G is fixed to, as in the paper; else it is the moving frame of
     the joint, which coincides with G and has no part in the motion of the fixed components.
     """
-    rigid = model.bodies[body.parent].rigid if body.parent >= 0 and isinstance(body.joint, Fixed) else None
+    rigid = state.model.bodies[body.parent].rigid if body.parent >= 0 and isinstance(body.joint, Fixed) else None
     if rigid is None:
         V, W = G.V.copy(), G.W.copy()
         V[:, terms.fixed] = W[:, terms.fixed] = 0.0
         return FrameMotion(G.A_NF, G.p_NoFo_N, G.v, G.w, V, W, G.Z, G.Y)
-    R = motions[body.parent]
+    R = state.motions[body.parent]
     V, Z = R.shifted(rigid.com)
     p = R.p_NoFo_N + R.A_NF @ rigid.com
     return FrameMotion(R.A_NF, p, R.v, R.w, V, R.W, Z, R.Y)
 
 
-def coupling_force_columns(
-    model: ModelData, body: BodyTerms, terms: FlexibleTerms, motions: list[FrameMotion], q: Vector, u: Vector
-) -> Matrix:
+def coupling_force_columns(state: State, body: BodyTerms, terms: FlexibleTerms) -> Matrix:
     """Return the generalised forces of unit coupling forces of one body, shape (columns, forces) (Eq. 35, 39).
 
     ``V^n^T - [V^T W^T] [R<-G]``: F_u acts on the interface nodes and, reversed, on R. In the coordinates of the chain
     the two cancel on every speed but the fixed ones.
     """
-    G = motions[model.index(body.name)]
-    R = carrier_frame(model, body, terms, motions, G)
+    model = state.model
+    G = state.motions[model.index(body.name)]
+    R = carrier_frame(state, body, terms, G)
     A_RG = R.A_NF.T @ G.A_NF
     columns, positions, wrenches = [], [], []
     for frame in fixed_interfaces(terms):
-        n = interface_motion(G, frame, terms, q, u, model.slopes)
+        n = interface_motion(G, frame, terms, state.q, state.full, model.slopes)
         A_Gn = G.A_NF.T @ n.A_NF
-        theta = frame.moved(q[terms.eta])[0][3:]
+        theta = frame.moved(state.q[terms.eta])[0][3:]
         wrench = unit_wrenches(frame.fixed_components, model.slopes.tangent(theta), frame.axes)
         columns.append(np.vstack((A_Gn @ n.V, A_Gn @ n.W)).T @ wrench)
         positions.append(R.A_NF.T @ (n.p_NoFo_N - R.p_NoFo_N))
@@ -100,31 +98,29 @@ def fixed_interfaces(terms: FlexibleTerms) -> list[InterfaceFrame]:
     return [frame for frame in terms.body.interfaces if frame.fixed_components]
 
 
-def _all_coupling_force_columns(model: ModelData, motions: list[FrameMotion], q: Vector, full: Vector) -> Matrix:
+def _all_coupling_force_columns(state: State) -> Matrix:
     """Return the generalised forces of unit coupling forces of all bodies, shape (columns, fixed)."""
+    model = state.model
     start = model.free_count + model.driven_count
     B = np.zeros((start + model.fixed_count, model.fixed_count))
     for body in model.bodies:
         if body.flexible is not None and body.flexible.body.fixed_count:
             where = slice(body.flexible.fixed.start - start, body.flexible.fixed.stop - start)
-            B[:, where] = coupling_force_columns(model, body, body.flexible, motions, q, full)
+            B[:, where] = coupling_force_columns(state, body, body.flexible)
     return B
 
 
-def accelerations_and_coupling_forces(model: ModelData, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+def accelerations_and_coupling_forces(state: State) -> tuple[Vector, Vector]:
     """Return du (free,) and F_u (fixed,) solved together, as the paper has it (Eq. 39 with rows du = 0).
 
     F_u are the forces (N) and moments (N m) on the flexible bodies at their fixed interface components, along the axes
     of the interfaces (for moments beside finite released slopes see `unit_wrenches`).
     """
-    columns = model.free_count + model.driven_count + model.fixed_count
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full, columns)
-    M, F = assemble(model, t, q, u, columns=columns, motions=motions)
-    F = F + constraint_forces(model, t, q, u, motions)
-    B = _all_coupling_force_columns(model, motions, q, full)
+    model, wide = state.model, state.wide
+    M, F = equations(wide)
+    F = F + constraint_forces(wide, state)
+    B = _all_coupling_force_columns(wide)
     start = model.free_count + model.driven_count
-    _, driven_rates = model.driven_speeds(t)
     free, driven, fixed = model.free_count, model.driven_count, model.fixed_count
     unknown = np.r_[:free, start : start + fixed]
     system = np.zeros((free + 2 * fixed, free + 2 * fixed))
@@ -132,30 +128,29 @@ def accelerations_and_coupling_forces(model: ModelData, t: float, q: Vector, u: 
     system[: free + fixed, : free + fixed] = M[np.ix_(unknown, unknown)]
     system[: free + fixed, free + fixed :] = -B[unknown]
     system[free + fixed :, free : free + fixed] = np.eye(fixed)  # the fixed components have no acceleration in G
-    right[: free + fixed] = F[unknown] - M[unknown, free : free + driven] @ driven_rates
+    right[: free + fixed] = F[unknown] - M[unknown, free : free + driven] @ state.driven_rates
     solution = np.linalg.solve(system, right)
     return solution[:free], solution[free + fixed :]
 
 
-def recovered_forces(model: ModelData, t: float, q: Vector, u: Vector, du: Vector) -> tuple[Vector, Vector]:
+def recovered_forces(state: State, du: Vector) -> tuple[Vector, Vector]:
     """Return driving forces (driven,) and coupling forces F_u (fixed,) from the residuals of their rows.
 
     Parameters
     ----------
+    state : State
     du : ndarray, shape (free,)
         Accelerations of the free speeds at this state.
     """
+    model, wide = state.model, state.wide
     known = model.free_count + model.driven_count
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full, known + model.fixed_count)
-    M, F = assemble(model, t, q, u, columns=known + model.fixed_count, motions=motions)
-    _, driven_rates = model.driven_speeds(t)
-    F = F + constraint_forces(model, t, q, u, motions)
-    residual = M[model.free_count :, :known] @ np.concatenate((du, driven_rates)) - F[model.free_count :]
+    M, F = equations(wide)
+    F = F + constraint_forces(wide, state)
+    residual = M[model.free_count :, :known] @ np.concatenate((du, state.driven_rates)) - F[model.free_count :]
     driving, fixed = residual[: model.driven_count], residual[model.driven_count :]
     if not model.fixed_count:
         return driving, fixed
     # The identity at zero deformation. A partly released interface moves off its undeformed place and turns, and its
     # forces act where it is.
-    B = _all_coupling_force_columns(model, motions, q, full)[known:]
+    B = _all_coupling_force_columns(wide)[known:]
     return driving, np.asarray(np.linalg.solve(B, fixed))

@@ -15,29 +15,23 @@ from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.tree.placed import Placed, fixed_in, moving_in
 
 
 @dataclass(slots=True)
-class FrameMotion:
+class FrameMotion(Placed):
     """Motion of a frame F seen from N, in components of F; `columns` speeds wide.
 
     Attributes
     ----------
-    A_NF : ndarray, shape (3, 3)
-    p_NoFo_N : ndarray, shape (3,)
-        Position in N, m.
-    v, w : ndarray, shape (3,)
-        Velocity of the origin (m/s) and angular velocity (rad/s).
+    A_NF, p_NoFo_N, v, w : ndarray
+        See `Placed`.
     V, W : ndarray, shape (3, columns)
         Partial velocities.
     Z, Y : ndarray, shape (3,)
         Remainder accelerations, m/s2 and rad/s2.
     """
 
-    A_NF: Matrix
-    p_NoFo_N: Vector
-    v: Vector
-    w: Vector
     V: Matrix
     W: Matrix
     Z: Vector
@@ -91,11 +85,12 @@ def compose(F: FrameMotion, relative: RelativeMotion) -> FrameMotion:
     V[:, relative.columns] += relative.V
     W[:, relative.columns] += relative.W
     At = A.T
+    place = moving_in(F, p, A, relative.v, relative.w)
     return FrameMotion(
-        A_NF=F.A_NF @ A,
-        p_NoFo_N=F.p_NoFo_N + F.A_NF @ p,
-        v=At @ (F.v + cross(w, p) + relative.v),
-        w=At @ (w + relative.w),
+        place.A_NF,
+        place.p_NoFo_N,
+        place.v,
+        place.w,
         V=At @ V,
         W=At @ W,
         Z=At @ (F.Z + cross(F.Y, p) + cross(w, cross(w, p) + 2.0 * relative.v) + relative.Z),
@@ -106,10 +101,8 @@ def compose(F: FrameMotion, relative: RelativeMotion) -> FrameMotion:
 def placed(P: FrameMotion, p: Vector, A: Matrix) -> FrameMotion:
     """Return the motion of a frame fixed in P at p with orientation A_PF."""
     V, Z = P.shifted(p)
-    At = A.T
-    return FrameMotion(
-        P.A_NF @ A, P.p_NoFo_N + P.A_NF @ p, At @ (P.v + cross(P.w, p)), At @ P.w, At @ V, At @ P.W, At @ Z, At @ P.Y
-    )
+    At, M = A.T, fixed_in(P, p, A)
+    return FrameMotion(M.A_NF, M.p_NoFo_N, M.v, M.w, At @ V, At @ P.W, At @ Z, At @ P.Y)
 
 
 def joint_motion(body: BodyTerms, t: float, q: Vector, u: Vector) -> RelativeMotion:

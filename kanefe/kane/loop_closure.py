@@ -13,9 +13,9 @@ import numpy as np
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import all_speeds, constrained_solver, mass_matrix
-from kanefe.kane.constraints import MarkerFrames, constraint_rates, constraint_residuals, scene_rows
-from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.assemble import constrained_solver, mass_matrix
+from kanefe.kane.constraints import constraint_rates, constraint_residuals, scene_rows
+from kanefe.kane.state import State
 from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.tolerances import (
     LARGEST_ITERATIONS,
@@ -30,9 +30,9 @@ from kanefe.tree.scales import joint_scales, scene_length
 
 @dataclass(slots=True)
 class _Position:
-    """Residuals of the holonomic rows at a configuration and what makes them large; `rows` are their numbers."""
+    """Residuals of the holonomic rows in a state at rest and what makes them large; `rows` are their numbers."""
 
-    motions: list[FrameMotion]
+    state: State
     rows: np.ndarray
     residuals: Vector
     scales: Vector
@@ -47,7 +47,7 @@ class _Position:
 
 
 def consistent_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
-    """Return q and u at the start, consistent at time t (s): see `kanefe.equations.start.assembled`."""
+    """Return q and u at the start, consistent at time t (s): see `kanefe.equations.start.model_at_start`."""
     q, u = model.initial_coordinates, model.initial_speeds
     if not model.constraints:
         return q, u
@@ -111,25 +111,23 @@ def project_speeds(model: ModelData, t: float, q: Vector, u: Vector, stiffness: 
     """Return the speeds nearest to u that keep the loops closed and what rolls from slipping; arguments as above."""
     if not model.constraints or not len(u):
         return u
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full)
-    rows = constraint_rates(model, motions, q, full)
+    state = State(model, t, q, u)
+    full, rows = state.full, constraint_rates(state)
     n = model.free_count
-    M = mass_matrix(model, motions, q, full)[:n, :n]
+    M = mass_matrix(state)[:n, :n]
     solver = constrained_solver(model, M if stiffness is None else M + stiffness, rows.over(slice(n)))
     return np.asarray(u + solver.solve(np.zeros(n), rows.J @ full[: rows.J.shape[1]])[0])
 
 
 def _position(model: ModelData, t: float, q: Vector) -> _Position:
-    full = all_speeds(model, t, np.zeros(model.free_count))
-    motions = sweep_outward(model, t, q, full)
-    g = constraint_residuals(model, motions, t, q, full)
+    state = State(model, t, q, np.zeros(model.free_count))
+    g = constraint_residuals(state)
     rows = np.flatnonzero(~np.isnan(g))
     # far from N's origin round-off is that of the distance
-    length = max(scene_length(model), *(float(np.abs(motion.p_NoFo_N).max()) for motion in motions))
+    length = max(scene_length(model), *(float(np.abs(motion.p_NoFo_N).max()) for motion in state.motions))
     all_rows = scene_rows(model)
     scales = np.array([length if all_rows[i].unit == METRE else 1.0 for i in rows])
-    return _Position(motions, rows, g[rows], scales)
+    return _Position(state, rows, g[rows], scales)
 
 
 def _closed(
@@ -145,9 +143,8 @@ def _closed(
     for _ in range(LARGEST_ITERATIONS):
         if position.worst <= tolerance:
             break
-        full = all_speeds(model, t, np.zeros(n))
-        rows = constraint_rates(model, position.motions, q, full).over(columns, position.rows)
-        metric = (mass_matrix(model, position.motions, q, full)[:n, :n] + stiffness)[np.ix_(columns, columns)]
+        rows = constraint_rates(position.state).over(columns, position.rows)
+        metric = (mass_matrix(position.state)[:n, :n] + stiffness)[np.ix_(columns, columns)]
         step, _ = constrained_solver(model, metric, rows).solve(np.zeros(len(columns)), position.residuals)
         step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / limits)), 1e-300))
         q_new, new = _shortened(model, t, q, columns, step, position)
@@ -191,32 +188,29 @@ def _is_default(start: Vector) -> bool:
 
 def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vector:
     """Return consistent speeds: those that are given (not zero) stay, and elastic ones, if the others can follow."""
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full)
-    rows = constraint_rates(model, motions, q, full)
+    state = State(model, t, q, u)
+    full, rows = state.full, constraint_rates(state)
     sizes = rows.sizes(full[: rows.J.shape[1]])
     open_rates = rows.J @ full[: rows.J.shape[1]]
     if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
         return u
     joints = np.concatenate([body.speeds[body.speeds < model.free_count] for body in model.bodies])
-    M = mass_matrix(model, motions, q, full)
+    M = mass_matrix(state)
     for columns in (joints[u[joints] == 0.0], joints):
         followed = u.copy()
         solver = constrained_solver(model, M[np.ix_(columns, columns)], rows.over(columns))
         followed[columns] += solver.solve(np.zeros(len(columns)), open_rates)[0]
-        if np.all(np.abs(rows.J @ all_speeds(model, t, followed)[: rows.J.shape[1]]) <= 1e-9 * sizes):
+        if np.all(np.abs(rows.J @ model.all_speeds(t, followed)[: rows.J.shape[1]]) <= 1e-9 * sizes):
             return followed
     return project_speeds(model, t, q, u)
 
 
 def _check_facing(model: ModelData, t: float, q: Vector) -> None:
-    full = all_speeds(model, t, np.zeros(model.free_count))
-    motions = sweep_outward(model, t, q, full)
-    frames = MarkerFrames(model, motions, q, full, motions[0].V.shape[1])
+    state = State(model, t, q, np.zeros(model.free_count))
     for constraint in model.constraints:
         if constraint.a is None or constraint.b is None:
             continue
-        A_ab = frames.of(constraint.a)[1].A.T @ frames.of(constraint.b)[1].A
+        A_ab = state.marker(constraint.a).A_NF.T @ state.marker(constraint.b).A_NF
         if any(axis @ A_ab @ axis < 0.0 for axis in constraint.facing):
             raise ModelError(
                 f"{constraint.title} closes with the axes of its ends opposite to each other. "

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from kanefe.frames import Matrix, Vector
-from kanefe.kane.interactions import add_interaction_slopes
-from kanefe.kane.kinematics import FrameMotion
+from kanefe.frames import Matrix
+from kanefe.kane.interactions import add_load_slopes
+from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 
 
@@ -22,34 +20,27 @@ def elastic_stiffness(model: ModelData) -> Matrix:
     return K
 
 
-def current_tangents(
-    model: ModelData, motions: Sequence[FrameMotion], t: float, q: Vector, u: Vector, K: Matrix, C: Matrix
-) -> tuple[Matrix, Matrix]:
+def current_tangents(state: State, K: Matrix, C: Matrix) -> tuple[Matrix, Matrix]:
     """Return K and C over the free speeds with what the state adds to constant ones; the same if nothing does.
 
     Parameters
     ----------
-    model : ModelData
-    motions : sequence of FrameMotion
-        The outward sweep.
-    t : float
-        s.
-    q, u : ndarray
-        Coordinates, and all speeds.
+    state : State
     K, C : ndarray, shape (free, free)
         Of flexible bodies and of the springs and dampers of joints.
     """
+    model = state.model
     if not model.has_varying_tangents:
         return K, C
     K, C = K.copy(), C.copy()
     for body in model.bodies:
         if not body.has_coordinate_forces:
             continue
-        at = body.joint_coordinates(t, q)
+        at = body.joint_coordinates(state.t, state.q)
         for x, where, force in zip(at, body.speeds, body.joint.coordinate_forces, strict=True):
             if force is not None and where < len(K):
-                k, c = force.slopes(float(x), float(u[where]))
+                k, c = force.slopes(float(x), float(state.full[where]))
                 K[where, where] += k - force.stiffness
                 C[where, where] += c - force.damping
-    add_interaction_slopes(model, motions, t, q, u, K, C)
+    add_load_slopes(state, K, C)
     return K, C

@@ -9,8 +9,8 @@ import numpy as np
 
 from kanefe.kernels._numba import entry_without_arrays
 from kanefe.kernels.constraints import Loops
-from kanefe.kernels.interactions import Interactions
 from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.loads_between import LoadsBetween
 from kanefe.kernels.march import march
 from kanefe.kernels.stepping import AT, SLOPE
 
@@ -21,9 +21,10 @@ COMPLEX_STEP = 1e-30
 def derivatives(
     tables: Tables,
     flexible: FlexibleTables | None,
-    between: Interactions | None,
+    between: LoadsBetween | None,
     loops: Loops | None,
     drives: np.ndarray,
+    t: float,
     inputs: np.ndarray,
     vectors: np.ndarray,
     directions: np.ndarray,
@@ -40,7 +41,7 @@ def derivatives(
         for i in range(len(at)):
             at[i] = complex(at[i].real, COMPLEX_STEP * direction[i])
         command, _ = march(
-            tables, flexible, between, loops, drives, None, None, 0.0, inputs, vectors, 0.0, 0.0, None, numbers
+            tables, flexible, between, loops, drives, None, None, t, inputs, vectors, 0.0, 0.0, None, numbers
         )
         if command < 0:
             return False

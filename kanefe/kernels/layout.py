@@ -105,7 +105,7 @@ class Tables(NamedTuple):
     laws : ndarray, shape (forces, 9)
         Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
     sizes : ndarray of int
-        Coordinates, free speeds, driven coordinates.
+        Coordinates, free speeds, driven coordinates, internal states of loads.
     """
 
     rows: np.ndarray
@@ -142,6 +142,6 @@ class FlexibleTables(NamedTuple):
     sizes: np.ndarray
 
 
-COORDINATES, SPEEDS, DRIVES = range(3)
+COORDINATES, SPEEDS, DRIVES, STATES = range(4)
 MODAL_SIZE, BORDER_SIZE, SLOPES = range(3)
 ROTATION_VECTOR, TAIT_BRYAN = range(2)

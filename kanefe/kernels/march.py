@@ -14,7 +14,6 @@ from kanefe.kernels.drives import put_drives
 from kanefe.kernels.elastic import span, total
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.inertia import set_inertia
-from kanefe.kernels.interactions import Interactions, add_interactions
 from kanefe.kernels.inward import sweep_inward
 from kanefe.kernels.joint_forces import add_joint_forces
 from kanefe.kernels.layout import (
@@ -35,12 +34,14 @@ from kanefe.kernels.layout import (
     SPEED,
     SPEEDS,
     SPHERICAL,
+    STATES,
     WORK,
     WORK_DETA,
     FlexibleTables,
     Tables,
 )
 from kanefe.kernels.loads import add_field_loads, add_point_loads
+from kanefe.kernels.loads_between import LoadsBetween, add_loads_between
 from kanefe.kernels.momenta import put_balance
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.stepping import (
@@ -109,12 +110,20 @@ def modal_dissipation(flexible: FlexibleTables, modal: np.ndarray, powers: np.nd
     return power
 
 
-def room_size(tables: Tables, flexible: FlexibleTables | None, loops: Loops | None, state: int) -> int:
+def room_size(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween | None,
+    loops: Loops | None,
+    state: int,
+) -> int:
     """Return how many numbers `march` needs room for, with so many in a state."""
     speeds = tables.sizes[SPEEDS] + tables.sizes[DRIVES]
     size = WORK * len(tables.rows) + 2 * speeds + tables.sizes[DRIVES] + state
     if flexible is not None:
         size += flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE]
+    if between is not None:
+        size += between.room[0]
     if loops is not None:
         size += len(loops.rows) + close_size(len(loops.rows), speeds, tables.sizes[COORDINATES])
     return size
@@ -124,7 +133,7 @@ def room_size(tables: Tables, flexible: FlexibleTables | None, loops: Loops | No
 def march(
     tables: Tables,
     flexible: FlexibleTables | None,
-    between: Interactions | None,
+    between: LoadsBetween | None,
     loops: Loops | None,
     drives: np.ndarray,
     motions: Any,
@@ -140,12 +149,12 @@ def march(
     """Evaluate dy/dt once, or go on with a run until its method wants what is not to be had here.
 
     One function for both, since the time to compile a function includes all that it calls. States are
-    ``(q, u, energy dissipated, work)``, of `coordinates + free + 2` numbers.
+    ``(q, u, z, energy dissipated, work)``, of `coordinates + free + states + 2` numbers.
 
     Parameters
     ----------
     tables : Tables
-    flexible, between, loops : FlexibleTables, Interactions, Loops or None
+    flexible, between, loops : FlexibleTables, LoadsBetween, Loops or None
         None leaves out their code.
     drives : ndarray, shape (driven, 3)
         Position, speed and acceleration of the driven coordinates.
@@ -177,7 +186,7 @@ def march(
         Smallest pivot of a constraint met, of 1: it falls to zero towards a singular position.
     """
     sizes = tables.sizes
-    n, m = sizes[COORDINATES], sizes[SPEEDS]
+    n, m, k = sizes[COORDINATES], sizes[SPEEDS], sizes[STATES]
     speeds, rows, modes, borders, held, closings = m + sizes[DRIVES], WORK * len(tables.rows), 0, 0, 0, 0
     if flexible is not None:
         modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
@@ -188,9 +197,11 @@ def march(
     modal, border, room = room[:modes], room[modes : modes + borders], room[modes + borders :]
     applied, added, room = room[:speeds], room[speeds : 2 * speeds], room[2 * speeds :]
     driving, multipliers, room = room[: len(drives)], room[len(drives) : len(drives) + held], room[len(drives) + held :]
-    closing, asked = room[:closings], room[closings:]
+    closing, asked = room[:closings], room[closings : closings + len(vectors[AT])]
+    acting = room[closings + len(vectors[AT]) :]
     at, slope = vectors[AT], vectors[SLOPE]
-    q, u, du, powers = at[:n], at[n : n + m], slope[n : n + m], slope[n + m :]
+    q, u, du, z = at[:n], at[n : n + m], slope[n : n + m], at[n + m : n + m + k]
+    z_rates, powers = slope[n + m : n + m + k], slope[n + m + k :]
     is_implicit, is_beside, weakest, command = len(vectors) > PUSH_STIFFNESS, False, 1.0, RATES
     stored = 0 if run is None else run.integers[STORED]
     while True:
@@ -221,9 +232,11 @@ def march(
         sweep_outward(tables, flexible, drives, q, u, work, modal)
         set_inertia(tables, flexible, work, modal)
         if run is not None and command == BALANCE:
-            put_balance(tables, flexible, between, drives, q, work, modal, run.integers, run.reals, vectors)
+            kept = work, modal, acting
+            put_balance(tables, flexible, between, t, drives, inputs, q, z, *kept, run.integers, run.reals, vectors)
             continue
         applied[:] = 0.0
+        z_rates[:] = 0.0
         if run is not None:
             fill(t, at, inputs)
         powers[1] = add_point_loads(tables, flexible, inputs, work, modal)
@@ -234,7 +247,7 @@ def march(
             powers[0] += modal_dissipation(flexible, modal, powers)
             powers[1] += add_field_loads(flexible, inputs, work, modal)
         if between is not None:
-            taken, given = add_interactions(between, tables.rows, flexible, inputs, work, modal)
+            taken, given = add_loads_between(between, tables.rows, flexible, t, inputs, z, z_rates, work, modal, acting)
             powers[0] += taken
             powers[1] += given
         if is_implicit:

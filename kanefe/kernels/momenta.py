@@ -11,7 +11,6 @@ import numpy as np
 from kanefe.kernels._numba import entry, inlined, kernel
 from kanefe.kernels.elastic import project, span
 from kanefe.kernels.inertia import set_inertia
-from kanefe.kernels.interactions import Interactions, interaction_energy
 from kanefe.kernels.joint_forces import LOWER, REST, STIFFNESS_OF, STOP_STIFFNESS, UPPER
 from kanefe.kernels.layout import (
     AXES,
@@ -31,6 +30,7 @@ from kanefe.kernels.layout import (
     ROTOR,
     SPEED,
     SPEEDS,
+    STATES,
     VELOCITY,
     WORK,
     WORK_DETA,
@@ -42,6 +42,7 @@ from kanefe.kernels.layout import (
     R,
     Tables,
 )
+from kanefe.kernels.loads_between import LoadsBetween, potential_between
 from kanefe.kernels.modal_elimination import coupling_span
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.stepping import (
@@ -80,11 +81,15 @@ from kanefe.kernels.vectors import (
 def put_balance(
     tables: Tables,
     flexible: FlexibleTables | None,
-    between: Interactions | None,
+    between: LoadsBetween | None,
+    t: float,
     drives: np.ndarray,
+    inputs: np.ndarray,
     q: np.ndarray,
+    z: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
+    acting: np.ndarray,
     integers: np.ndarray,
     reals: np.ndarray,
     vectors: np.ndarray,
@@ -92,7 +97,7 @@ def put_balance(
     """Write the energies of a state, and where momenta are kept those, and the rigid motions of the scene."""
     kinetic, elastic, weight = 0.0, _joint_energy(tables, drives, q), 0.0
     if between is not None:
-        elastic += interaction_energy(between, work)
+        elastic += potential_between(between, t, inputs, z, work, acting)
     size = abs(elastic)
     for i in range(len(tables.rows)):
         mass, c, v, w, momentum, spin = _momenta_of_row(tables, flexible, i, work, modal)
@@ -224,8 +229,10 @@ def _put_rigid_motions(
 def balance(
     tables: Tables,
     flexible: FlexibleTables | None,
-    between: Interactions | None,
+    between: LoadsBetween | None,
+    t: float,
     drives: np.ndarray,
+    inputs: np.ndarray,
     integers: np.ndarray,
     reals: np.ndarray,
     vectors: np.ndarray,
@@ -234,10 +241,10 @@ def balance(
     rows, modes, n = WORK * len(tables.rows), 0, tables.sizes[COORDINATES]
     if flexible is not None:
         modes = flexible.sizes[MODAL_SIZE]
-    room = np.empty(rows + modes)
-    work, modal = room[:rows].reshape(-1, WORK), room[rows:]
-    at = vectors[AT]
-    q, u = at[:n], at[n : n + tables.sizes[SPEEDS]]
+    room = np.empty(rows + modes + (0 if between is None else between.room[0]))
+    work, modal, acting = room[:rows].reshape(-1, WORK), room[rows : rows + modes], room[rows + modes :]
+    at, m = vectors[AT], n + tables.sizes[SPEEDS]
+    q, u, z = at[:n], at[n:m], at[m : m + tables.sizes[STATES]]
     sweep_outward(tables, flexible, drives, q, u, work, modal)
     set_inertia(tables, flexible, work, modal)
-    put_balance(tables, flexible, between, drives, q, work, modal, integers, reals, vectors)
+    put_balance(tables, flexible, between, t, drives, inputs, q, z, work, modal, acting, integers, reals, vectors)

@@ -236,7 +236,8 @@ class _Search:
 
     def _rates(self, q: Vector, u: Vector) -> Vector:
         """Return the accelerations."""
-        return self.model.rhs(self.t, np.concatenate((q, u)))[self.model.coordinate_count :]
+        z = self.model.initial_states
+        return self.model.parts(self.model.rhs(self.t, np.concatenate((q, u, z))))[1]
 
     def _closed(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         if not self.model.constraints:
@@ -308,7 +309,7 @@ class _Search:
     def _size(self, q: Vector, u: Vector, z: Vector) -> tuple[float, float]:
         """Return du^T M du of a state, and the force along a tangent."""
         du = self._rates(q, u)
-        forces = self.model.mass_matrix(self.t, np.concatenate((q, u))) @ du
+        forces = self.model.mass_matrix(self.t, np.concatenate((q, u, self.model.initial_states))) @ du
         return float(du @ forces), float(z @ forces)
 
     def _advice(self, imbalance: Imbalance) -> str:
@@ -346,7 +347,7 @@ def _check_steady(model: Model, t: float, q: Vector, u: Vector) -> None:
     driven = model.driven_speeds(t)[0] if model.driven_count else np.zeros(0)
     fastest = float(max(np.abs(u).max(initial=0.0), np.abs(driven).max(initial=0.0)))
     times = [tau / fastest for tau in SAMPLES] if fastest > 0.0 else []
-    if model.order_n is None or not model.order_n.inputs.is_constant or model.driven_count:
+    if not model.route.is_constant or model.driven_count:
         times += list(SAMPLES)
     search = _Search(model, t, q, u, np.zeros(0, dtype=int), ())
     for tau in times:

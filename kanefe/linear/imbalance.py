@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import elastic_forces
-from kanefe.kane.assemble import all_speeds, assemble
+from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.inertia import flexible_inertia
-from kanefe.kane.interactions import interaction_wrenches
-from kanefe.kane.kinematics import elastic_state, sweep_outward
+from kanefe.kane.interactions import generalised_force
+from kanefe.kane.kinematics import elastic_state
+from kanefe.kane.state import State, actions
 from kanefe.linear.forces import scene_load_columns, scene_loads
 from kanefe.linear.tangents import tangent_names
-from kanefe.tree.scene_state import SceneState
 
 BALANCED = 1e-9
 """Force left over, of those that balance in the same motion, that counts as none: round-off of stiff bodies."""
@@ -55,9 +55,9 @@ def worst_imbalance(model: Model, t: float, q: Vector, u: Vector, du: Vector, N:
         Independent motions, led by the coordinates `leading`.
     """
     n = model.free_count
-    M, _ = assemble(model, t, q, u)
-    left = N.T @ (M[:n, :n] @ du)
-    sizes = np.abs(N).T @ force_sizes(model, t, q, u)[:n]
+    state = State(model, t, q, u)
+    left = N.T @ (mass_matrix(state)[:n, :n] @ du)
+    sizes = np.abs(N).T @ force_sizes(state)[:n]
     # what nothing acts on is measured by what acts elsewhere
     floor = 1e-6 * float(sizes.max(initial=0.0))
     ratios = np.abs(left) / np.maximum(np.maximum(sizes, floor), 1e-300)
@@ -67,19 +67,15 @@ def worst_imbalance(model: Model, t: float, q: Vector, u: Vector, du: Vector, N:
     return Imbalance(tangent_names(model)[int(leading[worst])], float(left[worst]), float(ratios[worst]))
 
 
-def force_sizes(model: Model, t: float, q: Vector, u: Vector) -> Vector:
+def force_sizes(state: State) -> Vector:
     """Return the sum of the sizes of all generalised forces along each speed, free and driven, N and N m.
 
     Inertia and gravity of each body, stiffness, damping, loads, springs: each by itself, so that they do not cancel,
     and with full levers: a measure of round-off, not a force.
     """
-    columns = model.free_count + model.driven_count
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full, columns)
-    _, driven_rates = model.driven_speeds(t)
-    sizes = np.zeros(columns)
-    state = SceneState(model, t, q, full, motions)
-    for body, frame in zip(model.bodies, motions, strict=True):
+    model, t, full, driven_rates = state.model, state.t, state.full, state.driven_rates
+    sizes = np.zeros(state.columns)
+    for body, frame in zip(model.bodies, state.motions, strict=True):
         # what accelerates the origin, and how it is felt at the end of a lever: directions must not hide it
         pull = float(np.linalg.norm(frame.Z - frame.A_NF.T @ model.gravity * body.has_gravity))
         pull += float(np.linalg.norm(frame.V[:, model.free_count :] @ driven_rates))
@@ -94,7 +90,7 @@ def force_sizes(model: Model, t: float, q: Vector, u: Vector) -> Vector:
         if body.flexible is not None:
             terms = body.flexible
             lever, mass = float(np.linalg.norm(terms.body.nodes, axis=1).max()), terms.body.mass
-            eta, deta = elastic_state(terms, q, full, False)
+            eta, deta = elastic_state(terms, state.q, full, False)
             gravity = frame.A_NF.T @ model.gravity * body.has_gravity
             M, F = flexible_inertia(terms, frame, gravity, eta, deta)
             k = terms.body.free_count
@@ -105,18 +101,13 @@ def force_sizes(model: Model, t: float, q: Vector, u: Vector) -> Vector:
         force = mass * (pull + spin * lever)
         sizes += np.linalg.norm(frame.V, axis=0) * force + np.linalg.norm(frame.W, axis=0) * force * lever
         if body.has_coordinate_forces:
-            at = body.joint_coordinates(t, q)
+            at = body.joint_coordinates(t, state.q)
             for x, speed, law in zip(at, body.speeds, body.joint.coordinate_forces, strict=True):
                 if law is not None:
                     sizes[speed] += abs(law.force(float(x), float(full[speed])))
     for load in scene_loads(model):
-        columns_of = scene_load_columns(model, load, motions, q, full)
+        columns_of = scene_load_columns(state, load)
         sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
-    by_themselves = [replace(model, springs=(spring,), bushings=()) for spring in model.springs]
-    by_themselves += [replace(model, springs=(), bushings=(bushing,)) for bushing in model.bushings]
-    for alone in by_themselves:
-        total = np.zeros(columns)
-        for _, frame, wrench in interaction_wrenches(alone, motions, t, q, full, columns):
-            total += frame.V.T @ wrench[:3] + frame.W.T @ wrench[3:]
-        sizes += np.abs(total)
+    for load_between, action in zip(model.loads, actions(state), strict=True):
+        sizes += np.abs(generalised_force(state, load_between.ends, action.wrenches))
     return sizes

@@ -10,10 +10,10 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.kane.assemble import all_speeds, assemble
-from kanefe.kane.kinematics import sweep_outward
+from kanefe.kane.assemble import assemble
+from kanefe.kane.state import State
 from kanefe.linear.drives import Drive
-from kanefe.linear.forces import carrier, frame_of, scene_load_columns, scene_loads
+from kanefe.linear.forces import carrier, scene_load_columns, scene_loads
 from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
 from kanefe.loads import FieldLoad, JointLoad
 
@@ -50,11 +50,10 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
     ModelError
         Naming what there is not, and listing what there is.
     """
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full)
+    state = State(model, t, q, u)
 
     def of_load(load: object, name: str) -> list[Input]:
-        columns = scene_load_columns(model, load, motions, q, full)  # type: ignore[arg-type]
+        columns = scene_load_columns(state, load)  # type: ignore[arg-type]
         units = _load_unit(model, load)
         names = [name] if columns.shape[1] == 1 else [f"{name} {axis}" for axis in AXES]
         return [Input(label, units, column) for label, column in zip(names, columns.T, strict=True)]
@@ -65,7 +64,7 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
         return [found for label, load in loads.items() for found in of_load(load, label)]
 
     def point(target: Target) -> list[Input]:
-        frame = frame_of(model, model.bodies[target.body], target.interface, motions[target.body], q, full)
+        frame = state.motion(target.body, target.interface)
         axes = frame.A_NF if target.interface is None else frame.A_NF @ target.interface.axes
         wide = frame.V if target.what == "force" else frame.W
         n = model.free_count
@@ -110,11 +109,11 @@ def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str)
     if axis not in ("", *AXES):
         raise ModelError(f"input {name!r}: {axis!r} is no axis. Remedy: gravity x, gravity y or gravity z")
     n = model.free_count
-    _, still = assemble(replace(model, gravity=np.zeros(3)), t, q, u)
+    _, still = assemble(State(replace(model, gravity=np.zeros(3)), t, q, u))
     found = []
     for letter, i in AXES.items():
         if axis in ("", letter):
-            _, pulled = assemble(replace(model, gravity=np.eye(3)[i].copy()), t, q, u)
+            _, pulled = assemble(State(replace(model, gravity=np.eye(3)[i].copy()), t, q, u))
             found.append(Input(name if axis else f"{name} {letter}", KINDS["gravity"], (pulled - still)[:n]))
     return found
 

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
-from kanefe.kane.assemble import speed_names
+from kanefe.kane.state import State
 from kanefe.linear.forces import answers
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
@@ -87,7 +87,8 @@ class Linearisation(StateSpace):
         z = self.small.along_positions.z @ small[:N]
         du = self.small.along_positions.du @ small[:N] + self.small.along_speeds.du @ small[N:]
         q = self.model.advance(self.state[: self.model.coordinate_count], z[:n])
-        return np.concatenate((q, self.state[self.model.coordinate_count :] + du[:n]))
+        _, u, internal = self.model.parts(self.state)
+        return np.concatenate((q, u + du[:n], internal))
 
 
 def linearise(
@@ -163,11 +164,11 @@ def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequen
     if not small.is_moving:
         C, D = _without_noise(C), _without_noise(D)
     names_z = (*tangent_names(model), *(_drive_name(model, drive, 0) for drive in small.drives))
-    names_u = (*speed_names(model), *(_drive_name(model, drive, 1) for drive in small.drives))
+    names_u = (*model.speed_names(), *(_drive_name(model, drive, 1) for drive in small.drives))
     return Linearisation(
         model=model,
         time=small.t,
-        state=np.concatenate((small.q, small.u)),
+        state=np.concatenate((small.q, small.u, model.initial_states)),
         A=A,
         B=B,
         C=C,
@@ -185,9 +186,10 @@ def _input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Direction
     n, count = small.model.free_count, len(inputs)
     none = np.zeros((small.size, count))
     wanted = np.zeros((small.size, count))
+    here = State(small.model, small.t, small.q, small.u)
     for i, item in enumerate(inputs):
         if item.force is not None:
-            wanted[:n, i] = answers(small.model, small.t, small.q, small.u, item.force[:, None])[:, 0]
+            wanted[:n, i] = answers(here, item.force[:, None])[:, 0]
         elif item.drive is not None:
             wanted[n + small.drives.index(item.drive), i] = 1.0
     of_drives = [i for i, item in enumerate(inputs) if item.drive is not None]

@@ -10,10 +10,9 @@ import scipy.linalg
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import all_speeds
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia
-from kanefe.kane.kinematics import FrameMotion, elastic_state, sweep_outward
-from kanefe.linear.forces import frame_of
+from kanefe.kane.kinematics import FrameMotion, elastic_state
+from kanefe.kane.state import State
 from kanefe.linear.state_space import StateSpace
 
 RIGID = 1e-7
@@ -128,12 +127,9 @@ class Modes:
 
     def _frame(self, body: str, interface: str) -> FrameMotion:
         lin = self.linearisation
-        model, q, u = lin.model, lin.small.q, lin.small.u
-        full = all_speeds(model, lin.time, u)
-        number = model.index(body)
-        motion = sweep_outward(model, lin.time, q, full)[number]
+        model = lin.model
         at = model.flexible_terms(body).body.interface(interface) if interface else None
-        return frame_of(model, model.bodies[number], at, motion, q, full)
+        return State(model, lin.time, lin.small.q, lin.small.u).motion(model.index(body), at)
 
     def describe(self, mode: int) -> str:
         """Return who takes part in a mode: bodies by kinetic energy, the largest first."""
@@ -156,15 +152,14 @@ class Modes:
 
 def body_masses(linearisation: StateSpace) -> dict[str, Matrix]:
     """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
-    model, t = linearisation.model, linearisation.time
-    q, n, none = linearisation.small.q, linearisation.model.free_count, np.zeros(3)
-    full = all_speeds(model, t, linearisation.small.u)
+    model, n, none = linearisation.model, linearisation.model.free_count, np.zeros(3)
+    state = State(model, linearisation.time, linearisation.small.q, linearisation.small.u)
     found = {}
-    for body, frame in zip(model.bodies, sweep_outward(model, t, q, full), strict=True):
+    for body, frame in zip(model.bodies, state.motions, strict=True):
         if body.rigid is not None and body.rigid.mass > 0.0:
             found[body.name] = rigid_inertia(body.rigid, frame, none)[0][:n, :n]
         elif body.flexible is not None:
-            eta = elastic_state(body.flexible, q, full, False)
+            eta = elastic_state(body.flexible, state.q, state.full, False)
             found[body.name] = flexible_inertia(body.flexible, frame, none, *eta)[0][:n, :n]
     return found
 

@@ -10,9 +10,8 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import all_speeds
-from kanefe.kane.kinematics import FrameMotion, sweep_outward
-from kanefe.linear.forces import frame_of
+from kanefe.kane.kinematics import FrameMotion
+from kanefe.kane.state import State
 from kanefe.linear.small_motions import Directions, Moved, SmallMotions
 from kanefe.linear.tangents import difference
 from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
@@ -28,28 +27,20 @@ Measure = Callable[["Sweep"], float]
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """A state with the motions of its frames."""
+    """A state beside the one of the analysis, and the rates of its free and driven speeds."""
 
-    state: Moved
-    t: float
-    full: Vector
+    state: State
     rates: Vector
-    motions: list[FrameMotion]
 
     def frame(self, target: Target) -> FrameMotion:
         """Return the motion of the frame of a target."""
-        model = self.state.model
-        return frame_of(
-            model, model.bodies[target.body], target.interface, self.motions[target.body], self.state.q, self.full
-        )
+        return self.state.motion(target.body, target.interface)
 
 
-def swept(state: Moved, t: float) -> Sweep:
-    """Return a state with the motions of its frames."""
-    model = state.model
-    full = all_speeds(model, t, state.u)
-    rates = np.concatenate((state.du, model.driven_speeds(t)[1]))
-    return Sweep(state, t, full, rates, sweep_outward(model, t, state.q, full))
+def swept(moved: Moved, t: float) -> Sweep:
+    """Return a state with its motions."""
+    state = State(moved.model, t, moved.q, moved.u)
+    return Sweep(state, np.concatenate((moved.du, state.driven_rates)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,9 +29,9 @@ import scipy.linalg
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations, all_speeds, mass_matrix
+from kanefe.kane.assemble import accelerations, mass_matrix
 from kanefe.kane.constraints import Rates, constraint_rates, constraint_residuals
-from kanefe.kane.kinematics import sweep_outward
+from kanefe.kane.state import State
 from kanefe.linear.drives import Drive, Shift, shifted
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
 
@@ -77,7 +77,7 @@ class SmallMotions:
 
     def __init__(self, model: Model, t: float, q: Vector, u: Vector, drives: Sequence[Drive] = ()) -> None:
         self.model, self.t, self.q, self.u, self.drives = model, t, q, u, tuple(drives)
-        self.du = model.rhs(t, np.concatenate((q, u)))[model.coordinate_count :]
+        self.du = model.parts(model.rhs(t, np.concatenate((q, u, model.initial_states))))[1]
         n = model.free_count
         self.size = n + len(drives)
         self.G = np.zeros((self.size, self.size))
@@ -108,8 +108,7 @@ class SmallMotions:
 
     def mass(self) -> Matrix:
         """Return M_sys over free speeds and drives."""
-        full = all_speeds(self.model, self.t, self.u)
-        M = mass_matrix(self.model, sweep_outward(self.model, self.t, self.q, full), self.q, full)
+        M = mass_matrix(State(self.model, self.t, self.q, self.u))
         return M[np.ix_(self._columns, self._columns)]
 
     def moved(self, along: Directions, column: int, h: float) -> Moved:
@@ -129,17 +128,15 @@ class SmallMotions:
     def _rows(self, q: Vector, u: Vector, model: Model | None = None) -> tuple[Rates, np.ndarray]:
         """Return the rows of the constraints over free speeds and drives, and which are holonomic."""
         model = self.model if model is None else model
-        full = all_speeds(model, self.t, u)
-        motions = sweep_outward(model, self.t, q, full)
-        rates = constraint_rates(model, motions, q, full)
-        is_holonomic = ~np.isnan(constraint_residuals(model, motions, self.t, q, full))
-        return rates.over(self._columns), is_holonomic
+        state = State(model, self.t, q, u)
+        is_holonomic = ~np.isnan(constraint_residuals(state))
+        return constraint_rates(state).over(self._columns), is_holonomic
 
     def _open_rates(self, state: Moved) -> Vector:
         """Return J u of all speeds, those of all drives included, as it is at a state beside."""
-        full = all_speeds(state.model, self.t, self.u)
-        rates = constraint_rates(state.model, sweep_outward(state.model, self.t, state.q, full), state.q, full)
-        return np.asarray(rates.J @ full[: rates.J.shape[1]])
+        beside = State(state.model, self.t, state.q, self.u)
+        rates = constraint_rates(beside)
+        return np.asarray(rates.J @ beside.full[: rates.J.shape[1]])
 
     def accelerations(self, z: Matrix, du: Matrix, ddu: Matrix) -> Matrix:
         """Return the accelerations along directions: exact for free speeds, by differences where drives move."""
@@ -155,7 +152,7 @@ class SmallMotions:
 
             def rate(h: float, column: int = int(i)) -> Vector:
                 state = self.moved(along, column, h)
-                return accelerations(state.model, self.t, state.q, state.u)
+                return accelerations(State(state.model, self.t, state.q, state.u))
 
             found[:n, i] = difference(rate, steps[i])
         return found

@@ -9,9 +9,8 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
-from kanefe.kane.kinematics import sweep_outward
+from kanefe.kane.state import State
 from kanefe.kernels.tolerances import LARGEST_OPENING
 
 
@@ -43,10 +42,16 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     model = scene.freeze(t) if isinstance(scene, Scene) else scene
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
-    if model.has_unreduced:
+    if not model.route.is_dense:
         raise ModelError(
             f"{what} of a scene with unreduced bodies is not offered: its matrices would be dense over "
             f"{model.free_count} speeds. Remedy: reduction=CraigBampton(modes=20)"
+        )
+    if model.states_move:
+        names = ", ".join(repr(load.name) for load in model.loads if load.has_rates)
+        raise ModelError(
+            f"{what}: the load {names} has internal states that move, and small motions of those are not offered. "
+            "Remedy: leave it out, or frequencies from a run"
         )
     if model.free_count == 0:
         raise ModelError(f"{what}: nothing in the scene can move. Remedy: a joint that is free, or a flexible body")
@@ -75,7 +80,7 @@ def state_of(model: Model, t: object, y: object, what: str) -> tuple[float, Vect
     if not np.all(np.isfinite(state)):
         worst = int(np.flatnonzero(~np.isfinite(state))[0])
         raise ModelError(f"the state of {what} is not finite: {names[worst]} is {state[worst]}")
-    q, u = state[: model.coordinate_count], state[model.coordinate_count :]
+    q, u, _ = model.parts(state)
     if not all(np.any(q[body.coordinates[-4:]]) for body in model.bodies if "e0" in body.joint.coordinate_names):
         raise ModelError(f"the state of {what} has Euler parameters of no length. Remedy: (1, 0, 0, 0)")
     q = model.advance(q, np.zeros(model.free_count))  # of unit length
@@ -86,10 +91,10 @@ def state_of(model: Model, t: object, y: object, what: str) -> tuple[float, Vect
 def _check_closed(model: Model, t: float, q: Vector, u: Vector, what: str) -> None:
     if not model.constraints:
         return
-    full = all_speeds(model, t, u)
-    motions = sweep_outward(model, t, q, full)
-    opened = np.nan_to_num(constraint_residuals(model, motions, t, q, full))
-    rates = constraint_rates(model, motions, q, full)
+    state = State(model, t, q, u)
+    full = state.full
+    opened = np.nan_to_num(constraint_residuals(state))
+    rates = constraint_rates(state)
     slipping = rates.J @ full[: rates.J.shape[1]]
     sizes = np.abs(rates.J) @ np.abs(full[: rates.J.shape[1]])
     labels = [f"{constraint.title} ({row.label})" for constraint in model.constraints for row in constraint.rows]

@@ -16,7 +16,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
-from kanefe.kane.assemble import speed_names
+from kanefe.kane.state import State
 from kanefe.linear.forces import answers, load_columns, load_values
 from kanefe.tree.model_data import WORKS, BodyTerms
 from kanefe.tree.scales import joint_scales, scene_length
@@ -32,7 +32,7 @@ def rotations(model: Model) -> list[tuple[BodyTerms, np.ndarray]]:
 
 def tangent_names(model: Model) -> tuple[str, ...]:
     """Return a name for every tangent coordinate, with its unit in brackets: in the order of the free speeds."""
-    names = list(speed_names(model))
+    names = list(model.speed_names())
     for body in model.bodies:
         if "e0" not in body.joint.coordinate_names:
             for where, name in zip(body.speeds, body.joint.coordinate_names, strict=True):
@@ -93,18 +93,20 @@ class Derivatives:
 
     def __init__(self, model: Model, t: float, q: Vector, u: Vector) -> None:
         self.model, self.t, self.q, self.u = model, t, q, u
-        order_n = model.order_n
-        self._state = np.concatenate((q, u, np.zeros(WORKS)))
-        self.is_exact = order_n is not None and order_n.held_rates(t, self._state)[1] > 0.0
+        self._state = np.concatenate((q, u, model.initial_states, np.zeros(WORKS)))
+        none = np.zeros((0, len(self._state)))
+        is_own = model.route.evaluate(t, self._state).is_own
+        self.is_exact = is_own and model.route.partial_derivatives(t, self._state, none) is not None
         self._loads: Matrix | None = None
-        if order_n is not None and self.is_exact and order_n.inputs.needs_state:
-            self._loads = answers(model, t, q, u, load_columns(model, t, q, u))
+        if self.is_exact and model.route.derivatives(t, self._state, none) is None:
+            state = State(model, t, q, u)
+            self._loads = answers(state, load_columns(state))
 
     def along(self, z: Matrix, du: Matrix) -> Matrix:
         """Return the rates of change of the accelerations along tangents z and speeds du, each (free, k)."""
         model, t, q = self.model, self.t, self.q
         n, m = model.coordinate_count, model.free_count
-        if model.order_n is None or not self.is_exact:
+        if not self.is_exact:
             steps = self._steps(z, du)
             changes = [difference(self._accelerations(*pair), h) for *pair, h in zip(z.T, du.T, steps, strict=True)]
             return np.reshape(changes, (-1, m)).T
@@ -112,7 +114,10 @@ class Derivatives:
         directions[:, n : n + m] = du.T
         for direction, tangent in zip(directions, z.T, strict=True):
             direction[:n] = model.coordinate_rates(q, tangent)
-        found = model.order_n.derivatives(t, self._state, directions)[:, n : n + m].T
+        exact = model.route.partial_derivatives(t, self._state, directions)
+        if exact is None:
+            raise TypeError("a route that is exact at a state stays so")
+        found = exact[:, n : n + m].T
         if self._loads is not None:
             steps = self._steps(z, du)
             changes = [difference(self._values(*pair), h) for *pair, h in zip(z.T, du.T, steps, strict=True)]
@@ -124,8 +129,10 @@ class Derivatives:
         return np.minimum(tangent_steps(self.model, z), tangent_steps(self.model, du))
 
     def _values(self, z: Vector, du: Vector) -> Callable[[float], Vector]:
-        return lambda h: load_values(self.model, self.t, self.model.advance(self.q, h * z), self.u + h * du)
+        model = self.model
+        return lambda h: load_values(State(model, self.t, model.advance(self.q, h * z), self.u + h * du))
 
     def _accelerations(self, z: Vector, du: Vector) -> Callable[[float], Vector]:
-        model, n = self.model, self.model.coordinate_count
-        return lambda h: model.rhs(self.t, np.concatenate((model.advance(self.q, h * z), self.u + h * du)))[n:]
+        model, at = self.model, slice(self.model.coordinate_count, self.model.coordinate_count + self.model.free_count)
+        z_now = model.initial_states
+        return lambda h: model.rhs(self.t, np.concatenate((model.advance(self.q, h * z), self.u + h * du, z_now)))[at]

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.bodies.slopes import slope_measure
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, euler_parameters_from_matrix, rotation_vector
+from kanefe.frames import Matrix, Vector, cross, euler_parameters_from_matrix, rotation_vector, skew
+from kanefe.loads.base import Action, End, Load, LoadKernel, Tangent
 
 ROTATION_VECTOR = slope_measure("rotation-vector")
 
 
+class Offset(NamedTuple):
+    """Where b is seen from a, in a's axes: d (3,) and the rotation vector (3,), m and rad, and their rates (6,)."""
+
+    d: Vector
+    theta: Vector
+    rates: Vector
+
+
 @dataclass(frozen=True, eq=False)
-class Bushing:
+class Bushing(Load):
     """A force and moment between two markers that hold b at a, in the axes of a.
 
     With d from the origin of a to that of b, and theta the rotation vector of b seen from a, b feels the force
@@ -27,7 +36,8 @@ class Bushing:
     Attributes
     ----------
     name : str
-    a, b : Marker
+    ends : (Marker, Marker)
+        a and b.
     stiffness, damping : ndarray, shape (6,)
         Along x, y, z of a (N/m, N s/m) and about them (N m/rad, N m s/rad).
     function : callable or None
@@ -35,56 +45,101 @@ class Bushing:
     """
 
     name: str
-    a: Marker
-    b: Marker
+    ends: tuple[Marker, ...]
     stiffness: np.ndarray
     damping: np.ndarray
     function: Callable[[Vector, Vector], Any] | None
+
+    kind = "bushing"
+    columns = (
+        *(f"offset {c} [m]" for c in "xyz"), *(f"rotation {c} [rad]" for c in "xyz"),
+        *(f"force {c} [N]" for c in "xyz"), *(f"moment {c} [N m]" for c in "xyz"),
+    )  # fmt: skip
 
     @property
     def exchanges_energy(self) -> bool:
         """Whether it takes energy from the scene or gives it."""
         return bool(self.damping.any() or self.function is not None)
 
-    def wrench(self, t: float, A_ab: Matrix, d: Vector, rates: Vector) -> Vector:
-        """Return force and moment on b about its origin, in the axes of a, shape (6,).
+    def offset(self, ends: Sequence[End]) -> Offset:
+        """Return where b is seen from a, and how it moves: rate of d in a (m/s), and w_ab (rad/s)."""
+        a, b = ends
+        line = b.p - a.p
+        rates = np.concatenate((a.A.T @ (b.v - a.v - cross(a.w, line)), a.A.T @ (b.w - a.w)))
+        return Offset(a.A.T @ line, relative_rotation(a.A.T @ b.A), rates)
 
-        Parameters
-        ----------
-        t : float
-            s, for messages.
-        A_ab : ndarray, shape (3, 3)
-        d : ndarray, shape (3,)
-            From a to b, m.
-        rates : ndarray, shape (6,)
-            Rate of d in a (m/s), and w_ab (rad/s).
-        """
-        theta = relative_rotation(A_ab)
+    def wrench(self, t: float, offset: Offset) -> tuple[Vector, Vector]:
+        """Return force and moment on b about its origin, in the axes of a, and the law's share, (6,) each."""
+        d, theta, rates = offset
         force = -self.stiffness[:3] * d
         moment = np.linalg.solve(ROTATION_VECTOR.tangent(theta).T, -self.stiffness[3:] * theta)
-        return np.concatenate((force, moment)) - self.damping * rates + self.given(t, A_ab, d, rates)
+        given = self.given(t, offset)
+        return np.concatenate((force, moment)) - self.damping * rates + given, given
 
-    def given(self, t: float, A_ab: Matrix, d: Vector, rates: Vector) -> Vector:
+    def given(self, t: float, offset: Offset) -> Vector:
         """Return the part of the wrench that the user's law gives, shape (6,)."""
         if self.function is None:
             return np.zeros(6)
-        value = np.asarray(self.function(np.concatenate((d, relative_rotation(A_ab))), rates), dtype=float)
+        value = np.asarray(self.function(np.concatenate((offset.d, offset.theta)), offset.rates), dtype=float)
         if value.shape != (6,) or not np.all(np.isfinite(value)):
             raise ModelError(
                 f"the law of bushing {self.name!r} must give six finite numbers; at t = {t:.6g} s it gave {value!r}"
             )
         return value
 
-    def potential(self, A_ab: Matrix, d: Vector) -> float:
-        """Return the energy of the springs, J."""
-        displacement = np.concatenate((d, relative_rotation(A_ab)))
-        return float(0.5 * displacement @ (self.stiffness * displacement))
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return what it exerts on a and b (Eq. 11); the work of a law counts as given."""
+        offset = self.offset(ends)
+        wrench, given = self.wrench(t, offset)
+        displacement = np.concatenate((offset.d, offset.theta))
+        return Action(
+            _on_both(ends, wrench),
+            potential=float(0.5 * displacement @ (self.stiffness * displacement)),
+            taken=float(offset.rates @ (self.damping * offset.rates)),
+            given=float(given @ offset.rates),
+        )
 
-    def dissipation(self, rates: Vector) -> float:
-        """Return the power that the dampers take, W."""
-        return float(rates @ (self.damping * rates))
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
+        """Return stiffness and damping along and about the axes of a, without what turning them does under load."""
+        a, b = ends
+        back, none = a.A.T, np.zeros((3, 3))
+        of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
+        return Tangent(np.vstack((of_d, np.hstack((none, -back, none, back)))), self.stiffness, self.damping)
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return offset (m, rad), and force and moment on b (N, N m), in the axes of a."""
+        offset = self.offset(ends)
+        return np.concatenate((offset.d, offset.theta, self.wrench(t, offset)[0]))
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: stiffness, damping, inputs (0 or 6)."""
+        from kanefe.kernels.force_elements.bushing import bushing
+
+        return LoadKernel(bushing, np.concatenate((self.stiffness, self.damping, (float(self.input_count),))), bushing)
+
+    @property
+    def input_count(self) -> int:
+        """Six for a law of the user's."""
+        return 0 if self.function is None else 6
+
+    def inputs(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return what the user's law gives, in the axes of a."""
+        return self.given(t, self.offset(ends))
+
+    def input_wrenches(self, t: float, ends: Sequence[End]) -> np.ndarray:
+        """Return what one newton and one newton metre along and about each axis of a do."""
+        return np.array([_on_both(ends, unit) for unit in np.eye(6)])
 
 
 def relative_rotation(A_ab: Matrix) -> Vector:
     """Return the rotation vector of b seen from a, shape (3,), rad; it jumps at half a turn."""
     return rotation_vector(euler_parameters_from_matrix(A_ab))
+
+
+def _on_both(ends: Sequence[End], wrench: Vector) -> Matrix:
+    """Return a wrench on b about its origin, in the axes of a, as those on a and b in N: reversed on a at one point."""
+    a, b = ends
+    force, moment = a.A @ wrench[:3], a.A @ wrench[3:]
+    on_a = np.append(-force, -(moment + cross(b.p - a.p, force)))
+    return np.array((on_a, np.append(force, moment)))

@@ -6,16 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.frames import Matrix, Vector
-from kanefe.loads.functions import Constant, SceneView
+from kanefe.loads.base import ValuedLoad
+from kanefe.loads.functions import SceneView
 
 
 @dataclass(frozen=True, eq=False)
-class FieldLoad:
+class FieldLoad(ValuedLoad):
     """A uniform load on a surface or line of a flexible body, per undeformed area or length.
 
     Attributes
@@ -41,18 +39,9 @@ class FieldLoad:
     takes_state: bool = False
 
     @property
-    def is_constant(self) -> bool:
-        """Whether the value is the same at all times."""
-        return isinstance(self.function, Constant)
-
-    def value(self, t: float, state: SceneView | None = None) -> Vector:
-        """Return the traction (3,), or the pressure (), at time t."""
-        value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
-        shape = () if self.is_pressure else (3,)
-        if value.shape != shape or not np.all(np.isfinite(value)):
-            wanted = "one finite number" if self.is_pressure else "three finite numbers"
-            raise ModelError(f"{self.label} must give {wanted}; at t = {t:.6g} s it gave {value!r}")
-        return value
+    def shape(self) -> tuple[int, ...]:
+        """Three numbers of a traction or line load, one of a pressure."""
+        return () if self.is_pressure else (3,)
 
     def forces(
         self, t: float, A_NG: Matrix, eta: Vector, state: SceneView | None = None

@@ -6,14 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from kanefe.errors import ModelError
-from kanefe.loads.functions import Constant, SceneView
+from kanefe.loads.base import ValuedLoad
 
 
 @dataclass(frozen=True, eq=False)
-class JointLoad:
+class JointLoad(ValuedLoad):
     """A generalised force on one speed of a joint.
 
     Attributes
@@ -34,13 +31,6 @@ class JointLoad:
     takes_state: bool = False
 
     @property
-    def is_constant(self) -> bool:
-        """Whether the value is the same at all times."""
-        return isinstance(self.function, Constant)
-
-    def value(self, t: float, state: SceneView | None = None) -> float:
-        """Return the generalised force at time t."""
-        value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
-        if value.shape != () or not np.isfinite(value):
-            raise ModelError(f"{self.label} must give one finite number; at t = {t:.6g} s it gave {value!r}")
-        return float(value)
+    def shape(self) -> tuple[int, ...]:
+        """One number."""
+        return ()

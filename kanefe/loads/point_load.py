@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
-from kanefe.loads.functions import Constant, Moving, SceneView
+from kanefe.loads.base import ValuedLoad
+from kanefe.loads.functions import Moving, SceneView
 
 
 @dataclass(frozen=True, eq=False)
-class PointLoad:
+class PointLoad(ValuedLoad):
     """A force or torque at a point fixed in a frame.
 
     Attributes
@@ -38,18 +38,6 @@ class PointLoad:
     point: np.ndarray
     follows: bool
     takes_state: bool = False
-
-    @property
-    def is_constant(self) -> bool:
-        """Whether the value is the same at all times."""
-        return isinstance(self.function, Constant)
-
-    def value(self, t: float, state: SceneView | None = None) -> Vector:
-        """Return the three numbers of the load at time t, N or N m."""
-        value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
-        if value.shape != (3,) or not np.all(np.isfinite(value)):
-            raise ModelError(f"{self.label} must give three finite numbers; at t = {t:.6g} s it gave {value!r}")
-        return value
 
     def wrench(self, t: float, frame: Moving, state: SceneView | None = None) -> tuple[Vector, Vector]:
         """Return force and moment about the frame's origin, in components of the frame."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels._numba import Part
-from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
+from kanefe.loads import FieldLoad, JointLoad, PointLoad
 from kanefe.loads.functions import CompiledCallback
 from kanefe.tree.model_data import ModelData
 
@@ -25,8 +25,8 @@ class InputLayout:
     constants : ndarray
         `inputs` with what never changes.
     of_time, of_state : list of (slice, load)
-    laws : list of (slice, spring or bushing)
-        With a law of the user's, which looks at the state.
+    between : list of (slice, int)
+        Numbers of the loads between frames that Python has a part in, which look at the state.
     """
 
     def __init__(self, model: ModelData) -> None:
@@ -42,20 +42,20 @@ class InputLayout:
                 values[where] = np.atleast_1d(load.value(0.0, None)).tolist()
             else:
                 (self.of_state if load.takes_state else self.of_time).append((where, load))
-        self.laws: list[tuple[slice, SpringDamper | Bushing]] = []
-        for item in interactions_of(model):
-            if item.function is not None:
-                where = slice(len(values), len(values) + (6 if isinstance(item, Bushing) else 1))
+        self.between: list[tuple[slice, int]] = []
+        for number, item in enumerate(model.loads):
+            if item.input_count:
+                where = slice(len(values), len(values) + item.input_count)
                 self._at[id(item)] = where.start
-                values += [0.0] * (where.stop - where.start)
-                self.laws.append((where, item))
+                values += [0.0] * item.input_count
+                self.between.append((where, number))
         self.constants = np.array(values)
 
     def compiled(self) -> list[Part]:
         """Return the functions that numba has compiled, for the kernels; none if there are others besides."""
         parts: list[Part] = []
         for where, load in (*self.of_time, *self.of_state):
-            if self.laws or not isinstance(load.function, CompiledCallback):
+            if self.between or not isinstance(load.function, CompiledCallback):
                 return []
             count = where.stop - where.start
             parts.append((load.function.function, where.start, count if count > 1 else 0, load.takes_state))
@@ -64,21 +64,16 @@ class InputLayout:
     @property
     def needs_state(self) -> bool:
         """Whether functions of the user look at the state."""
-        return bool(self.of_state or self.laws)
+        return bool(self.of_state or self.between)
 
     @property
     def is_constant(self) -> bool:
         """Whether no function of the user is called in a run."""
-        return not (self.of_time or self.of_state or self.laws)
+        return not (self.of_time or self.of_state or self.between)
 
     def of(self, item: object) -> int:
-        """Return where the values of a load, spring or bushing begin; -1: it has none."""
+        """Return where the values of a load begin; -1: it has none."""
         return self._at.get(id(item), -1)
-
-
-def interactions_of(model: ModelData) -> tuple[SpringDamper | Bushing, ...]:
-    """Return springs, then bushings."""
-    return (*model.springs, *model.bushings)
 
 
 def _loads_with_values(model: ModelData) -> list[tuple[Any, int]]:

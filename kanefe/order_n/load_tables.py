@@ -1,15 +1,15 @@
-"""Tables of loads, springs and joint forces for the kernels."""
+"""Tables of loads and joint forces for the kernels."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
-from kanefe.constraints.rows import CouplerRow
-from kanefe.kernels.interactions import INTERACTION_INTEGERS, Interactions
+from kanefe.kernels.force_elements.given import given
+from kanefe.kernels.force_elements.places import addresses
+from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, room_of
 from kanefe.kernels.markers import MARKER_NUMBERS
-from kanefe.loads import Bushing, SpringDamper
-from kanefe.order_n.inputs import interactions_of
+from kanefe.loads import LoadKernel
 from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
 
@@ -24,16 +24,15 @@ def attached_interfaces(model: ModelData) -> list[dict[str, tuple[InterfaceFrame
         for _, interface in body.loads:
             if interface is not None:
                 attached[number].setdefault(interface.name, (interface, False))
-    for item in interactions_of(model):
-        for marker in (item.a, item.b):
+    for load in model.loads:
+        for marker in load.ends:
             if marker.interface is not None:
                 attached[marker.body].setdefault(marker.interface.name, (marker.interface, False))
     for constraint in model.constraints:
         for row in constraint.rows:
-            if not isinstance(row, CouplerRow):
-                for marker in (row.a, row.b):
-                    if marker.interface is not None:
-                        attached[marker.body][marker.interface.name] = marker.interface, True
+            for marker in row.markers:
+                if marker.interface is not None:
+                    attached[marker.body][marker.interface.name] = marker.interface, True
     return attached
 
 
@@ -72,31 +71,28 @@ def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
     return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 9)
 
 
-def interaction_tables(builder: Seats) -> Interactions | None:
-    """Return the tables of springs and bushings, or None where there are none."""
+def loads_between(builder: Seats) -> LoadsBetween | None:
+    """Return the tables of loads between frames, or None where there are none."""
     model = builder.model
-    if not model.has_interactions:
+    if not model.loads:
         return None
+    integers, addresses_of, rows, markers = [], [], list[int](), list[np.ndarray]()
     pool: list[float] = []
-    integers: dict[type, list[list[int]]] = {SpringDamper: [], Bushing: []}
-    markers: dict[type, list[np.ndarray]] = {SpringDamper: [], Bushing: []}
-    for item in interactions_of(model):
-        rows = []
-        for marker in (item.a, item.b):
+    for load, states in zip(model.loads, model.load_states, strict=True):
+        kernel = load.kernel or LoadKernel(given, np.array((float(load.input_count),)), given)
+        first, count = max(builder.inputs.of(load), 0), len(load.ends)
+        integers.append((len(rows), count, len(pool), first, states.start, states.stop - states.start))
+        addresses_of.append(addresses(kernel.real, kernel.complex_))
+        pool += kernel.numbers.tolist()
+        for marker in load.ends:
             row, numbers = builder.marker_numbers(marker)
             rows.append(row)
-            markers[type(item)].append(numbers)
-        table = [-1, 0]
-        if isinstance(item, SpringDamper) and len(item.lengths):
-            table = [len(pool), len(item.lengths)]
-            pool += [*item.lengths, *item.forces]
-        integers[type(item)].append([*rows, builder.inputs.of(item), *table])
-    return Interactions(
-        springs=np.array(integers[SpringDamper], dtype=np.int64).reshape(-1, INTERACTION_INTEGERS),
-        bushings=np.array(integers[Bushing], dtype=np.int64).reshape(-1, INTERACTION_INTEGERS),
-        spring_markers=np.array(markers[SpringDamper]).reshape(-1, MARKER_NUMBERS),
-        bushing_markers=np.array(markers[Bushing]).reshape(-1, MARKER_NUMBERS),
-        spring_laws=np.array([(s.stiffness, s.damping, s.rest_length) for s in model.springs]).reshape(-1, 3),
-        bushing_laws=np.array([[*b.stiffness, *b.damping] for b in model.bushings]).reshape(-1, 12),
-        tables=np.array(pool, dtype=float),
+            markers.append(numbers)
+    return LoadsBetween(
+        loads=np.array(integers, dtype=np.int64).reshape(-1, LOAD_INTEGERS),
+        addresses=np.array(addresses_of, dtype=np.int64).reshape(-1, 2),
+        rows=np.array(rows, dtype=np.int64),
+        markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
+        numbers=np.array(pool, dtype=float),
+        room=np.array([max(room_of(row[1], row[5]) for row in integers)]),
     )

@@ -65,7 +65,7 @@ def planar_tables(model: ModelData, tables: Tables) -> PlanarTables | None:
     >>> planar_tables(model, in_space).sizes
     array([1, 1, 0])
     """
-    if model.constraints or model.has_interactions or model.free_count == 0:
+    if model.constraints or model.loads or model.free_count == 0:
         return None
     for body in model.bodies:
         if body.rigid is None or not isinstance(body.joint, (Fixed, Revolute, Prismatic, Planar)):

@@ -7,34 +7,33 @@ proportional to the number of bodies. Objects are read-only after they are made:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.joints import Planar
-from kanefe.kane.assemble import accelerations, all_speeds
+from kanefe.kane.assemble import accelerations
+from kanefe.kane.route import LiteralRoute
+from kanefe.kane.state import State
 from kanefe.kernels._numba import filler
 from kanefe.kernels.closing import CLOSED, close_loops
 from kanefe.kernels.derivatives import derivatives
 from kanefe.kernels.drives import Drives
+from kanefe.kernels.loads_between import COMPLEX
 from kanefe.kernels.march import march, room_size
 from kanefe.kernels.momenta import balance
 from kanefe.kernels.outward import frames_of_rows
-from kanefe.kernels.planar.march import march_planar
-from kanefe.kernels.planar.march import room_size as planar_room_size
 from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_STIFFNESS, SLOPE, TIME_AT, Run
-from kanefe.loads import Bushing, SpringDamper
+from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
-from kanefe.order_n.load_tables import interaction_tables
-from kanefe.order_n.planar_tables import planar_tables
+from kanefe.order_n.load_tables import loads_between
 from kanefe.order_n.seats import Seat
 from kanefe.order_n.tables import TableBuilder
 from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.placed import Placed
+from kanefe.tree.route import Evaluation
 from kanefe.tree.scene_state import SceneState
 
 GROWN = 1e100
@@ -43,39 +42,26 @@ GROWN = 1e100
 NO_DRIVES = np.zeros((0, 3))
 
 
-@dataclass(slots=True)
-class Placed:
-    """Motion of a frame F: position in N (m), A_NF, velocity (m/s) and angular velocity (rad/s) in components of F."""
-
-    p_NoFo_N: Vector
-    A_NF: Matrix
-    v: Vector
-    w: Vector
-
-
-class OrderN:
+class OrderN(LiteralRoute):
     """The equations of motion of a model in order n.
 
     Parameters
     ----------
     model : ModelData
-        Without bodies in the nodal form: see `is_possible`.
+        One that has what the kernels need: see `obstacle`.
     """
 
+    name = "order n"
+    has_sweeps = True
+
     def __init__(self, model: ModelData) -> None:
-        self._model = model
+        super().__init__(model, "all parts of the scene have kernels")
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
-        self.between = interaction_tables(builder)
+        self.between = loads_between(builder)
         self.loops = loop_tables(builder)
-        self.planar = planar_tables(model, self.tables)
-        # the kernels of the plane take the coordinates of a planar joint at once, without stiffness along them
-        self._is_planar_if_implicit = not any(
-            isinstance(body.joint, Planar) and body.has_coordinate_forces for body in model.bodies
-        )
-        self._sizes = model.coordinate_count, model.free_count
-        self._room = room_size(self.tables, self.flexible, self.loops, sum(self._sizes) + WORKS)
-        self._planar_room = 0 if self.planar is None else planar_room_size(self.planar)
+        self._size = model.coordinate_count + model.free_count + model.state_count + WORKS
+        self._room = room_size(self.tables, self.flexible, self.between, self.loops, self._size)
         self.seats: Sequence[Seat] = tuple(builder.seats)
         self.inputs = builder.inputs
         self._constants = self.inputs.constants if self.inputs.is_constant else None
@@ -86,11 +72,17 @@ class OrderN:
         self._motions = drive_tables(model)
 
     @staticmethod
-    def is_possible(model: ModelData) -> bool:
-        """Tell whether the kernels have all that the model needs; the literal route has it in any case."""
-        return all(
-            body.flexible is None or isinstance(body.flexible.free_moments, MassMoments) for body in model.bodies
-        )
+    def obstacle(model: ModelData) -> str:
+        """Return what of a model the kernels do not have; nothing if they have all."""
+        for body in model.bodies:
+            if body.flexible is not None and not isinstance(body.flexible.free_moments, MassMoments):
+                return f"body {body.name!r} is in the nodal form (matrices of nodes that rotate)"
+        return ""
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether no load is a function of the user."""
+        return self.inputs.is_constant
 
     @property
     def is_autonomous(self) -> bool:
@@ -106,8 +98,8 @@ class OrderN:
         values = [[motion.at(what, t, name) for what in names] for motion, name in self._drives]
         return np.array(values).reshape(-1, 3)
 
-    def values(self, t: float, q: Vector, u: Vector) -> np.ndarray:
-        """Return the values of all loads at a state."""
+    def values(self, t: float, y: Vector) -> np.ndarray:
+        """Return the values of all loads at a state that begins with q, u and z."""
         layout = self.inputs
         if layout.is_constant:
             return layout.constants
@@ -115,21 +107,28 @@ class OrderN:
         for where, load in layout.of_time:
             values[where] = load.value(t, None)
         if layout.needs_state:
-            state = SceneState(self._model, t, q, all_speeds(self._model, t, u), self.frames(t, q, u))
+            state = self.state(t, y)
             for where, load in layout.of_state:
                 values[where] = load.value(t, state)
-            for where, item in layout.laws:
-                values[where] = _law_of(item, t, state)
+            for where, number in layout.between:
+                load_between = self.model.loads[number]
+                values[where] = load_between.inputs(t, state.load_ends(number), state.load_states(number))
         return values
 
-    def frames(self, t: float, q: Vector, u: Vector) -> list[Placed]:
-        """Return the motion of every body's frame."""
+    def state(self, t: float, y: Vector) -> SceneState:
+        """Return what functions of the user see of a state that begins with q, u and z."""
+        q, u, z = self.parts(y)
         work = frames_of_rows(self.tables, self.flexible, self.drives(t), q, u)
-        return [_placed(work, seat) for seat in self.seats]
+        return SceneState(self.model, t, q, u, z, [_placed(work, seat) for seat in self.seats])
 
-    def rates(self, t: float, y: Vector) -> Vector:
-        """Return dy/dt of ``y = (q, u, dissipated energy, work)``; see `held_rates` for what it raises."""
-        return self.held_rates(t, y)[0]
+    def evaluate(self, t: float, y: Vector) -> Evaluation:
+        """Return the rates at a state; where something has only loops to hold it, those of the literal route."""
+        rates, weakest = self.held_rates(t, y)
+        if weakest >= NEAR_SINGULAR:
+            return Evaluation(rates, weakest)
+        if weakest > 0.0:
+            return Evaluation(self.held_rates(t, self.projected(t, y))[0], weakest)
+        return super().evaluate(t, y)._replace(is_own=False)
 
     def held_rates(self, t: float, y: Vector) -> tuple[Vector, float]:
         """Return dy/dt, and the smallest pivot of the constraints: near zero they are better left to the literal route.
@@ -139,77 +138,118 @@ class OrderN:
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        vectors = np.empty((2, len(y)))
-        vectors[AT] = y
-        weakest = self.evaluate(t, vectors)
+        vectors = np.empty((2, self._size))
+        vectors[AT, : len(y)] = y
+        vectors[AT, len(y) :] = 0.0
+        weakest = self.sweep(t, vectors)
         return vectors[SLOPE], weakest
 
-    def evaluate(
-        self, t: float, vectors: np.ndarray, share_damping: float = 0.0, share_stiffness: float = 0.0
-    ) -> float:
+    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+        """Write a linearly implicit evaluation: see `sweep`.
+
+        That of the nearest closed state near a singular position, as in `evaluate`; where only loops hold something
+        that has no inertia, the plain rates, which a linearly implicit method may use as well.
+        """
+        weakest = self.sweep(t, vectors, share_damping, share_stiffness)
+        if weakest >= NEAR_SINGULAR:
+            return weakest
+        if weakest == 0.0:
+            vectors[SLOPE], weakest, _ = self.evaluate(t, vectors[AT])
+        else:
+            asked = vectors[AT].copy()
+            vectors[AT] = self.projected(t, asked)
+            self.sweep(t, vectors, share_damping, share_stiffness)
+            vectors[AT] = asked
+        return weakest
+
+    def sweep(self, t: float, vectors: np.ndarray, share_damping: float = 0.0, share_stiffness: float = 0.0) -> float:
         """Write dy/dt of the state in the first row of vectors to the second; return the smallest pivot, see above.
 
         With four rows or more the evaluation is linearly implicit: see `kanefe.kernels.implicit` for the shares and
         for the two rows of pushes.
         """
-        n, m = self._sizes
         y, shares = vectors[AT], (share_damping, share_stiffness)
-        inputs, drives = self.values(t, y[:n], y[n : n + m]), self.drives(t)
+        inputs, drives = self.values(t, y), self.drives(t)
         is_implicit = len(vectors) > PUSH_STIFFNESS
         done, weakest = self._march(drives, None, None, t, inputs, vectors, shares, None, is_implicit=is_implicit)
         if done == NO_INERTIA:
             if self.loops is not None:  # what has no inertia by itself may be held by a loop
                 return 0.0
-            self._explain(t, y[:n], y[n : n + m])
+            self._explain(t, y)
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
-            self.values(t, y[:n], y[n : n + m])
+            self.values(t, y)
         return weakest
 
-    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix:
-        """Return derivatives of dy/dt along directions in the rows of a matrix, (k, state) both; exact to round-off.
+    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+        """Return derivatives of dy/dt along directions in the rows of a matrix, exact to round-off, or None."""
+        if self.inputs.needs_state or not self.is_complex:
+            return None
+        return self.partial_derivatives(t, y, directions)
 
-        Functions of the user that look at the state count as constant: their derivatives are not known.
+    def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+        """Return the same, with what functions of the user give held constant.
 
         Raises
         ------
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        n, m = self._sizes
+        if not self.is_complex:
+            return None
         vectors = np.empty((2, len(y)), dtype=complex)
         vectors[AT] = y
-        inputs = self.values(t, y[:n], y[n : n + m])
+        inputs = self.values(t, y)
         found = np.empty((len(directions), len(y)))
         scene = self.tables, self.flexible, self.between, self.loops
         try:
             is_regular = derivatives(
-                *scene, self.drives(t), inputs, vectors, directions, found, np.empty(self._room, complex)
+                *scene, self.drives(t), t, inputs, vectors, directions, found, np.empty(self._room, complex)
             )
         except ZeroDivisionError:  # numba divides complex numbers like Python, whatever its error model
             is_regular = False
         if not is_regular:
-            self._explain(t, y[:n], y[n : n + m])
+            self._explain(t, y)
         return found
+
+    @property
+    def is_complex(self) -> bool:
+        """Whether all kernels of the scene take complex numbers, from which exact derivatives come."""
+        return self.between is None or bool(np.all(self.between.addresses[:, COMPLEX] != 0))
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.momenta`."""
-        scene = self.tables, self.flexible, self.between
-        balance(*scene, self.drives(float(run.reals[TIME_AT])), run.integers, run.reals, vectors)
+        t, scene = float(run.reals[TIME_AT]), (self.tables, self.flexible, self.between)
+        balance(*scene, t, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors)
 
-    def closed(self, t: float, q: Vector, u: Vector, share_stiffness: float = 0.0) -> tuple[Vector, Vector] | None:
-        """Return the nearest coordinates at which the loops are closed, and speeds that keep them so.
+    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+        """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
 
-        The nearest in the metric ``M + r K`` with a share r (s2) of the stiffness of modes and joints. None if the
-        literal route has to find them: it can, where something has no inertia of its own, or names the loops that stay
-        open.
+        The literal route finds it where something has no inertia of its own, and names the loops that stay open.
         """
         if self.loops is None:
-            return q, u
-        q, u = q.copy(), u.copy()
-        ended, _ = close_loops(self.tables, self.flexible, self.loops, self.drives(t), share_stiffness, q, u)
-        return (q, u) if ended == CLOSED else None
+            return y
+        if stiffness is None and self.model.free_count:
+            q, u, _ = self.parts(y)
+            q, u = q.copy(), u.copy()
+            ended, _ = close_loops(self.tables, self.flexible, self.loops, self.drives(t), share, q, u)
+            if ended == CLOSED:
+                return np.concatenate((q, u, y[len(q) + len(u) :]))
+        return super().projected(t, y, stiffness, share)
 
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool = False) -> int:
+    def powers(self, t: float, y: Vector, du: Vector) -> Vector:
+        """Return the power taken and given; of trees from one sweep."""
+        if not self.model.has_power:
+            return np.zeros(WORKS)
+        if self.model.constraints:
+            return super().powers(t, y, du)
+        return self.held_rates(t, y)[0][-WORKS:]
+
+    def check_functions(self, t: float, y: Vector) -> None:
+        """Raise the ModelError of a load or motion that gives no numbers at a state."""
+        self.drives(t)
+        self.values(t, y)
+
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
         """Go on with a run without leaving compiled code; return what its method wants that is not to be had there.
 
         The scene is autonomous. `is_implicit`, `is_balanced`: whether the method asks for linearly implicit
@@ -220,7 +260,6 @@ class OrderN:
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        n, m = self._sizes
         drives, inputs = np.empty((len(self._drives), 3)), self.inputs.constants.copy()
         moved, none = (drives, self._motions, self._fill), (0.0, 0.0)
         command, _ = self._march(
@@ -228,7 +267,7 @@ class OrderN:
         )
         if command == NO_INERTIA:
             y = vectors[AT]
-            self._explain(float(run.reals[TIME_AT]), y[:n], y[n : n + m])
+            self._explain(float(run.reals[TIME_AT]), y)
         return command
 
     def _march(
@@ -245,16 +284,15 @@ class OrderN:
         is_implicit: bool,
         is_balanced: bool = False,
     ) -> tuple[int, float]:
-        """Call the kernel of the scene: that of the plane for planar ones, else that of space."""
+        """Call the kernel of the scene."""
         rest = drives, motions, fill, t, inputs, vectors, *shares, run
-        if self.planar is not None and (self._is_planar_if_implicit or not is_implicit) and not is_balanced:
-            return march_planar(self.planar, *rest, np.empty(self._planar_room))
         return march(self.tables, self.flexible, self.between, self.loops, *rest, np.empty(self._room))
 
-    def _explain(self, t: float, q: Vector, u: Vector) -> None:
+    def _explain(self, t: float, y: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""
+        q, u, z = self.parts(y)
         if all(np.all(np.abs(x) < GROWN) for x in (q, u)):
-            accelerations(self._model, t, q, u)
+            accelerations(State(self.model, t, q, u, z))
         raise SimulationError(
             f"the equations of motion have no finite solution at t = {t:.6g} s. "
             "Remedy: check the loads for growth without bound, or take smaller steps"
@@ -263,18 +301,7 @@ class OrderN:
 
 def _placed(work: np.ndarray, seat: Seat) -> Placed:
     if seat.row < 0:
-        return Placed(seat.place, seat.axes, np.zeros(3), np.zeros(3))
+        return Placed(seat.axes, seat.place, np.zeros(3), np.zeros(3))
     p, R, v, w = work[seat.row, :3], work[seat.row, 3:12].reshape(3, 3), work[seat.row, 12:15], work[seat.row, 15:18]
     lever, A = R @ seat.place, R @ seat.axes
-    return Placed(p + lever, A, A.T @ (v + np.cross(w, lever)), A.T @ w)
-
-
-def _law_of(item: SpringDamper | Bushing, t: float, state: SceneState) -> Any:
-    """Return what the user's law of a spring or bushing gives at a state."""
-    (p_a, A_a, v_a, w_a), (p_b, A_b, v_b, w_b) = state.marker(item.a), state.marker(item.b)
-    line = p_b - p_a
-    if isinstance(item, SpringDamper):
-        length = float(np.linalg.norm(line))
-        return item.given(t, length, float(line @ (v_b - v_a)) / length)
-    rates = np.concatenate((A_a.T @ (v_b - v_a - np.cross(w_a, line)), A_a.T @ (w_b - w_a)))
-    return item.given(t, A_a.T @ A_b, A_a.T @ line, rates)
+    return Placed(A, p + lever, A.T @ (v + np.cross(w, lever)), A.T @ w)

@@ -156,7 +156,7 @@ class TableBuilder(Seats):
             points=point_loads[1],
             joint_forces=joint_forces[0],
             laws=joint_forces[1],
-            sizes=np.array((model.coordinate_count, model.free_count, model.driven_count)),
+            sizes=np.array((model.coordinate_count, model.free_count, model.driven_count, model.state_count)),
         )
         if not self._bodies:
             return tables, None

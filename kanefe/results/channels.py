@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -13,15 +13,15 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.equations.model import Model
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kane.coupling import recovered_forces
-from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
-from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
+from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
+from kanefe.kane.state import State
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA, XYZ
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
@@ -124,7 +124,7 @@ class Channels(Protocol):
     """Where a result reads from.
 
     `has_forces`: whether accelerations and all forces can be read; `loops`: the names of loop joints and other
-    constraints with two ends.
+    constraints with two ends; `loads`: names of loads between frames, and of what each tells.
     """
 
     times: np.ndarray
@@ -133,6 +133,7 @@ class Channels(Protocol):
     events: Mapping[str, np.ndarray]
     bodies: tuple[BodyShape, ...]
     loops: tuple[str, ...]
+    loads: Mapping[str, tuple[str, ...]]
     has_forces: bool
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
@@ -192,22 +193,21 @@ class RunChannels:
     ----------
     model : Model
     trajectory : Trajectory
-    bodies : tuple of BodyShape, optional
-        Default: those of the model.
     """
 
-    def __init__(self, model: ModelData, trajectory: Trajectory, bodies: tuple[BodyShape, ...] | None = None) -> None:
+    def __init__(self, model: Model, trajectory: Trajectory) -> None:
         self.model = model
         self.trajectory = trajectory
         self.times = trajectory.times
         self.statistics = trajectory.statistics
         self.status = trajectory.status or RunStatus("finished", float(trajectory.times[-1]))
         self.events = trajectory.events
-        self.bodies = tuple(body_shape(model, body) for body in model.bodies) if bodies is None else bodies
+        self.bodies = tuple(body_shape(model, body) for body in model.bodies)
         self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
+        self.loads: Mapping[str, tuple[str, ...]] = {load.name: load.columns for load in model.loads}
         self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
-        self._du: np.ndarray | None = None
+        self._du = trajectory.accelerations
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
         """Return a channel, time first."""
@@ -219,13 +219,26 @@ class RunChannels:
         return self._kept[key]
 
     def _accelerations(self) -> np.ndarray:
+        """Return du of the free speeds at all times, (T, free)."""
         if self._du is None:
-            self._du = np.array([accelerations(self.model, t, q, u) for t, q, u in self._states()])
+            route, parts = self.model.route, self.model.parts
+            self._du = np.array([parts(route.evaluate(t, y).rates)[1] for t, y in self._states()])
         return self._du
 
-    def _states(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    def _states(self) -> list[tuple[float, np.ndarray]]:
+        """Return times and states ``y = (q, u, z)``."""
         run = self.trajectory
-        return list(zip(run.times, run.coordinates, run.speeds, strict=True))
+        return list(zip(run.times, np.hstack((run.coordinates, run.speeds, run.internal)), strict=True))
+
+    def _views(self) -> Iterator[State]:
+        """Yield a literal state at each time, in which all frames move as in the run."""
+        return (self.model.route.view(t, y) for t, y in self._states())
+
+    def _acting(self) -> Iterator[tuple[State, np.ndarray]]:
+        """Yield a literal state at each time that is loaded as in the run too, and its accelerations."""
+        return (
+            self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self._accelerations(), strict=True)
+        )
 
     def _sweeps(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return position, rotation and speeds of every frame of the scene."""
@@ -233,8 +246,8 @@ class RunChannels:
         frames = self._frames()
         width = {"rotation": 4}
         kept = {(name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames}
-        for i, (t, q, u) in enumerate(self._states()):
-            for frame, motion in zip(frames, self._motions(t, q, u), strict=True):
+        for i, state in enumerate(self._views()):
+            for frame, motion in zip(frames, _motions(state), strict=True):
                 kept["position", *frame][i] = motion.p_NoFo_N
                 kept["rotation", *frame][i] = euler_parameters_from_matrix(motion.A_NF)
                 kept["velocity", *frame][i] = motion.A_NF @ motion.v
@@ -247,34 +260,26 @@ class RunChannels:
 
     def _sweeps_of_rates(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return the accelerations of every frame: a = V du + Z, alpha = W du + Y (Eq. 15, 16)."""
-        frames, du = self._frames(), self._accelerations()
+        frames = self._frames()
         names = ("acceleration", "angular_acceleration")
         kept = {(name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames}
-        for i, (t, q, u) in enumerate(self._states()):
-            rates = np.concatenate((du[i], self.model.driven_speeds(t)[1]))
-            for frame, motion in zip(frames, self._motions(t, q, u), strict=True):
+        for i, (state, du) in enumerate(self._acting()):
+            rates = np.concatenate((du, state.driven_rates))
+            for frame, motion in zip(frames, _motions(state), strict=True):
                 kept["acceleration", *frame][i] = motion.A_NF @ (motion.V @ rates + motion.Z)
                 kept["angular_acceleration", *frame][i] = motion.W @ rates + motion.Y
         return kept
 
     def _frames(self) -> list[tuple[str, str]]:
-        """Return body and interface of every frame, in the order of `_motions`."""
+        """Return body and interface of every frame, in the order of their motions."""
         return [(shape.name, interface) for shape in self.bodies for interface in ("", *shape.interfaces)]
-
-    def _motions(self, t: float, q: np.ndarray, u: np.ndarray) -> list[FrameMotion]:
-        full = all_speeds(self.model, t, u)
-        motions: list[FrameMotion] = []
-        for body, G in zip(self.model.bodies, sweep_outward(self.model, t, q, full), strict=True):
-            motions.append(G)
-            if (terms := body.flexible) is not None:
-                frames = terms.body.interfaces
-                motions += [interface_motion(G, n, terms, q, full, self.model.slopes).turned(n.axes) for n in frames]
-        return motions
 
     def _joint(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.bodies[self.model.index(body)]
-        q = np.array([terms.joint_coordinates(t, q) for t, q, _ in self._states()]).reshape(len(self.times), -1)
-        u = np.array([all_speeds(self.model, t, u)[terms.speeds] for t, _, u in self._states()])
+        run, model = self.trajectory, self.model
+        q = np.array([terms.joint_coordinates(t, q) for t, q in zip(run.times, run.coordinates, strict=True)])
+        u = np.array([model.all_speeds(t, u)[terms.speeds] for t, u in zip(run.times, run.speeds, strict=True)])
+        q = q.reshape(len(self.times), -1)
         return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
 
     def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -287,30 +292,31 @@ class RunChannels:
     def _deflection(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.flexible_terms(body)
         frame = terms.body.interface(interface)
-        return {("deflection", body, interface): frame.displacements(self.trajectory.coordinates[:, terms.eta])}
+        eta = self.trajectory.coordinates[:, terms.eta]
+        return {("deflection", body, interface): frame.displacements(eta)}
 
     def _energies(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        run, model = self.trajectory, self.model
-        states = self._states()
+        run, route = self.trajectory, self.model.route
+        kinetic, elastic, gravity = zip(*(route.energy(t, y) for t, y in self._states()), strict=True)
         return {
-            ("kinetic_energy", "", ""): np.array([kinetic_energy(model, t, q, u) for t, q, u in states]),
-            ("elastic_energy", "", ""): np.array([elastic_energy(model, t, q) for t, q, _ in states]),
-            ("gravity_energy", "", ""): np.array([gravity_energy(model, t, q) for t, q, _ in states]),
+            ("kinetic_energy", "", ""): np.array(kinetic),
+            ("elastic_energy", "", ""): np.array(elastic),
+            ("gravity_energy", "", ""): np.array(gravity),
             ("dissipated_energy", "", ""): np.array(run.dissipated),
             ("work", "", ""): np.array(run.work),
         }
 
     def _momenta(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        linear, angular = zip(*(momenta(self.model, t, q, u) for t, q, u in self._states()), strict=True)
+        linear, angular = zip(*(self.model.route.momenta(t, y) for t, y in self._states()), strict=True)
         return {("linear_momentum", "", ""): np.array(linear), ("angular_momentum", "", ""): np.array(angular)}
 
     def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        wrenches = self._at_all_times(joint_reactions)
+        wrenches = np.array([joint_reactions(state, du) for state, du in self._acting()])
         return {("joint_reaction", b.name, ""): wrenches[:, i].copy() for i, b in enumerate(self.bodies)}
 
     def _residuals(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return all driving forces, and the coupling forces of all interfaces with components fixed in G."""
-        forces = self._at_all_times(lambda *state: np.concatenate(recovered_forces(*state)))
+        forces = np.array([np.concatenate(recovered_forces(state, du)) for state, du in self._acting()])
         kept: dict[Key, np.ndarray] = {}
         start = self.model.free_count
         for terms in self.model.bodies:
@@ -329,7 +335,7 @@ class RunChannels:
         return kept
 
     def _loop_forces(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        forces = [loop_forces(self.model, *state) for state in self._states()]
+        forces = [loop_forces(state) for state, _ in self._acting()]
         return {("loop_force", name, ""): np.array([force[name] for force in forces]) for name in self.loops}
 
     def _coupling(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -347,12 +353,33 @@ class RunChannels:
         is_held = any(body == number and n is not None and n.name == frame.name for body, n in held)
         if len(frame.fixed_components) == 6 or not is_held:
             return np.zeros((len(self.times), 6))
-        return self._at_all_times(lambda model, *state: carried_wrench(model, number, frame, *state))
+        return np.array([self._carried_at(state, number, frame.name, du) for state, du in self._acting()])
 
-    def _at_all_times(self, function: Callable[..., Any]) -> np.ndarray:
-        """Return ``function(model, t, q, u, du)`` at every output time."""
-        states = zip(self._states(), self._accelerations(), strict=True)
-        return np.array([function(self.model, *state, du) for state, du in states])
+    def _carried_at(self, state: State, number: int, interface: str, du: np.ndarray) -> np.ndarray:
+        terms = state.model.bodies[number].flexible
+        if terms is None:
+            raise TypeError("an interface belongs to a flexible body")
+        return carried_wrench(state, number, terms.body.interface(interface), du)
+
+    def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return what loads between frames tell."""
+        loads = self.model.loads
+        kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in loads}
+        for row, state in enumerate(self._views()):
+            for i, load in enumerate(state.model.loads):
+                told = load.tell(state.t, state.load_ends(i), state.load_states(i))
+                kept["load", load.name, ""][row] = told
+        return kept
+
+
+def _motions(state: State) -> list[FrameMotion]:
+    """Return the motion of every frame: of each body, and of its interfaces in their own axes."""
+    motions: list[FrameMotion] = []
+    for number, body in enumerate(state.model.bodies):
+        motions.append(state.motions[number])
+        if body.flexible is not None:
+            motions += [state.motion(number, n).turned(n.axes) for n in body.flexible.body.interfaces]
+    return motions
 
 
 _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = {
@@ -367,4 +394,5 @@ _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = 
     "driving_force": RunChannels._residuals,
     "loop_force": RunChannels._loop_forces,
     "coupling_force": RunChannels._coupling,
+    "load": RunChannels._loads,
 }  # fmt: skip

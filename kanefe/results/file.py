@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,24 @@ from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.integrate.status import RunStatus
 from kanefe.results.channels import BodyShape
-from kanefe.results.quantities import DRIVES, ENERGIES, FORCES, INTERFACES, JOINTS, LOOPS, MODES, MOMENTA, MOTIONS
+from kanefe.results.quantities import (
+    DRIVES,
+    ENERGIES,
+    FORCES,
+    INTERFACES,
+    JOINTS,
+    LOADS,
+    LOOPS,
+    MODES,
+    MOMENTA,
+    MOTIONS,
+)
 from kanefe.results.reader import Reader
 from kanefe.storage.files import ready_path, write_whole
 from kanefe.storage.hdf5 import decode, encode
 
 FORMAT = "kanefe result"
-VERSION = 3
+VERSION = 4
 
 LARGEST_BASIS = 2**29
 """Bytes of the dense basis of an unreduced body above which its result is not written."""
@@ -50,11 +61,12 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         "events": {name: times.tolist() for name, times in result.events.items()},
         "bodies": [_described(shape) for shape in shapes],
         "loops": list(result.loops),
+        "loads": {name: list(columns) for name, columns in result.loads.items()},
     }
     arrays: dict[str, tuple[np.ndarray, str]] = {"times": (result.times, "s")}
     for shape in shapes:
         arrays |= _shape_arrays(shape)
-    for quantity, body, interface in _saved(shapes, result.loops, forces and result.has_forces):
+    for quantity, body, interface in _saved(shapes, result, forces and result.has_forces):
         unit = result.units(quantity, body) if body else result.units(quantity)
         arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
     data = encode(header, arrays)
@@ -109,6 +121,9 @@ class FileChannels:
         }
         self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
         self.loops = tuple(json.loads(header["loops"]))
+        self.loads: Mapping[str, tuple[str, ...]] = {
+            name: tuple(columns) for name, columns in json.loads(header["loads"]).items()
+        }
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
 
@@ -129,10 +144,11 @@ class FileChannels:
         return self._arrays[where]
 
 
-def _saved(shapes: list[BodyShape], loops: Sequence[str], forces: bool) -> list[tuple[str, str, str]]:
+def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[str, str, str]]:
     """Return quantity, body and interface of every channel that a file holds."""
     keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
-    keys += [(quantity, name, "") for name in loops for quantity in LOOPS]
+    keys += [(quantity, name, "") for name in result.loops for quantity in LOOPS]
+    keys += [(quantity, name, "") for name in result.loads for quantity in LOADS]
     for shape in shapes:
         own = [*MOTIONS, *JOINTS, *(DRIVES if shape.is_driven else ()), *(MODES if shape.is_flexible else ())]
         keys += [(quantity, shape.name, "") for quantity in own]
@@ -144,8 +160,8 @@ def _location(quantity: str, body: str, interface: str = "") -> str:
     """Return the path of a channel in the file; names of any mesh group can stand in it."""
     if not body:
         return f"scene/{quantity}"
-    if quantity in LOOPS:
-        return f"loops/{_safe(body)}/{quantity}"
+    if quantity in LOOPS or quantity in LOADS:
+        return f"{'loops' if quantity in LOOPS else 'loads'}/{_safe(body)}/{quantity}"
     return f"{_folder(body)}/" + (f"interfaces/{_safe(interface)}/{quantity}" if interface else quantity)
 
 

@@ -50,6 +50,7 @@ JOINTS = {
 }
 DRIVES = {"driving_force": Quantity("driving force of the joint", (("driving force", "N, of an angle N m", ()),))}
 LOOPS = {"loop_force": Quantity("force of the loop joint on its end b, in the axes of that end", WRENCH)}
+LOADS = {"load": Quantity("load between frames", (("load", "by column", ()),))}
 MODES = {
     "modal_coordinates": Quantity("modal coordinates", (("modal coordinates", "kg^1/2 m (unreduced: m, rad)", ()),)),
     "modal_speeds": Quantity("modal speeds", (("modal speeds", "kg^1/2 m/s (unreduced: m/s, rad/s)", ()),)),
@@ -69,7 +70,7 @@ MOMENTA = {
     "linear_momentum": Quantity("linear momentum in N", (("linear momentum", "kg m/s", XYZ),)),
     "angular_momentum": Quantity("angular momentum about N's origin", (("angular momentum", "kg m2/s", XYZ),)),
 }
-QUANTITIES: Mapping[str, Quantity] = MOTIONS | JOINTS | DRIVES | LOOPS | MODES | INTERFACES | ENERGIES | MOMENTA
+QUANTITIES: Mapping[str, Quantity] = MOTIONS | JOINTS | DRIVES | LOOPS | LOADS | MODES | INTERFACES | ENERGIES | MOMENTA
 FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force")
 """Quantities that need the residuals of the equations."""
 
@@ -98,7 +99,7 @@ def resolved_parts(
         return ((label, reduced if is_orthonormal else full, tuple(f"{i}" for i in range(count))),)
     if quantity in DRIVES and len(columns) == 1:
         return ((label, _force_unit(columns[0]), ()),)
-    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES):
+    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES, *LOADS):
         return parts
     groups: dict[str, list[str]] = {}
     for column in columns:

@@ -15,6 +15,7 @@ from kanefe.results.quantities import (
     DRIVES,
     ENERGIES,
     INTERFACES,
+    LOADS,
     LOOPS,
     MODES,
     MOMENTA,
@@ -83,6 +84,11 @@ class Reader:
     def loops(self) -> tuple[str, ...]:
         """Names of the loop joints, distances and rolling contacts."""
         return self._channels.loops
+
+    @property
+    def loads(self) -> dict[str, tuple[str, ...]]:
+        """Names of the loads between frames, and of what each tells, with units in brackets: see `load`."""
+        return dict(self._channels.loads)
 
     def body(self, name: str) -> BodyShape:
         """Return mass, mesh and modes of a body; raise a ModelError that lists the names if there is none."""
@@ -167,6 +173,10 @@ class Reader:
         """
         return self.read("loop_force", name)
 
+    def load(self, name: str) -> np.ndarray:
+        """Return what a load between frames tells, such as the tension of a spring, (T, columns): see `loads`."""
+        return self.read("load", name)
+
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
@@ -243,6 +253,8 @@ class Reader:
         """Return label, unit and column names of a quantity of a body, columns of one unit together."""
         if not name or quantity in LOOPS:
             return resolved_parts(quantity)
+        if quantity in LOADS:
+            return resolved_parts(quantity, self.loads[name])
         shape = self.body(name)
         names = {"joint_coordinates": shape.coordinate_names, "driving_force": shape.driven_names}
         return resolved_parts(
@@ -266,6 +278,11 @@ class Reader:
             if name not in self.loops or interface is not None:
                 there = ", ".join(self.loops) or "none"
                 raise ModelError(f"the run has no loop joint called {name!r}. It has: {there}")
+            return self._channels.read(quantity, name)
+        if quantity in LOADS:
+            if name not in self.loads or interface is not None:
+                there = ", ".join(self.loads) or "none"
+                raise ModelError(f"the run has no load between frames called {name!r}. It has: {there}")
             return self._channels.read(quantity, name)
         shape = self.body(name)
         if quantity in MODES or quantity in INTERFACES:

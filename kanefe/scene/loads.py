@@ -191,7 +191,7 @@ class LoadMethods(Scene):
             lengths, forces = _table(force, label)
         if force is None and k == 0.0 and c == 0.0:
             raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or force")
-        self._springs.append(SpringDamper(name, *ends, k, c, float(rest), lengths, forces, function))
+        self._loads.append(SpringDamper(name, ends, k, c, float(rest), lengths, forces, function))
 
     def add_bushing(
         self,
@@ -248,7 +248,7 @@ class LoadMethods(Scene):
             raise ModelError(f"{label} has a stiffness and a law of its own. Remedy: one of them")
         if law is None and not any(x.any() for x in constants):
             raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or law")
-        self._bushings.append(Bushing(name, ends[0], ends[1], constants[0], constants[1], law))
+        self._loads.append(Bushing(name, tuple(ends), constants[0], constants[1], law))
 
     def _new_connection(self, name: str, kind: str) -> str:
         """Return the label of a new spring or bushing; raise a ModelError if its name is none or taken."""
@@ -256,8 +256,9 @@ class LoadMethods(Scene):
         self._check_open(label)
         if not name or not isinstance(name, str):
             raise ModelError(f"the name of a {kind} must be a text, not {name!r}")
-        if any(other.name == name for others in (self._springs, self._bushings) for other in others):
-            raise ModelError(f"the scene already has a spring or bushing called {name!r}. Remedy: another name")
+        taken = next((other for other in self._loads if other.name == name), None)
+        if taken is not None:
+            raise ModelError(f"the scene already has a {taken.kind} called {name!r}. Remedy: another name")
         return label
 
     def _target(self, target: Frame, what: str) -> BodyEntry:

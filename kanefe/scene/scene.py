@@ -13,7 +13,7 @@ from kanefe.bodies.rigid import RigidMass
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.joints import Joint
-from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
+from kanefe.loads import FieldLoad, JointLoad, Load, PointLoad
 
 
 @dataclass(eq=False)
@@ -141,8 +141,7 @@ class Scene:
 
     def __init__(self) -> None:
         self._entries: list[BodyEntry] = []
-        self._springs: list[SpringDamper] = []
-        self._bushings: list[Bushing] = []
+        self._loads: list[Load] = []
         self.is_frozen = False
 
     @property

@@ -7,12 +7,14 @@ the question needs; the rows of driven and fixed speeds give driving and couplin
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.marker import Marker
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.bodies.nodal_moments import NodalMoments
 from kanefe.bodies.rigid import RigidMass
@@ -22,7 +24,7 @@ from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.joints import Joint, Motion
-from kanefe.loads import Bushing, FieldLoad, JointLoad, PointLoad, SpringDamper
+from kanefe.loads import FieldLoad, JointLoad, Load, PointLoad
 
 WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
@@ -198,8 +200,12 @@ class ModelData:
         q (coordinates,) and free speeds u (free,) at the start.
     constraints : tuple of Constraint
         Loop joints and couplers.
-    springs : tuple of SpringDamper
-    bushings : tuple of Bushing
+    loads : tuple of Load
+        Between frames: springs, bushings, ropes and the like.
+    load_states : tuple of slice
+        Of each of them: where its internal states are in z.
+    initial_states : ndarray
+        z (states,) at the start: internal states of loads, then switches of constraints.
     """
 
     bodies: tuple[BodyTerms, ...]
@@ -212,18 +218,19 @@ class ModelData:
     initial_coordinates: np.ndarray
     initial_speeds: np.ndarray
     constraints: tuple[Constraint, ...] = ()
-    springs: tuple[SpringDamper, ...] = ()
-    bushings: tuple[Bushing, ...] = ()
+    loads: tuple[Load, ...] = ()
+    load_states: tuple[slice, ...] = ()
+    initial_states: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        for array in (self.gravity, self.initial_coordinates, self.initial_speeds):
+        for array in (self.gravity, self.initial_coordinates, self.initial_speeds, self.initial_states):
             array.flags.writeable = False
 
     @property
     def has_power(self) -> bool:
         """Whether loads, drives or damping exchange energy, so that their work must be integrated."""
         return self.driven_count > 0 or any(
-            part.exchanges_energy for parts in (self.bodies, self.springs, self.bushings) for part in parts
+            part.exchanges_energy for parts in (self.bodies, self.loads) for part in parts
         )
 
     @property
@@ -234,7 +241,7 @@ class ModelData:
     @property
     def has_varying_tangents(self) -> bool:
         """Whether the stiffness or damping of something but geometry changes with the state."""
-        return self.has_interactions or any(
+        return bool(self.loads) or any(
             force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
         )
 
@@ -246,9 +253,53 @@ class ModelData:
         )
 
     @property
-    def has_interactions(self) -> bool:
-        """Whether springs or bushings act between markers."""
-        return bool(self.springs or self.bushings)
+    def state_count(self) -> int:
+        """Number of internal states z."""
+        return len(self.initial_states)
+
+    @property
+    def states_move(self) -> bool:
+        """Whether internal states change between events."""
+        return any(load.has_rates for load in self.loads)
+
+    def markers(self) -> Iterator[Marker]:
+        """Yield the ends of loads between frames, and the markers of constraints and of their rows."""
+        for load in self.loads:
+            yield from load.ends
+        for constraint in self.constraints:
+            yield from (end for end in (constraint.a, constraint.b) if end is not None)
+            yield from (marker for row in constraint.rows for marker in row.markers)
+
+    def all_speeds(self, t: float, u: np.ndarray) -> np.ndarray:
+        """Return free, driven and fixed speeds at time t (s): what is given by time or zero filled in."""
+        if self.driven_count + self.fixed_count == 0:
+            return u
+        return np.concatenate((u, self.driven_speeds(t)[0], np.zeros(self.fixed_count)))
+
+    def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return q, u and z of a state that begins with them."""
+        n, m = self.coordinate_count, self.coordinate_count + self.free_count
+        return y[:n], y[n:m], y[m : m + self.state_count]
+
+    def with_loads(self, loads: Sequence[Load]) -> Self:
+        """Return the scene with these loads between frames, and their internal states at the start."""
+        sizes = [len(load.initial_states) for load in loads]
+        stops = np.cumsum(sizes, dtype=int).tolist()
+        where = tuple(slice(stop - size, stop) for stop, size in zip(stops, sizes, strict=True))
+        start = [float(x) for load in loads for x in load.initial_states]
+        constraints = []
+        for constraint in self.constraints:
+            if constraint.starts_on is not None:
+                constraint = replace(constraint, switch=len(start))
+                start.append(1.0 if constraint.starts_on else 0.0)
+            constraints.append(constraint)
+        return replace(
+            self,
+            loads=tuple(loads),
+            load_states=where,
+            initial_states=np.array(start),
+            constraints=tuple(constraints),
+        )
 
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""
@@ -276,6 +327,23 @@ class ModelData:
             if body.flexible:
                 names += [f"{body.name}: eta {i}" for i in range(body.flexible.body.free_count)]
         return tuple(names)
+
+    def speed_names(self) -> tuple[str, ...]:
+        """Return a name for every free speed."""
+        names = [""] * self.free_count
+        for body in self.bodies:
+            for where, name in zip(body.speeds, body.joint.speed_names, strict=True):
+                if where < self.free_count:
+                    names[where] = f"{body.name}: {name}"
+            if body.flexible:
+                for i in range(body.flexible.body.free_count):
+                    names[body.flexible.speeds.start + i] = f"{body.name}: deta {i}"
+        return tuple(names)
+
+    def internal_names(self) -> tuple[str, ...]:
+        """Return a name for every internal state."""
+        names = [f"{load.name}: state {i}" for load in self.loads for i in range(len(load.initial_states))]
+        return (*names, *(f"{c.name}: is on" for c in self.constraints if c.switch >= 0))
 
     def advance(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return q moved by `step`, a vector in the directions of the free speeds times a time."""

@@ -36,7 +36,7 @@ def scene_length(model: ModelData) -> float:
     lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
     lengths += [float(np.linalg.norm(b.rigid.com)) for b in model.bodies if b.rigid]
     lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
-    lengths += [float(np.linalg.norm(m.point)) for s in model.springs for m in (s.a, s.b) if m.body >= 0]
+    lengths += [float(np.linalg.norm(m.point)) for load in model.loads for m in load.ends if m.body >= 0]
     largest = max(lengths, default=0.0)
     return largest or _radius_of_gyration(model) or _distance_at_start(model) or 1.0
 
@@ -135,10 +135,10 @@ def state_scales(model: ModelData) -> Vector:
     """
     n, m = model.coordinate_count, model.free_count
     displacements = displacement_scales(model)
-    scales = np.ones(n + m + WORKS)
+    scales = np.ones(n + m + model.state_count + WORKS)
     for turns, at, speed in coordinate_moves(model):
         if not turns:
             scales[at] = displacements[speed]
     scales[n : n + m] = displacements * np.maximum(1.0, modal_frequencies(model))
-    scales[n + m :] = scene_energy(model, scene_length(model))
+    scales[-WORKS:] = scene_energy(model, scene_length(model))
     return scales

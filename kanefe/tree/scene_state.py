@@ -1,20 +1,19 @@
-"""The state of a scene as callbacks see it: where frames are and how they move, computed when asked for."""
+"""The state of a scene as functions of the user see it: where frames are and how they move, found when asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from functools import cached_property
 
 import numpy as np
 
+from kanefe.bodies.flexible import InterfaceFrame
+from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.loads.functions import Moving
-
-if TYPE_CHECKING:
-    from kanefe.bodies.flexible import InterfaceFrame
-    from kanefe.bodies.marker import Marker
-    from kanefe.tree.model_data import FlexibleTerms, ModelData
+from kanefe.loads.base import End
+from kanefe.tree.model_data import FlexibleTerms, ModelData
+from kanefe.tree.placed import INERTIAL, Placed, fixed_in, interface_placed
 
 
 class SceneState:
@@ -25,11 +24,11 @@ class SceneState:
     model : ModelData
     time : float
         s.
-    coordinates : ndarray, shape (coordinates,)
-        q.
-    speeds : ndarray, shape (all speeds,)
-        Free, driven and fixed.
-    motions : sequence of Moving
+    q : ndarray, shape (coordinates,)
+    u : ndarray, shape (free speeds,)
+    z : ndarray, shape (states,)
+        Internal states of loads and switches of constraints.
+    frames : sequence of Placed
         Motion of every body's frame.
 
     Examples
@@ -42,18 +41,37 @@ class SceneState:
     """
 
     def __init__(
-        self, model: ModelData, time: float, coordinates: Vector, speeds: Vector, motions: Sequence[Moving]
+        self,
+        model: ModelData,
+        time: float,
+        q: Vector,
+        u: Vector,
+        z: Vector | None = None,
+        frames: Sequence[Placed] | None = None,
     ) -> None:
-        self._model, self._q, self._u, self._motions = model, coordinates, speeds, motions
-        self.time = time
+        self.model, self.time, self.q, self.u = model, time, q, u
+        self.z = model.initial_states if z is None else z
+        self._given = frames
+
+    @property
+    def frames(self) -> Sequence[Placed]:
+        """Motion of every body's frame, R or G."""
+        if self._given is None:
+            raise TypeError("a state without frames finds them itself")
+        return self._given
+
+    @cached_property
+    def full(self) -> Vector:
+        """All speeds: free, driven and fixed."""
+        return self.model.all_speeds(self.time, self.u)
 
     @property
     def vector(self) -> Vector:
-        """The state ``y = (q, u)`` of the equations, named by `Model.state_names`."""
-        for body in self._model.bodies:
+        """The state ``y = (q, u, z)`` of the equations, named by `Model.state_names`."""
+        for body in self.model.bodies:
             if body.flexible is not None:
                 self._modes_of(body.name)
-        return np.concatenate((self._q, self._u[: self._model.free_count]))
+        return np.concatenate((self.q, self.u, self.z))
 
     def position(self, name: str, interface: str = "", point: Sequence[float] = (0.0, 0.0, 0.0)) -> Vector:
         """Return the position of a point of a body or of one of its interfaces, in N, shape (3,), m.
@@ -67,40 +85,40 @@ class SceneState:
         point : array_like, shape (3,)
             From the frame's origin in its axes, m.
         """
-        p, A, _, _ = self._frame(name, interface)
-        return np.asarray(p + A @ np.asarray(point, dtype=float))
+        frame = self._frame(name, interface)
+        return np.asarray(frame.p_NoFo_N + frame.A_NF @ np.asarray(point, dtype=float))
 
     def velocity(self, name: str, interface: str = "", point: Sequence[float] = (0.0, 0.0, 0.0)) -> Vector:
         """Return the velocity of such a point, in components of N, shape (3,), m/s."""
-        _, A, v, w = self._frame(name, interface)
-        return np.asarray(A @ (v + cross(w, np.asarray(point, dtype=float))))
+        frame = self._frame(name, interface)
+        return np.asarray(frame.A_NF @ (frame.v + cross(frame.w, np.asarray(point, dtype=float))))
 
     def rotation(self, name: str, interface: str = "") -> Matrix:
         """Return A_NF, which maps components in the frame's axes to those in N, shape (3, 3)."""
-        return self._frame(name, interface)[1].copy()
+        return self._frame(name, interface).A_NF.copy()
 
     def angular_velocity(self, name: str, interface: str = "") -> Vector:
         """Return the angular velocity of a frame seen from N, in its own axes, shape (3,), rad/s."""
-        return self._frame(name, interface)[3].copy()
+        return self._frame(name, interface).w.copy()
 
     def joint_coordinates(self, name: str) -> Vector:
         """Return the coordinates of a body's joint, driven ones included, m and rad."""
-        return self._model.bodies[self._model.index(name)].joint_coordinates(self.time, self._q).copy()
+        return self.model.bodies[self.model.index(name)].joint_coordinates(self.time, self.q).copy()
 
     def joint_speeds(self, name: str) -> Vector:
         """Return the speeds of a body's joint, driven ones included, m/s and rad/s."""
-        return np.array(self._u[self._model.bodies[self._model.index(name)].speeds])
+        return np.array(self.full[self.model.bodies[self.model.index(name)].speeds])
 
     def modal_coordinates(self, name: str) -> Vector:
         """Return eta of a flexible body, shape (k,)."""
-        return np.array(self._q[self._modes_of(name).eta])
+        return np.array(self.q[self._modes_of(name).eta])
 
     def modal_speeds(self, name: str) -> Vector:
         """Return deta of a flexible body, shape (k,)."""
-        return np.array(self._u[self._modes_of(name).speeds])
+        return np.array(self.full[self._modes_of(name).speeds])
 
     def _modes_of(self, name: str) -> FlexibleTerms:
-        terms = self._model.flexible_terms(name)
+        terms = self.model.flexible_terms(name)
         if not terms.body.components:  # the condensed twin, with other coordinates: see kanefe.unreduced.condensed
             raise ModelError(
                 f"the coordinates of the unreduced body {name!r} are not offered to functions of the state. Remedy: "
@@ -108,33 +126,29 @@ class SceneState:
             )
         return terms
 
-    def marker(self, marker: Marker) -> tuple[Vector, Matrix, Vector, Vector]:
-        """Return position (m), axes, velocity (m/s) and angular velocity (rad/s) of a marker, all in N.
+    def load_states(self, number: int) -> Vector:
+        """Return the internal states of a load between frames, by its number in the model."""
+        return self.z[self.model.load_states[number]]
 
-        Markers may also be on the nodes of a mesh and on the ground.
-        """
-        if marker.body < 0:
-            return marker.point, marker.axes, np.zeros(3), np.zeros(3)
-        p, A, v, w = self._frame_of(marker.body, marker.interface)
-        return p + A @ marker.point, A @ marker.axes, A @ (v + cross(w, marker.point)), A @ w
+    def load_ends(self, number: int) -> list[End]:
+        """Return the motion of the ends of a load between frames, by its number in the model."""
+        return [self.placed_marker(marker).end for marker in self.model.loads[number].ends]
 
-    def _frame(self, name: str, interface: str) -> tuple[Vector, Matrix, Vector, Vector]:
-        """Return position in N, A_NF, and velocity and angular velocity in F."""
-        number = self._model.index(name)
-        if not interface:
-            return self._frame_of(number, None)
-        frame = self._model.flexible_terms(name).body.interface(interface)
-        p, A, v, w = self._frame_of(number, frame)
-        return p, A @ frame.axes, frame.axes.T @ v, frame.axes.T @ w
+    def placed_marker(self, marker: Marker) -> Placed:
+        """Return the motion of a marker; it may also be on the nodes of a mesh and on the ground."""
+        carrier = INERTIAL if marker.body < 0 else self.placed(marker.body, marker.interface)
+        return fixed_in(carrier, marker.point, marker.axes)
 
-    def _frame_of(self, number: int, frame: InterfaceFrame | None) -> tuple[Vector, Matrix, Vector, Vector]:
-        G = self._motions[number]
-        terms, slopes = self._model.bodies[number].flexible, self._model.slopes
+    def placed(self, number: int, frame: InterfaceFrame | None) -> Placed:
+        """Return the motion of a body's frame, or of one of its interfaces or nodes in axes of G turned with it."""
+        G, terms = self.frames[number], self.model.bodies[number].flexible
         if frame is None or terms is None:
-            return G.p_NoFo_N, G.A_NF, G.v, G.w
-        moved, motion = frame.moved(self._q[terms.eta])
-        rates = motion @ self._u[terms.speeds]
-        r, A = frame.position + moved[:3], slopes.rotation(moved[3:])
-        v = G.v + cross(G.w, r) + rates[:3]
-        w = G.w + slopes.tangent(moved[3:]) @ rates[3:]
-        return G.p_NoFo_N + G.A_NF @ r, G.A_NF @ A, A.T @ v, A.T @ w
+            return G
+        return interface_placed(G, frame, self.q[terms.eta], self.full[terms.speeds], self.model.slopes)
+
+    def _frame(self, name: str, interface: str) -> Placed:
+        number = self.model.index(name)
+        if not interface:
+            return self.placed(number, None)
+        frame = self.model.flexible_terms(name).body.interface(interface)
+        return fixed_in(self.placed(number, frame), np.zeros(3), frame.axes)

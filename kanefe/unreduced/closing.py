@@ -7,9 +7,7 @@ import numpy as np
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.assemble import all_speeds
 from kanefe.kane.constraints import constraint_rates, constraint_residuals, scene_rows
-from kanefe.kane.kinematics import sweep_outward
 from kanefe.kane.loop_closure import consistent_start
 from kanefe.kernels.tolerances import LARGEST_OPENING, TOLERANCE
 from kanefe.tree.model_data import ModelData
@@ -66,9 +64,7 @@ def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered:
     scales = np.array([length if row.unit == METRE else 1.0 for row in scene_rows(small)])
     last = np.inf
     for _ in range(LARGEST_ITERATIONS):
-        q_s, full = condensed.coordinates(q), all_speeds(small, t, condensed.speeds(u))
-        motions = sweep_outward(small, t, q_s, full)
-        g = constraint_residuals(small, motions, t, q_s, full)
+        g = constraint_residuals(condensed.state(t, q, u))
         g = np.where(np.isnan(g), 0.0, g)
         worst = float(np.abs(g / scales).max(initial=0.0))
         if worst <= TOLERANCE or worst >= last:
@@ -82,10 +78,10 @@ def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered:
             "Remedy: check that driven joints stay within its reach"
         )
     for _ in range(LARGEST_ITERATIONS):
-        full = all_speeds(small, t, condensed.speeds(u))
-        rows = constraint_rates(small, motions, q_s, full)
-        open_rates = rows.J @ full[: rows.J.shape[1]]
-        sizes = rows.sizes(full[: rows.J.shape[1]])
+        state = condensed.state(t, q, u)
+        rows = constraint_rates(state)
+        open_rates = rows.J @ state.full[: rows.J.shape[1]]
+        sizes = rows.sizes(state.full[: rows.J.shape[1]])
         if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
             break
         step = bordered.solve(np.zeros(small.free_count), None, open_rates)

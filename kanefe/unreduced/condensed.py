@@ -8,7 +8,7 @@ literal route treats the twin, of any kind, as it treats every scene; the bodies
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +23,7 @@ from kanefe.constraints.rows import Constraint, CouplerRow
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.kinematics import FrameMotion
+from kanefe.kane.state import State
 from kanefe.loads import FieldLoad
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
@@ -66,12 +67,16 @@ class FrozenMoments:
         return {"generalised": self._generalised, "bias": self._bias}
 
 
+NOTHING = np.zeros((1, 1)), np.zeros(1)
+"""What a body without mass adds to M and F, of any size."""
+
+
 def condensed_inertia(
     terms: FlexibleTerms, G: FrameMotion, gravity_G: Vector, eta: Vector, deta: Vector
-) -> tuple[Matrix | float, Vector | float]:
+) -> tuple[Matrix, Vector]:
     """Return M and F of a body of the condensed scene: nothing at once where it has no mass."""
     if isinstance(terms.free_moments, FrozenMoments):
-        return 0.0, 0.0
+        return NOTHING
     return flexible_inertia(terms, G, gravity_G, eta, deta)
 
 
@@ -241,8 +246,7 @@ class Condensed:
             initial_coordinates=self.coordinates(model.initial_coordinates),
             initial_speeds=self.speeds(model.initial_speeds),
             constraints=tuple(self._constraint(c) for c in model.constraints),
-            springs=tuple(replace(s, a=self.marker(s.a), b=self.marker(s.b)) for s in model.springs),
-            bushings=tuple(replace(s, a=self.marker(s.a), b=self.marker(s.b)) for s in model.bushings),
+            loads=tuple(load.with_ends(tuple(map(self.marker, load.ends))) for load in model.loads),
         )
 
     def _massless(self, member: Member, fixed: int) -> FlexibleTerms | None:
@@ -324,6 +328,10 @@ class Condensed:
                 small[member.d] = member.carried @ q[member.eta]
         return small
 
+    def state(self, t: float, q: Vector, u: Vector, z: Vector | None = None) -> State:
+        """Return the state of the twin from one of the scene."""
+        return State(self.small, t, self.coordinates(q), self.speeds(u), z)
+
     def speeds(self, u: Vector) -> Vector:
         """Return the free speeds of the twin from those of the scene, or their rates likewise."""
         small = np.empty(self._sizes[1])
@@ -364,22 +372,10 @@ def _attached_frames(model: ModelData) -> list[dict[int, InterfaceFrame]]:
         for _, frame in body.loads:
             if frame is not None:
                 found[number][id(frame)] = frame
-    for marker in _markers(model):
+    for marker in model.markers():
         if marker.interface is not None:
             found[marker.body][id(marker.interface)] = marker.interface
     return found
-
-
-def _markers(model: ModelData) -> Iterable[Marker]:
-    for spring in model.springs:
-        yield from (spring.a, spring.b)
-    for bushing in model.bushings:
-        yield from (bushing.a, bushing.b)
-    for constraint in model.constraints:
-        yield from (end for end in (constraint.a, constraint.b) if end is not None)
-        for row in constraint.rows:
-            if not isinstance(row, CouplerRow):
-                yield from (row.a, row.b)
 
 
 def _takes_state(model: ModelData) -> bool:

@@ -13,15 +13,19 @@ import numpy as np
 
 from kanefe.fe_model.factorise import Factorisation
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import all_speeds, assemble
+from kanefe.kane.assemble import assemble
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.energy import dissipated_power, drive_power, elastic_energy, gravity_energy, kinetic_energy, load_power
 from kanefe.kane.energy import momenta as twin_momenta
-from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.route import LiteralRoute, state_rates
+from kanefe.kane.state import State
+from kanefe.loads.base import Load
 from kanefe.tree.model_data import MechanicalEnergy, ModelData
+from kanefe.tree.route import Evaluation
 from kanefe.tree.scene_state import SceneState
 from kanefe.unreduced.bordered import Bordered, Edge, edge
-from kanefe.unreduced.condensed import Condensed, Member, condensed_inertia
+from kanefe.unreduced.closing import closed_start
+from kanefe.unreduced.condensed import Condensed, condensed_inertia, is_unreduced
 from kanefe.unreduced.demand import demand, equivalent_moments
 from kanefe.unreduced.mass_solver import MassSolver
 
@@ -35,10 +39,8 @@ class Residual(NamedTuple):
         Zero for carried coordinates, whose share is in `parts`.
     parts : list of ndarray, each (k,)
         Of the members.
-    q, full : ndarray
-        Coordinates and all speeds of the twin.
-    motions : list of FrameMotion
-        Its outward sweep.
+    state : State
+        Of the twin.
     mass : ndarray
         Its mass matrix, without members, over free and driven speeds.
     rates : ndarray
@@ -47,14 +49,12 @@ class Residual(NamedTuple):
 
     twin: Vector
     parts: list[Vector]
-    q: Vector
-    full: Vector
-    motions: list[FrameMotion]
+    state: State
     mass: Matrix
     rates: Vector
 
 
-class UnreducedScene:
+class UnreducedRoute(LiteralRoute):
     """The equations of a scene with unreduced bodies.
 
     Parameters
@@ -70,8 +70,12 @@ class UnreducedScene:
         How often the residual was evaluated.
     """
 
+    name = "unreduced"
+    is_dense = False
+
     def __init__(self, model: ModelData) -> None:
-        self.model = model
+        names = [repr(body.name) for body in model.bodies if is_unreduced(body)]
+        super().__init__(model, f"{', '.join(names)} with all degrees of freedom of the mesh")
         self.condensed = Condensed(model)
         self.small = self.condensed.small
         self.factorisations = 0
@@ -89,22 +93,16 @@ class UnreducedScene:
         """Return what M du - F leaves at a state of the scene, constraints left out."""
         self.evaluations += 1
         condensed, small = self.condensed, self.small
-        q_s, u_s, rates = condensed.coordinates(q), condensed.speeds(u), condensed.speeds(du)
-        full = all_speeds(small, t, u_s)
-        if small.driven_count:
-            rates = np.concatenate((rates, small.driven_speeds(t)[1]))
-        motions = sweep_outward(small, t, q_s, full)
-        M, F = assemble(small, t, q_s, u_s, inertia=condensed_inertia, motions=motions)  # type: ignore[arg-type]
+        state = self.condensed.state(t, q, u)
+        rates = np.concatenate((condensed.speeds(du), state.driven_rates))
+        M, F = assemble(state, condensed_inertia)
         twin = M @ rates - F
         parts = []
-        state: SceneState | None = None
         for member in condensed.members:
-            G = motions[member.number]
+            G = state.motions[member.number]
             a, alpha = G.V @ rates + G.Z, G.W @ rates + G.Y
             if member.has_gravity:
                 a = a - G.A_NF.T @ small.gravity
-            if member.field_loads and state is None:
-                state = SceneState(small, t, q_s, full, motions)
             own = (q[member.eta], u[member.speeds], du[member.speeds])
             force, moment, elastic = demand(member, own, a, alpha, G, t, state)
             twin += force @ G.V + moment @ G.W
@@ -115,7 +113,7 @@ class UnreducedScene:
                 parts[i] = parts[i] + twin[member.rates] @ member.carried
         for member in condensed.members:
             twin[member.rates] = 0.0
-        return Residual(twin[:n], parts, q_s, full, motions, M, rates)
+        return Residual(twin[:n], parts, state, M, rates)
 
     def edges(self, q: Vector, factors: Sequence[Factorisation]) -> list[Edge]:
         """Return the borders of all members at coordinates q of the scene."""
@@ -135,14 +133,51 @@ class UnreducedScene:
             found.append(body.factorise(S.tocsc()))
         return found
 
+    def state(self, t: float, y: Vector) -> SceneState:
+        """Return the state of the complete twin, whose frames functions of the user may ask for."""
+        return self.view(t, y)
+
+    def view(self, t: float, y: Vector) -> State:
+        """Return the state of the complete twin."""
+        q, u, z = self.parts(y)
+        return self.complete.state(t, q, u, z)
+
+    def widened(self, partial: Matrix) -> Matrix:
+        """Return partial velocities over the free speeds of the scene from those over the twin's."""
+        return self.complete.expanded(partial)
+
+    def start(self, t: float) -> Vector:
+        """Return (q, u, z) at the start; unreduced bodies keep their shape."""
+        if not self.model.constraints:
+            return super().start(t)
+        return np.concatenate((*closed_start(self.model, t), self.model.initial_states))
+
+    def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
+        """Return loads between frames as they start."""
+        model = self.model.with_loads(loads)
+        state = Condensed(model).state(t, model.initial_coordinates, model.initial_speeds)
+        return tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
+
+    def evaluate(self, t: float, y: Vector) -> Evaluation:
+        """Return the rates at a state."""
+        q, u, _ = self.parts(y)
+        du = self.accelerations(t, q, u)
+        z_rates = state_rates(self.view(t, y))
+        rates = self.model.coordinate_rates(q, u), du, z_rates, self.powers(t, y, du)
+        return Evaluation(np.concatenate(rates), 1.0)
+
+    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+        """Return the state itself: the method that steps closes the loops, with its own matrices."""
+        return y
+
     def accelerations(self, t: float, q: Vector, u: Vector) -> Vector:
         """Return du of the free speeds, loops held."""
         zero = np.zeros(self.model.free_count)
         at_rest = self.residual(t, q, u, zero)
         solvers = [MassSolver(member.body.free_mass) for member in self.condensed.members]
         small, n = self.small, self.small.free_count
-        rows = constraint_rates(small, at_rest.motions, at_rest.q, at_rest.full) if small.constraints else None
-        bordered = Bordered(self.condensed, self.edges(q, solvers), at_rest.mass[:n, :n], at_rest.motions, rows)
+        rows = constraint_rates(at_rest.state) if small.constraints else None
+        bordered = Bordered(self.condensed, self.edges(q, solvers), at_rest.mass[:n, :n], at_rest.state.motions, rows)
         known = None if rows is None else rows.remainder + rows.J[:, n:] @ at_rest.rates[n:]
         solution = bordered.solve(-at_rest.twin, [-part for part in at_rest.parts], known)
         return self.condensed.joined(solution.z, solution.parts)
@@ -154,7 +189,7 @@ class UnreducedScene:
         twin = at.mass[:n, :n] @ z
         parts, none = [], np.zeros(3)
         for member in condensed.members:
-            G, still = at.motions[member.number], np.zeros(member.body.free_count)
+            G, still = at.state.motions[member.number], np.zeros(member.body.free_count)
             a, alpha = G.V[:, :n] @ z, G.W[:, :n] @ z
             field = member.body.inertia_field
             force, moment, elastic = field.forces(q[member.eta], still, step[member.speeds], a, alpha, none)
@@ -167,16 +202,14 @@ class UnreducedScene:
             twin[member.rates] = 0.0
         return twin, parts
 
-    def energy(self, t: float, q: Vector, u: Vector) -> MechanicalEnergy:
+    def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
         condensed, small = self.condensed, self.small
-        q_s, u_s = condensed.coordinates(q), condensed.speeds(u)
-        full = all_speeds(small, t, u_s)
-        motions = sweep_outward(small, t, q_s, full)
-        kinetic = kinetic_energy(small, t, q_s, u_s)
-        elastic, gravity = elastic_energy(small, t, q_s), gravity_energy(small, t, q_s)
+        q, u, z = self.parts(y)
+        state = condensed.state(t, q, u, z)
+        kinetic, elastic, gravity = kinetic_energy(state), elastic_energy(state), gravity_energy(state)
         for member in condensed.members:
-            eta, deta, G = q[member.eta], u[member.speeds], motions[member.number]
+            eta, deta, G = q[member.eta], u[member.speeds], state.motions[member.number]
             force, moment, part = member.body.inertia_field.momenta(eta, deta, G.v, G.w)
             kinetic += 0.5 * float(force @ G.v + moment @ G.w + part @ deta)
             elastic += 0.5 * float(eta @ (member.body.free_stiffness @ eta))
@@ -185,63 +218,54 @@ class UnreducedScene:
                 gravity -= float(small.gravity @ (member.body.mass * G.p_NoFo_N + G.A_NF @ first))
         return MechanicalEnergy(kinetic, elastic, gravity)
 
-    def momenta(self, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+    def momenta(self, t: float, y: Vector) -> tuple[Vector, Vector]:
         """Return linear and angular momentum about N's origin, in N."""
-        condensed, small = self.condensed, self.small
-        q_s, u_s = condensed.coordinates(q), condensed.speeds(u)
-        linear, angular = twin_momenta(small, t, q_s, u_s)
-        for member, G in self._members(t, q_s, u_s):
+        q, u, z = self.parts(y)
+        state = self.condensed.state(t, q, u, z)
+        linear, angular = twin_momenta(state)
+        for member in self.condensed.members:
+            G = state.motions[member.number]
             force, moment, _ = member.body.inertia_field.momenta(q[member.eta], u[member.speeds], G.v, G.w)
             linear = linear + G.A_NF @ force
             angular = angular + G.A_NF @ moment + np.cross(G.p_NoFo_N, G.A_NF @ force)
         return linear, angular
 
-    def powers(self, t: float, q: Vector, u: Vector, du: Vector) -> Vector:
+    def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power that dampers take and the power of loads and drives, W, shape (2,)."""
         condensed, small = self.condensed, self.small
         if not self.model.has_power:
             return np.zeros(2)
-        q_s, u_s = condensed.coordinates(q), condensed.speeds(u)
-        full = all_speeds(small, t, u_s)
-        motions = sweep_outward(small, t, q_s, full)
-        state = SceneState(small, t, q_s, full, motions)
-        taken, given = dissipated_power(small, t, q_s, u_s), load_power(small, t, q_s, u_s)
+        q, u, z = self.parts(y)
+        state = condensed.state(t, q, u, z)
+        taken, given = dissipated_power(state), load_power(state)
         for member in condensed.members:
-            eta, deta, G = q[member.eta], u[member.speeds], motions[member.number]
+            eta, deta, G = q[member.eta], u[member.speeds], state.motions[member.number]
             if member.body.is_damped:
                 taken += float(deta @ member.body.damping_force(deta))
             for load in member.field_loads:
                 force, moment, elastic = load.forces(t, G.A_NF, eta, state)
                 given += float(force @ G.v + moment @ G.w + elastic @ deta)
         if small.driven_count:
-            twin, *state_s = self.equivalent(t, q, u, du)
-            given += drive_power(twin, t, *state_s)
+            given += drive_power(*self.acting(t, y, du))
         return np.array((taken, given))
 
-    def equivalent(self, t: float, q: Vector, u: Vector, du: Vector) -> tuple[ModelData, Vector, Vector, Vector]:
-        """Return a twin of ordinary bodies that moves as the scene does at one state, with its q, u and du.
+    def acting(self, t: float, y: Vector, du: Vector) -> tuple[State, Vector]:
+        """Return a state of a twin of ordinary bodies that moves as the scene does at one state, and its accelerations.
 
         Its bodies have the rigid inertia of the deformed members, some inertia of the carried coordinates, and as
         bias what the forces at du are beyond that: so the literal route finds the same accelerations and constraint
         forces in it, and the forces of every joint and interface.
         """
         twin = self.complete
-        small = twin.small
-        q_s, u_s, du_s = twin.coordinates(q), twin.speeds(u), twin.speeds(du)
-        full = all_speeds(small, t, u_s)
-        motions = sweep_outward(small, t, q_s, full)
-        rates = np.concatenate((du_s, small.driven_speeds(t)[1]))
-        state = SceneState(small, t, q_s, full, motions)
+        q, u, z = self.parts(y)
+        state, du_s = twin.state(t, q, u, z), twin.speeds(du)
+        rates = np.concatenate((du_s, state.driven_rates))
         moments = []
         for member in twin.members:
-            G = motions[member.number]
+            G = state.motions[member.number]
             a, alpha = G.V @ rates + G.Z, G.W @ rates + G.Y
             if member.has_gravity:
-                a = a - G.A_NF.T @ small.gravity
+                a = a - G.A_NF.T @ twin.small.gravity
             own = (q[member.eta], u[member.speeds], du[member.speeds])
             moments.append(equivalent_moments(member, own, a, alpha, G, t, state))
-        return twin.with_moments(moments), q_s, u_s, du_s
-
-    def _members(self, t: float, q_s: Vector, u_s: Vector) -> list[tuple[Member, FrameMotion]]:
-        motions = sweep_outward(self.small, t, q_s, all_speeds(self.small, t, u_s))
-        return [(member, motions[member.number]) for member in self.condensed.members]
+        return State(twin.with_moments(moments), t, state.q, state.u, state.z), du_s

@@ -24,8 +24,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.integrate.run import integrate
 from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
-from kanefe.kernels.interactions import INTERACTION_INTEGERS, Interactions
 from kanefe.kernels.layout import BODY_INTEGERS, COUNT, DAMPING, FlexibleTables
+from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.order_n.route import OrderN
 from kanefe.result import Result
@@ -83,8 +83,8 @@ def imports(rounds: int) -> Skip:
 def planar(rounds: int) -> Skip:
     """Take three speeds a body in a plane, or six in space."""
 
-    def to_space(order_n: OrderN) -> None:
-        order_n.planar = None
+    def to_space(model: Model) -> None:
+        model.__dict__["route"] = OrderN(model)
 
     what = "motion out of the plane: 3 speeds a body, no gyroscopic moments"
     return _of_steps(what, CHAIN, partial(_chain, "y"), to_space, STEP, rounds)
@@ -93,7 +93,8 @@ def planar(rounds: int) -> Skip:
 def elastic(rounds: int) -> Skip:
     """Leave out elastic code, or have it for no body."""
 
-    def with_code(order_n: OrderN) -> None:
+    def with_code(model: Model) -> None:
+        order_n = _tables_of(model)
         order_n.flexible = FlexibleTables(
             bodies=np.zeros((0, BODY_INTEGERS), dtype=np.int64),
             pool=np.zeros(0),
@@ -106,17 +107,17 @@ def elastic(rounds: int) -> Skip:
 
 
 def springs(rounds: int) -> Skip:
-    """Leave out the code of springs and bushings, or have it for none."""
+    """Leave out the code of loads between frames, or have it for none."""
 
-    def with_code(order_n: OrderN) -> None:
-        order_n.between = Interactions(
-            springs=np.zeros((0, INTERACTION_INTEGERS), dtype=np.int64),
-            bushings=np.zeros((0, INTERACTION_INTEGERS), dtype=np.int64),
-            spring_markers=np.zeros((0, MARKER_NUMBERS)),
-            bushing_markers=np.zeros((0, MARKER_NUMBERS)),
-            spring_laws=np.zeros((0, 3)),
-            bushing_laws=np.zeros((0, 12)),
-            tables=np.zeros(0),
+    def with_code(model: Model) -> None:
+        order_n = _tables_of(model)
+        order_n.between = LoadsBetween(
+            loads=np.zeros((0, LOAD_INTEGERS), dtype=np.int64),
+            addresses=np.zeros((0, 2), dtype=np.int64),
+            rows=np.zeros(0, dtype=np.int64),
+            markers=np.zeros((0, MARKER_NUMBERS)),
+            numbers=np.zeros(0),
+            room=np.zeros(1, dtype=np.int64),
         )
 
     return _of_steps("code of springs without springs", CHAIN, _chain, with_code, STEP, rounds)
@@ -138,7 +139,7 @@ def constraints(rounds: int) -> Skip:
         limits=np.ones(2),
     )
     start = np.concatenate((model.initial_state, np.zeros(WORKS)))
-    calls = [partial(order_n.rates, 0.0, start) for order_n in (sparing, full)]
+    calls = [partial(_rates, order_n, start) for order_n in (sparing, full)]
     counts = [fill(call) for call in calls]
     clocks = (lambda: repeated(calls[0], counts[0]), lambda: repeated(calls[1], counts[1]))
     timed = f"an evaluation of {LINKS} links"
@@ -148,7 +149,8 @@ def constraints(rounds: int) -> Skip:
 def damping(rounds: int) -> Skip:
     """Leave out the product with the damping matrix where C = 0, or multiply by zeros."""
 
-    def with_zeros(order_n: OrderN) -> None:
+    def with_zeros(model: Model) -> None:
+        order_n = _tables_of(model)
         flexible = order_n.flexible
         if flexible is None or flexible.bodies[0, DAMPING] != -1:
             raise SimulationError("the bar of S4 should be flexible and without damping")
@@ -208,14 +210,23 @@ def _chain(axes: str = "yz") -> Model:
     return chain_scene(LINKS, axes).freeze()
 
 
+def _rates(order_n: OrderN, y: np.ndarray) -> np.ndarray:
+    return order_n.held_rates(0.0, y)[0]
+
+
+def _tables_of(model: Model) -> OrderN:
+    """Return the route of a model, whose tables are changed."""
+    if not isinstance(model.route, OrderN):
+        raise SimulationError("the scene has no tables to be changed")
+    return model.route
+
+
 def _of_steps(
-    what: str, timed: str, build: Callable[[], Model], undo: Callable[[OrderN], None], step: float, rounds: int
+    what: str, timed: str, build: Callable[[], Model], undo: Callable[[Model], None], step: float, rounds: int
 ) -> Skip:
     """Return a skip from compiled runs of a scene and of the same one whose tables were changed."""
     sparing, full = build(), build()
-    if full.order_n is None:
-        raise SimulationError("the scene has no tables to be changed")
-    undo(full.order_n)
+    undo(full)
     end = STEPS * step
 
     def run(model: Model) -> np.ndarray:

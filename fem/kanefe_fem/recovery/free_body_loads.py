@@ -9,8 +9,8 @@ import numpy as np
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
-from kanefe.kane.assemble import accelerations, all_speeds
-from kanefe.kane.kinematics import sweep_outward
+from kanefe.kane.assemble import accelerations
+from kanefe.kane.state import State
 from kanefe.result import Result
 from kanefe_fem.beams import elements as be
 
@@ -133,9 +133,9 @@ def _inertia_forces(result: Result, name: str, body: FlexibleBody, frames: np.nd
     moved = np.empty_like(forces)
     for row, frame in enumerate(frames):
         t, q, u = run.times[frame], run.trajectory.coordinates[frame], run.trajectory.speeds[frame]
-        full, du = all_speeds(model, t, u), accelerations(model, t, q, u)
-        G = sweep_outward(model, t, q, full)[number]
-        rates = np.concatenate((du, model.driven_speeds(t)[1]))
+        state = State(model, t, q, u, run.trajectory.internal[frame])
+        G, du = state.motion(number, None), accelerations(state)
+        rates = np.concatenate((du, state.driven_rates))
         a, alpha = G.V @ rates + G.Z - G.A_NF.T @ gravity, G.W @ rates + G.Y
         deformed, velocity, acceleration = (
             (basis @ values).reshape(-1, 3) for values in (q[terms.eta], u[terms.speeds], du[terms.speeds])

@@ -13,6 +13,7 @@ from kanefe.errors import SimulationError
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.kane.assemble import assemble
 from kanefe.kane.coupling import recovered_forces
+from kanefe.kane.state import State
 from kanefe.system import System
 
 LENGTH, RATE, YOUNG, DENSITY, AREA = 2.0, 100.0, 70e9, 2700.0, 1e-3
@@ -38,7 +39,7 @@ def centrifugal_statics(reference: Reference, bar: Bar, label: str) -> Iterator[
         what = "under the load on the undeformed bar" if name == "tip_linear" else "in equilibrium"
         yield Check.relative(f"tip displacement {what}, {label} [m]", _end(clamped, eta), values[name], TOLERANCE)
     still = np.zeros(model.free_count)
-    _, coupling = recovered_forces(model, 0.0, np.zeros(model.coordinate_count), still, still)
+    _, coupling = recovered_forces(State(model, 0.0, np.zeros(model.coordinate_count), still), still)
     # The recovered force holds the root against its own share of the load on the undeformed bar; the stretched bar
     # hands on the rest. It points inwards where the bar is in tension.
     coupling += clamped.stiffness[clamped.free_count :, : clamped.free_count] @ loaded
@@ -84,7 +85,7 @@ def _equilibria(model: Model) -> tuple[np.ndarray, np.ndarray]:
     q = model.initial_coordinates.copy()
     steps = []
     for _ in range(12):
-        _, F = assemble(model, 0.0, q, model.initial_speeds)
+        _, F = assemble(State(model, 0.0, q, model.initial_speeds))
         steps.append(flexibility @ F[terms.speeds])
         q[terms.eta] += steps[-1]
         # round-off of K^-1 stops it: condition number 1e5

@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.checks.verification import Check, Reference
-from kanefe.checks.verification.scenes import State, states_at
+from kanefe.checks.verification.scenes import Sample, states_at
 from kanefe.equations.model import Model
 from kanefe.joints import Motion, Revolute
 from kanefe.reduction.stiffening import StiffeningLevel
@@ -49,7 +49,7 @@ def spin_up() -> Motion:
     return Motion(angle, speed, acceleration)
 
 
-def tip_motion(model: Model, state: State) -> np.ndarray:
+def tip_motion(model: Model, state: Sample) -> np.ndarray:
     """Return translation and slopes of the tip in G, (6,), foreshortening included if the body has it."""
     terms = model.flexible_terms("arm")
     return terms.body.interface("tip").moved(state[1][terms.eta])[0]
@@ -89,5 +89,5 @@ def _scene(body: FlexibleBody) -> Model:
     return scene.freeze()
 
 
-def _run(model: Model, times: list[float]) -> list[State]:
+def _run(model: Model, times: list[float]) -> list[Sample]:
     return states_at(model, times, 1e-6, method="generalised-alpha")

@@ -15,6 +15,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints import Free, Spherical
 from kanefe.kane.energy import momenta
+from kanefe.kane.state import State
 from kanefe.system import System
 
 STEPS = 1_000_000
@@ -51,7 +52,7 @@ def tumbling_lattice() -> Model:
 def at_rest(model: Model) -> Model:
     """Return the model with its centre of mass at rest: far from N's origin angular momentum is only a difference."""
     u = model.initial_speeds.copy()
-    linear, _ = momenta(model, 0.0, model.initial_coordinates, u)
+    linear, _ = momenta(State(model, 0.0, model.initial_coordinates, u))
     u[model.bodies[0].speeds[:3]] -= linear / mass_of(model)
     return replace(model, initial_speeds=u)
 
@@ -71,7 +72,7 @@ FLIGHTS: dict[str, tuple[Callable[[], Model], float]] = {
 def invariants(model: Model, run: Trajectory) -> tuple[Vector, Vector, Vector]:
     """Return energy (T,), linear (T, 3) and angular momentum (T, 3) of a run without loads."""
     states = zip(run.times.tolist(), run.coordinates, run.speeds, strict=True)
-    rows = [(model.energy(t, np.concatenate((q, u))).total, *momenta(model, t, q, u)) for t, q, u in states]
+    rows = [(model.energy(t, np.concatenate((q, u))).total, *momenta(State(model, t, q, u))) for t, q, u in states]
     energy, linear, angular = (np.array(column) for column in zip(*rows, strict=True))
     return energy, linear, angular
 

@@ -15,6 +15,7 @@ from kanefe.frames import rotation_matrix
 from kanefe.integrate.methods.table import METHODS
 from kanefe.joints import Free
 from kanefe.kane.energy import momenta
+from kanefe.kane.state import State
 from kanefe.result import Result
 from kanefe.system import System
 
@@ -86,7 +87,7 @@ def _struck(method: str, effort: Effort) -> Iterator[Finding]:
             energy = Result(model, run).energy
             growth.append(float((energy.total - energy.total[0]).max() / energy.total[0]))
             momentum = np.array(
-                [momenta(model, t, q, u)[1] for t, q, u in zip(run.times, run.coordinates, run.speeds, strict=True)]
+                [momenta(State(model, *at))[1] for at in zip(run.times, run.coordinates, run.speeds, strict=True)]
             )
             changes.append(float(np.abs(momentum - momentum[0]).max() / np.abs(momentum).max()))
         # one that damps what it doesn't resolve, and so keeps its step, or one that resolves every speed above atol

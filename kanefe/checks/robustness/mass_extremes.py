@@ -11,9 +11,10 @@ import numpy as np
 from kanefe.checks.robustness.case import Effort, Finding, StressCase
 from kanefe.checks.robustness.runs import controlled_methods, failure_of, follow, is_accurate, tolerance
 from kanefe.equations.model import Model
-from kanefe.equations.start import start_of
 from kanefe.joints import Free, Joint, Prismatic, Revolute, Spherical, Universal
 from kanefe.kane.assemble import accelerations
+from kanefe.kane.loop_closure import consistent_start
+from kanefe.kane.state import State
 from kanefe.result import Result
 from kanefe.system import System
 
@@ -97,7 +98,7 @@ def mass_ratios(effort: Effort) -> Iterator[Finding]:
                 angles, rates = rng.uniform(-3, 3, LINKS), rng.uniform(-2, 2, LINKS)
                 model = pendulum_chain(masses, angles.tolist(), rates.tolist())
                 exact = exact_chain_accelerations(masses, angles, rates)
-                found = model.rhs(0.0, model.initial_state)[LINKS:], accelerations(model, 0.0, angles, rates)
+                found = model.rhs(0.0, model.initial_state)[LINKS:], accelerations(State(model, 0.0, angles, rates))
                 for errors, values in zip((sweeps, dense), found, strict=True):
                     errors.append(float(np.abs(values - exact).max() / np.abs(exact).max()))
         what = f"chain of {LINKS} points, mass ratio 1e-8 ... 1e8 of {name}: accelerations of"
@@ -169,7 +170,7 @@ def _slider_crank(has_rod: bool) -> Model:
 def _error_of_rod(method: str) -> float:
     # from the same place at the same speed: closing the loop from a guess would not take both there
     with_rod = _slider_crank(True)
-    q, u = start_of(with_rod, 0.0)
+    q, u = consistent_start(with_rod, 0.0)
     held = replace(_slider_crank(False), initial_coordinates=q[:2], initial_speeds=u[:2])
     exact = follow(held, 2.0, rtol=1e-11, method="dop853", output_step=0.1)
     run = follow(with_rod, 2.0, rtol=tolerance(method, 1e-8, 1e-6), method=method, output_step=0.1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from kanefe.frames import (
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import elastic_energy, kinetic_energy
+from kanefe.kane.state import State
 from kanefe.system import System
 
 RATE = 2.0 * math.pi
@@ -176,8 +178,8 @@ def _through_singular_slopes(name: str, target: float) -> Finding:
     size = theta[:, 1] if name == "tait-bryan" else np.linalg.norm(theta, axis=1)
     passes = int(np.count_nonzero(np.diff(np.sign(size - target))))
     energy = [
-        kinetic_energy(model, t, q, u) + elastic_energy(model, t, q)
-        for t, q, u in zip(run.times, run.coordinates, run.speeds, strict=True)
+        kinetic_energy(state) + elastic_energy(state)
+        for state in map(partial(State, model), run.times, run.coordinates, run.speeds)
     ]
     drift = float(np.ptp(energy) / abs(energy[0])) if passes else float("nan")
     degrees = round(math.degrees(target))
@@ -193,7 +195,7 @@ def _routes_beside(name: str, target: float, effort: Effort) -> Finding:
     for off in (0.0, *(10.0**-k for k in range(1, effort.count(16, 8)))):
         model = _bent_scene(name, target, off)
         q, u = model.initial_coordinates, model.initial_speeds
-        swept, dense = model.rhs(0.0, model.initial_state)[len(q) :], accelerations(model, 0.0, q, u)
+        swept, dense = model.rhs(0.0, model.initial_state)[len(q) :], accelerations(State(model, 0.0, q, u))
         errors.append(float(np.abs(swept - dense).max() / np.abs(dense).max()))
     degrees = round(math.degrees(target))
     return Finding.of(

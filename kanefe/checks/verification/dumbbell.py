@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from kanefe.checks.verification.case import Case, Check, Reference
-from kanefe.checks.verification.scenes import State, states_at, zero_crossings
+from kanefe.checks.verification.scenes import Sample, states_at, zero_crossings
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.joints import Planar
 from kanefe.reduction import flexible_body
@@ -42,7 +42,7 @@ def spinning_dumbbell(reference: Reference) -> Iterator[Check]:
         for column, quantity in enumerate(("length [m]", "rate of the length [m/s]", "angle [rad]")):
             yield Check.absolute(f"{quantity} to t = 5 s, {form}", found[:, column], expected[:, column], 1e-7)
 
-        def rate(state: State, stretch: np.ndarray = stretch, terms: FlexibleTerms = terms) -> float:
+        def rate(state: Sample, stretch: np.ndarray = stretch, terms: FlexibleTerms = terms) -> float:
             return float(stretch @ state[2][terms.speeds])
 
         (turn,) = zero_crossings(model, rate, 1, stop=1.0, rtol=RTOL)

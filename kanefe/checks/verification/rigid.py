@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kanefe.checks.verification.case import Case, Check, Reference
-from kanefe.checks.verification.scenes import State, frame_at, state_after, states_at, zero_crossings
+from kanefe.checks.verification.scenes import Sample, frame_at, state_after, states_at, zero_crossings
 from kanefe.joints import Free, Revolute
 from kanefe.system import System
 
@@ -69,7 +69,7 @@ def free_top(reference: Reference) -> Iterator[Check]:
     yield Check.absolute("body rates after the period of the reference [rad/s]", u[3:], start, 1e-7)
 
 
-def attitude_checks(states: list[State], reference: Reference, tolerance: float) -> Iterator[Check]:
+def attitude_checks(states: list[Sample], reference: Reference, tolerance: float) -> Iterator[Check]:
     """Yield the checks of Euler parameters and body rates of a scene whose first joint is `Free`."""
     attitudes = []
     for (_, q, _), expected in zip(states, reference.values["quat"], strict=True):

@@ -18,18 +18,19 @@ from kanefe.integrate.events import Event
 from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kane.assemble import all_speeds, assemble
-from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.assemble import assemble
+from kanefe.kane.kinematics import FrameMotion
+from kanefe.kane.state import State
 from kanefe.system import System
 from kanefe.tree.scene_state import SceneState
 
-State = tuple[float, np.ndarray, np.ndarray]
+Sample = tuple[float, np.ndarray, np.ndarray]
 """Time in s, coordinates q and free speeds u."""
 
 
 def states_at(
     model: Model, times: Sequence[float], rtol: float, atol: float | None = None, method: str = "dop853"
-) -> list[State]:
+) -> list[Sample]:
     """Run a model once from t = 0 and return its states at these times (s), multiples of a common step.
 
     Raises
@@ -54,13 +55,13 @@ def whole_run(
     return run
 
 
-def state_after(model: Model, t: float, rtol: float) -> State:
+def state_after(model: Model, t: float, rtol: float) -> Sample:
     """Return the state at one time t in s."""
     return states_at(model, [t], rtol)[0]
 
 
 def zero_crossings(
-    model: Model, quantity: Callable[[State], float], count: int, stop: float, rtol: float
+    model: Model, quantity: Callable[[Sample], float], count: int, stop: float, rtol: float
 ) -> list[float]:
     """Return the first times in (0, stop) at which a quantity changes sign.
 
@@ -82,13 +83,13 @@ def zero_crossings(
     return found[:count]
 
 
-def frame_at(model: Model, name: str, state: State) -> FrameMotion:
+def frame_at(model: Model, name: str, state: Sample) -> FrameMotion:
     """Return the motion of the frame (R or G) of a body at a state."""
     t, q, u = state
-    return sweep_outward(model, t, q, all_speeds(model, t, u))[model.index(name)]
+    return State(model, t, q, u).motion(model.index(name), None)
 
 
-def displaced_node(model: Model, name: str, node: int, state: State) -> tuple[np.ndarray, np.ndarray]:
+def displaced_node(model: Model, name: str, node: int, state: Sample) -> tuple[np.ndarray, np.ndarray]:
     """Return position in N and displacement in G of a node of a flexible body, each (3,) in m."""
     terms = model.flexible_terms(name)
     displacement = terms.body.node_displacements(state[1][terms.eta])[node]
@@ -103,7 +104,7 @@ def system_modes(model: Model) -> tuple[np.ndarray, np.ndarray]:
     first, with frequencies of about zero.
     """
     q, u = model.initial_coordinates, np.zeros(model.free_count)
-    mass, _ = assemble(model, 0.0, q, u)
+    mass, _ = assemble(State(model, 0.0, q, u))
     stiffness, _ = iteration_matrices(model)
     return natural_modes(stiffness, mass)
 

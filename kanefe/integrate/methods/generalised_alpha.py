@@ -21,11 +21,11 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, no_step
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
-from kanefe.kane.assemble import accelerations, all_speeds, assemble, constrained_solver, mass_matrix
+from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
-from kanefe.kane.kinematics import FrameMotion, sweep_outward
+from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales
 
 if TYPE_CHECKING:
@@ -118,7 +118,8 @@ class GeneralisedAlphaStepper:
             x = (times[i] - self.t_old) / h
             move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * u1 + x * x * (3 - 2 * x) * self._move
             rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * u1 + 6 * x * (1 - x) / h * self._move
-            works = (1 - x) * self._before[-WORKS:] + x * self._state[-WORKS:]
+            tail = len(q0) + len(u0)  # internal states and quadratures
+            works = (1 - x) * self._before[tail:] + x * self._state[tail:]
             found[i] = np.concatenate((self._model.advance(q0, move), rates, works))
             found[i] = self._dynamics.projected(times[i], found[i], self._formula.stiffness_share(h) * self._stiffness)
         return found
@@ -127,12 +128,12 @@ class GeneralisedAlphaStepper:
         """Go on from another state, with its accelerations."""
         self.t = self.t_old = t
         self._state = self._before = y.copy()
-        q, u = self._dynamics.parts(y)
-        self._du = accelerations(self._model, t, q, u)
+        _, u = self._dynamics.parts(y)
+        self._du = accelerations(self._literal(t, y))
         self._a, self._begun, self._h_of_a = self._du.copy(), self._du, 0.0
         self._jerk: Vector | None = None
         self._move = np.zeros_like(u)
-        self._power = self._dynamics.powers(t, q, u, self._du)
+        self._power = self._tail_rates(t, y, self._du)
         self._kept: _Kept | None = None
 
     def snapshot(self) -> dict[str, np.ndarray]:
@@ -188,8 +189,9 @@ class GeneralisedAlphaStepper:
         self._move = self._formula.move(h, self._dynamics.parts(self._state)[1], self._begun, a)
         self._jerk, self._h_of_a = (a - self._begun) / h, h
         self._steps += 1
-        power = self._dynamics.powers(self.t + h, q, u, du)
-        works = self._state[-len(power) :] + 0.5 * h * (self._power + power)
+        tail = self._state[len(q) + len(u) :]
+        power = self._tail_rates(self.t + h, np.concatenate((q, u, tail)), du)
+        works = tail + 0.5 * h * (self._power + power)
         # in the metric of the iteration, so that closing a loop does not strike stiff modes
         stiffness = self._formula.stiffness_share(h) * self._stiffness
         self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
@@ -211,17 +213,16 @@ class GeneralisedAlphaStepper:
     def _filtered_jerk(self, h: float) -> Vector:
         """Return d(du)/dt at the start, without what the step does not resolve."""
         model, n, t, (q, u) = self._model, self._model.free_count, self.t, self._dynamics.parts(self._state)
-        e = 1e-4 * h
-        after = accelerations(model, t + e, model.advance(q, e * u + 0.5 * e * e * self._du), u + e * self._du)
-        jerk = (after - self._du) / e
-        full = all_speeds(model, t, u)
-        motions = sweep_outward(model, t, q, full)
-        mass = mass_matrix(model, motions, q, full)[:n, :n]
-        matrix = self._iteration_matrix(h, mass, motions, q, u)
+        e, z = 1e-4 * h, model.parts(self._state)[2]
+        moved = model.advance(q, e * u + 0.5 * e * e * self._du)
+        jerk = (accelerations(State(model, t + e, moved, u + e * self._du, z)) - self._du) / e
+        state = State(model, t, q, u, z)
+        mass = mass_matrix(state)[:n, :n]
+        matrix = self._iteration_matrix(h, mass, state)
         self._factorisations += 1
         if not model.constraints:
             return _factored(h, mass, matrix).solve(mass @ jerk)
-        rows = constraint_rates(model, motions, q, full).over(slice(n))
+        rows = constraint_rates(state).over(slice(n))
         return constrained_solver(model, matrix, rows).solve(mass @ jerk, -rows.J @ jerk)[0]
 
     def _try(self, h: float) -> tuple[float, Vector, Vector, Vector, Vector] | None:
@@ -229,7 +230,8 @@ class GeneralisedAlphaStepper:
         q0, u0 = self._dynamics.parts(self._state)
         if not self._model.free_count:  # driven all through: nothing to solve for
             return 0.0, q0, u0, self._du, self._a
-        correct = self._correct_in_order_n if self._dynamics.is_tree_in_order_n else self._correct_literally
+        is_swept = self._dynamics.route.has_sweeps and not self._model.constraints
+        correct = self._correct_by_rates if is_swept else self._correct_literally
         if self._kept is not None and self._kept.h != h:
             self._kept = None
         du, last, reach = self._du.copy(), np.inf, self._formula.stiffness_share(h)
@@ -274,28 +276,33 @@ class GeneralisedAlphaStepper:
             a,
         )
 
-    def _iteration_matrix(self, h: float, M: Matrix, motions: list[FrameMotion], q: Vector, u: Vector) -> Matrix:
-        t, model = self.t + h, self._model
-        K, C = current_tangents(model, motions, t, q, all_speeds(model, t, u), self._stiffness, self._damping)
+    def _literal(self, t: float, y: Vector) -> State:
+        return State(self._model, t, *self._model.parts(y))
+
+    def _tail_rates(self, t: float, y: Vector, du: Vector) -> Vector:
+        """Return the rates of what follows q and u in a state: internal states, which stay, and the quadratures."""
+        return np.concatenate((np.zeros(self._model.state_count), self._dynamics.powers(t, y, du)))
+
+    def _iteration_matrix(self, h: float, M: Matrix, state: State) -> Matrix:
+        K, C = current_tangents(state, self._stiffness, self._damping)
         return np.asarray(M + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K)
 
-    def _correct_in_order_n(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
+    def _correct_by_rates(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
         """Return a Newton step from one sweep.
 
         ``M (du - M^-1 F)`` vanishes where ``M du - F`` does, also with the M of some steps ago: the matrices are made
         anew only when the step changes or the iteration slows down.
         """
-        model, n = self._model, self._model.free_count
-        t = self.t + h
-        needed = self._dynamics.rate(t, np.concatenate((q, u, np.zeros(WORKS))))[len(q) : len(q) + n]
+        n, t = self._model.free_count, self.t + h
+        y = np.concatenate((q, u, self._state[len(q) + len(u) :]))
+        needed = self._dynamics.rate(t, y)[len(q) : len(q) + n]
         if not np.all(np.isfinite(needed)):
             return None
         if self._kept is None:
-            full = all_speeds(model, t, u)
-            motions = sweep_outward(model, t, q, full)
-            mass = mass_matrix(model, motions, q, full)[:n, :n]
+            state = self._literal(t, y)
+            mass = mass_matrix(state)[:n, :n]
             self._factorisations += 1
-            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, motions, q, u))
+            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, state))
         return self._kept.solve(self._kept.mass @ (du - needed))
 
     def _correct_literally(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
@@ -303,24 +310,23 @@ class GeneralisedAlphaStepper:
         model, n = self._model, self._model.free_count
         t = self.t + h
         self._dynamics.evaluations += 1
-        full = all_speeds(model, t, u)
-        motions = sweep_outward(model, t, q, full)
-        M, F = assemble(model, t, q, u, motions=motions)
-        rates = np.concatenate((du, model.driven_speeds(t)[1]))
+        state = State(model, t, q, u, model.parts(self._state)[2])
+        M, F = equations(state)
+        rates = np.concatenate((du, state.driven_rates))
         residual = M[:n] @ rates - F[:n]
         if not np.all(np.isfinite(residual)):
             return None
         mass = M[:n, :n]
         if model.constraints:
-            rows = constraint_rates(model, motions, q, full)
-            matrix = self._iteration_matrix(h, mass, motions, q, u)
+            rows = constraint_rates(state)
+            matrix = self._iteration_matrix(h, mass, state)
             solver = constrained_solver(model, matrix, rows.over(slice(n)))
             self._factorisations += 1
             self._kept = _Kept(h, mass, matrix, partial(_solve_held, solver))
             return -solver.solve(-residual, rows.J @ rates + rows.remainder)[0]
         if self._kept is None or model.has_varying_tangents:
             self._factorisations += 1
-            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, motions, q, u))
+            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, state))
         return self._kept.solve(residual)
 
 
@@ -364,17 +370,16 @@ def stiffest_rate(model: Model, start: float) -> float:
     Of K and C of flexible bodies, springs and friction with the mass of the whole scene: a body on a hinge, or a light
     one on a stiff spring, vibrates faster than its own modes say.
     """
-    q, u = model.initial_coordinates, all_speeds(model, start, model.initial_speeds)
-    motions = sweep_outward(model, start, q, u)
-    K, C = current_tangents(model, motions, start, q, u, *iteration_matrices(model))
+    state = State(model, start, model.initial_coordinates, model.initial_speeds)
+    K, C = current_tangents(state, *iteration_matrices(model))
     if not (np.any(K) or np.any(C)):
         return 0.0
-    M, n = mass_matrix(model, motions, q, u), model.free_count
+    M, n = mass_matrix(state), model.free_count
     try:
         squares, rates = (
             scipy.linalg.eigh(X, M[:n, :n], eigvals_only=True, subset_by_index=(n - 1, n - 1))[0] for X in (K, C)
         )
     except np.linalg.LinAlgError:
-        accelerations(model, start, q, model.initial_speeds)  # names what has no inertia
+        accelerations(state)  # names what has no inertia
         raise
     return float(max(np.sqrt(max(squares, 0.0)), rates))

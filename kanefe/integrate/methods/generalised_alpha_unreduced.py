@@ -14,18 +14,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.equations.start import start_of
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, no_step
-from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, State
+from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached
 from kanefe.tree.model_data import WORKS
 from kanefe.tree.scales import joint_scales, scene_length
 from kanefe.unreduced.bordered import Bordered
 from kanefe.unreduced.closing import closed_state
-from kanefe.unreduced.route import Residual, UnreducedScene
+from kanefe.unreduced.route import Residual, UnreducedRoute
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
@@ -101,7 +100,7 @@ class UnreducedStepper:
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
         self._dynamics, self._model = dynamics, dynamics.model
-        self._scene = UnreducedScene(dynamics.model)
+        self._scene = _route_of(dynamics)
         self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
         self._reach = 1.0 / (control.rtol * _scales(self._scene))
         self._start, self._span, self._stop = start, stop - start, stop
@@ -110,9 +109,7 @@ class UnreducedStepper:
         self._matrices = IterationMatrices(self._scene, self._formula, self._span)
         self._steps = self._rejected = self.iterations = self._unmeasured = 0
         self._worst: int | None = None
-        q, u = start_of(self._model, start)
-        self._works = np.zeros(WORKS)
-        self.restart(start, np.concatenate((q, u, self._works)))
+        self.restart(start, dynamics.initial_state(start))
 
     @property
     def t(self) -> float:
@@ -164,12 +161,17 @@ class UnreducedStepper:
         self._q, self._u, self._works = q.copy(), u.copy(), y[len(q) + len(u) :].copy()
         self._du = self._scene.accelerations(t, self._q, self._u)
         self._a = self._du.copy()
-        self._power = self._scene.powers(t, self._q, self._u, self._du)
+        self._power = self._powers(t, self._q, self._u, self._du)
         self._before = (t, self._q, self._u, self._du, self._works)
         self._move = np.zeros_like(self._u)
         self._begun: tuple[float, Step] | None = None
         self._matrices.bordered = None
         self._rate, self._measured = 1.0, _Measured(-1, 0.0, 0.0)
+
+    def _powers(self, t: float, q: Vector, u: Vector, du: Vector) -> Vector:
+        """Return the rates of what follows q and u in a state: internal states, which stay, and the quadratures."""
+        z = self._works[:-WORKS]
+        return np.concatenate((np.zeros_like(z), self._scene.powers(t, np.concatenate((q, u, z)), du)))
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to go on; of factors and borders the states at which they were made."""
@@ -235,7 +237,7 @@ class UnreducedStepper:
     def _accept(self, h: float, end: _End) -> None:
         t1 = self.t + h
         q, u = self._closed(t1, end.q, end.u)
-        power = self._scene.powers(t1, q, u, end.du)
+        power = self._powers(t1, q, u, end.du)
         works = self._works + 0.5 * h * (self._power + power)
         self._before = (self.t, self._q, self._u, self._du, self._works)
         self._move = self._formula.move(h, self._u, self._a, end.a)
@@ -356,7 +358,7 @@ class UnreducedStepper:
         found = self._scene.residual(self.t + h, q, u, du)
         if not all(np.isfinite(part @ part) for part in (found.twin, *found.parts)):
             return None
-        bordered, known = self._matrices.equations(self._halvings, found, State(self.t + h, q, u, du), self._q)
+        bordered, known = self._matrices.equations(self._halvings, found, Reached(self.t + h, q, u, du), self._q)
         solution = bordered.solve(found.twin, found.parts, known)
         self.iterations += 1
         return _Iteration(self._scene.condensed.joined(solution.z, solution.parts), found, bordered)
@@ -389,7 +391,7 @@ def _doublings(error: float) -> int:
     return max(0, math.floor(math.log2(0.7 / max(error, 1e-9)) / 3))
 
 
-def _scales(scene: UnreducedScene) -> Vector:
+def _scales(scene: UnreducedRoute) -> Vector:
     """Return the size of a large displacement along every free speed: 1 rad, or a length in m."""
     length = scene_length(scene.model)
     whole = joint_scales(scene.model, length)
@@ -404,3 +406,9 @@ def _scales(scene: UnreducedScene) -> Vector:
             continue
         whole[member.speeds] = member.body.coordinate_scales(extent)
     return whole
+
+
+def _route_of(dynamics: Dynamics) -> UnreducedRoute:
+    if not isinstance(dynamics.route, UnreducedRoute):
+        raise TypeError("this stepper is for scenes with unreduced bodies")
+    return dynamics.route

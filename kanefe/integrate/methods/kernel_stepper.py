@@ -118,7 +118,7 @@ class KernelStepper:
         moves = coordinate_moves(model)
         self._integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
         self._reals = np.zeros(method.reals)
-        self._vectors = np.zeros((method.rows + method.rows_per_speed * m, n + m + WORKS))
+        self._vectors = np.zeros((method.rows + method.rows_per_speed * m, n + m + model.state_count + WORKS))
         integers, reals = self._integers, self._reals
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
@@ -329,10 +329,9 @@ def flies_freely(model: Model) -> bool:
     """Tell whether nothing acts on the scene from without, so that it keeps its momenta."""
     bodies = model.bodies
     roots = [body for body in bodies if body.parent < 0]
-    ends = [(spring.a, spring.b) for spring in model.springs] + [(item.a, item.b) for item in model.bushings]
     return (
         all(isinstance(body.joint, Free) and not (body.is_driven or body.joint_loads) for body in roots)
         and not any(body.loads or body.field_loads for body in bodies)
         and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
-        and all(min(a.body, b.body) >= 0 for a, b in ends)
+        and all(marker.body >= 0 for load in model.loads for marker in load.ends)
     )

@@ -185,7 +185,7 @@ def _chosen(model: Model, method: str, start: float, stop: float, control: StepC
                 f"method {method!r} would need a step for the highest mode of the mesh: an unreduced body is run by "
                 "'generalised-alpha'. Remedy: that method, or reduction=CraigBampton(modes=20)"
             )
-        if method == "extrapolation" and model.order_n is None:
+        if method == "extrapolation" and not model.route.has_sweeps:
             raise ModelError(
                 "method 'extrapolation' needs the order-n route, which bodies in the nodal form (matrices of nodes "
                 "that rotate) do not have. Remedy: method='generalised-alpha'"
@@ -200,7 +200,7 @@ def _check_energy_momentum(model: Model) -> None:
     cannot = {
         "does not close loops": bool(model.constraints),
         "keeps the energy of joints that move freely, and does not drive them": model.driven_count > 0,
-        "needs the order-n route, which bodies in the nodal form do not have": model.order_n is None,
+        "needs the order-n route, which bodies in the nodal form do not have": not model.route.has_sweeps,
     }
     for what, is_so in cannot.items():
         if is_so:

@@ -15,13 +15,13 @@ from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.tangents import current_tangents
 from kanefe.unreduced.bordered import Bordered, Edge
-from kanefe.unreduced.route import Residual, UnreducedScene
+from kanefe.unreduced.route import Residual, UnreducedRoute
 
 LARGE = 20_000
 """Coordinates from which factors take much memory: then those of two step sizes are kept, else of four."""
 
 
-class State(NamedTuple):
+class Reached(NamedTuple):
     """A state with its accelerations."""
 
     t: float
@@ -35,7 +35,7 @@ class IterationMatrices:
 
     Parameters
     ----------
-    scene : UnreducedScene
+    scene : UnreducedRoute
     formula : GeneralisedAlpha
     span : float
         s.
@@ -46,7 +46,7 @@ class IterationMatrices:
         The equations made last, and their halvings.
     """
 
-    def __init__(self, scene: UnreducedScene, formula: GeneralisedAlpha, span: float) -> None:
+    def __init__(self, scene: UnreducedRoute, formula: GeneralisedAlpha, span: float) -> None:
         self._scene, self._formula, self._span = scene, formula, span
         self._changes = scene.model.has_varying_tangents
         self._stiffness, self._damping = iteration_matrices(scene.small)
@@ -54,7 +54,7 @@ class IterationMatrices:
         is_large = any(member.body.free_count > LARGE for member in scene.condensed.members)
         self._kept = 2 if is_large else 4
         self.bordered: tuple[int, Bordered] | None = None
-        self._made_at: State | None = None
+        self._made_at: Reached | None = None
 
     def clear(self, span: float) -> None:
         """Forget all matrices; the span is another one."""
@@ -67,14 +67,14 @@ class IterationMatrices:
         for key, (edges, _) in self._edges.items():
             self._edges[key] = self._scene.edges(q, [own.factors for own in edges]), q
 
-    def equations(self, halvings: int, found: Residual, at: State, shape: Vector) -> tuple[Bordered, Vector | None]:
+    def equations(self, halvings: int, found: Residual, at: Reached, shape: Vector) -> tuple[Bordered, Vector | None]:
         """Return the equations of an iteration, and what is known of the constraints; kept where nothing changes.
 
         Parameters
         ----------
         halvings : int
         found : Residual
-        at : State
+        at : Reached
             Where it was found.
         shape : ndarray, shape (coordinates,)
             The coordinates at which a new border is made.
@@ -84,16 +84,16 @@ class IterationMatrices:
         if not small.constraints and not self._changes and self.bordered and self.bordered[0] == halvings:
             return self.bordered[1], None
         h = math.ldexp(self._span, -halvings)
-        K, C = current_tangents(small, found.motions, at.t, found.q, found.full, self._stiffness, self._damping)
+        K, C = current_tangents(found.state, self._stiffness, self._damping)
         A = found.mass[:n, :n] + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K
         rows, known = None, None
         if small.constraints:
-            rows = constraint_rates(small, found.motions, found.q, found.full)
+            rows = constraint_rates(found.state)
             known = -(rows.J @ found.rates + rows.remainder)
         if halvings not in self._edges:
             self._factor(halvings, shape)
         self._edges.move_to_end(halvings)
-        self.bordered = halvings, Bordered(scene.condensed, self._edges[halvings][0], A, found.motions, rows)
+        self.bordered = halvings, Bordered(scene.condensed, self._edges[halvings][0], A, found.state.motions, rows)
         self._made_at = at._replace(du=at.du.copy())  # the iteration corrects it in place
         return self.bordered[1], known
 
@@ -113,7 +113,7 @@ class IterationMatrices:
             self._factor(key, np.array(snapshot[f"edge {key}"]))
         if "border" in snapshot:
             q, u, du = (np.array(snapshot[f"border {name}"]) for name in ("q", "u", "du"))
-            at = State(float(snapshot["border t"]), q, u, du)
+            at = Reached(float(snapshot["border t"]), q, u, du)
             self.equations(int(snapshot["border"]), self._scene.residual(*at), at, q)
 
     def _factor(self, halvings: int, shape: Vector) -> None:

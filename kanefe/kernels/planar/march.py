@@ -10,7 +10,7 @@ from kanefe.kernels._numba import entry_without_arrays
 from kanefe.kernels.drives import put_drives
 from kanefe.kernels.implicit import stiffen_joints
 from kanefe.kernels.joint_forces import add_joint_forces
-from kanefe.kernels.layout import COORDINATES, DRIVES, SPEEDS
+from kanefe.kernels.layout import COORDINATES, DRIVES, SPEEDS, STATES
 from kanefe.kernels.planar.cosines import put_cosines
 from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import WORK, PlanarTables
@@ -58,6 +58,7 @@ def march_planar(
     States, drives, inputs and what is returned are the same; `weakest` is 1, as of a scene without constraints.
     """
     n, m = tables.sizes[COORDINATES], tables.sizes[SPEEDS]
+    first_work = n + m + tables.sizes[STATES]
     rows, speeds = len(tables.rows), m + tables.sizes[DRIVES]
     work = room[: WORK * rows].reshape(rows, WORK)
     room = room[WORK * rows :]
@@ -89,8 +90,9 @@ def march_planar(
             stiffen_joints(tables, share_damping, share_stiffness, pushes[0], pushes[1], q, u, applied, added)
         is_regular = sweep_inward(tables, drives, applied, work, is_implicit, added)
         work_of_drives = sweep_accelerations(tables, drives, applied, work, du)
-        rates[n + m] = dissipated
-        rates[n + m + 1] = work_of_loads + work_of_motors + work_of_drives
+        rates[n + m : first_work] = 0.0
+        rates[first_work] = dissipated
+        rates[first_work + 1] = work_of_loads + work_of_motors + work_of_drives
         if not is_regular:
             return NO_INERTIA, 1.0
         if run is None:

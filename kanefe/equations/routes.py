@@ -1,0 +1,34 @@
+"""The choice of a route for a frozen scene."""
+
+from __future__ import annotations
+
+from kanefe.kane.route import LiteralRoute
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.route import Route
+
+
+def route_of(model: ModelData) -> Route:
+    """Return the route by which a scene is evaluated: the fastest that has all that the scene needs."""
+    if model.has_unreduced:
+        from kanefe.unreduced.route import UnreducedRoute
+
+        return UnreducedRoute(model)
+    from kanefe.order_n.planar_route import PlanarRoute
+    from kanefe.order_n.planar_tables import planar_tables
+    from kanefe.order_n.route import OrderN
+
+    obstacle = OrderN.obstacle(model)
+    if obstacle:
+        return LiteralRoute(model, obstacle)
+    in_space = OrderN(model)
+    planar = planar_tables(model, in_space.tables)
+    return in_space if planar is None else PlanarRoute(in_space, planar)
+
+
+def starting_route(model: ModelData) -> Route:
+    """Return a route for questions about the start alone: without tables of kernels."""
+    if model.has_unreduced:
+        from kanefe.unreduced.route import UnreducedRoute
+
+        return UnreducedRoute(model)
+    return LiteralRoute(model)

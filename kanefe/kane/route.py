@@ -1,0 +1,165 @@
+"""The literal route: every question of `kanefe.tree.route.Route` answered by the paper's equations, the oracle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations, held_accelerations
+from kanefe.kane.energy import (
+    dissipated_power,
+    drive_power,
+    elastic_energy,
+    gravity_energy,
+    kinetic_energy,
+    load_power,
+    momenta,
+)
+from kanefe.kane.loop_closure import consistent_start, project_positions, project_speeds
+from kanefe.kane.state import State, actions
+from kanefe.kane.tangents import elastic_stiffness
+from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.loads.base import Load
+from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
+from kanefe.tree.route import Evaluation
+from kanefe.tree.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from kanefe.kernels.stepping import Run
+
+
+class LiteralRoute:
+    """The equations in dense matrices.
+
+    Parameters
+    ----------
+    model : ModelData
+    reason : str
+        Why no faster route serves.
+    """
+
+    name = "literal"
+    has_sweeps = False
+    is_dense = True
+
+    def __init__(self, model: ModelData, reason: str = "asked for") -> None:
+        self.model, self.reason = model, reason
+
+    @property
+    def is_autonomous(self) -> bool:
+        """Nothing is compiled."""
+        return False
+
+    @property
+    def is_constant(self) -> bool:
+        """Unknown, and so taken for not."""
+        return False
+
+    def parts(self, y: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return q, u and z of a state."""
+        return self.model.parts(y)
+
+    def view(self, t: float, y: Vector) -> State:
+        """Return the state itself."""
+        return State(self.model, t, *self.parts(y))
+
+    def state(self, t: float, y: Vector) -> SceneState:
+        """Return the state itself."""
+        return self.view(t, y)
+
+    def acting(self, t: float, y: Vector, du: Vector) -> tuple[State, Vector]:
+        """Return the state itself."""
+        return self.view(t, y), du
+
+    def widened(self, partial: Matrix) -> Matrix:
+        """Return the same partial velocities."""
+        return partial
+
+    def start(self, t: float) -> Vector:
+        """Return (q, u, z) at the start: see `consistent_start`."""
+        return np.concatenate((*consistent_start(self.model, t), self.model.initial_states))
+
+    def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
+        """Return loads between frames as they start."""
+        model = self.model.with_loads(loads)
+        state = State(model, t, model.initial_coordinates, model.initial_speeds)
+        return tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
+
+    def evaluate(self, t: float, y: Vector) -> Evaluation:
+        """Return the rates at a state; near a singular position those of the nearest one whose loops are closed."""
+        state, weakest = self.view(t, y), 1.0
+        if self.model.constraints:
+            _, _, weakest = held_accelerations(state)
+            if weakest < NEAR_SINGULAR:
+                state = self.view(t, self.projected(t, y))
+        du = accelerations(state)
+        rates = self.model.coordinate_rates(state.q, state.u), du, state_rates(state), powers(state, du)
+        return Evaluation(np.concatenate(rates), weakest)
+
+    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+        """None: the dense equations are not complex."""
+        return None
+
+    def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+        """None either."""
+        return None
+
+    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+        """Return the nearest state at which loops are closed and stay closed; y itself if it is one."""
+        if not self.model.constraints:
+            return y
+        q, u, _ = self.parts(y)
+        if share > 0.0:
+            stiffness = share * elastic_stiffness(self.model)
+        q_closed = project_positions(self.model, t, q, stiffness)
+        u_closed = project_speeds(self.model, t, q_closed, u, stiffness)
+        if q_closed is q and u_closed is u:
+            return y
+        return np.concatenate((q_closed, u_closed, y[len(q) + len(u) :]))
+
+    def energy(self, t: float, y: Vector) -> MechanicalEnergy:
+        """Return the energies of a state, from one sweep."""
+        state = self.view(t, y)
+        return MechanicalEnergy(kinetic_energy(state), elastic_energy(state), gravity_energy(state))
+
+    def momenta(self, t: float, y: Vector) -> tuple[Vector, Vector]:
+        """Return linear and angular momentum."""
+        return momenta(self.view(t, y))
+
+    def powers(self, t: float, y: Vector, du: Vector) -> Vector:
+        """Return the power taken and given."""
+        return powers(self.view(t, y), du)
+
+    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+        """Refused: there are no sweeps."""
+        raise TypeError("the literal route has no sweeps")
+
+    def balance(self, run: Run, vectors: np.ndarray) -> None:
+        """Refused: there are no sweeps."""
+        raise TypeError("the literal route has no sweeps")
+
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
+        """Refused: nothing is compiled."""
+        raise TypeError("the literal route is not compiled")
+
+    def check_functions(self, t: float, y: Vector) -> None:
+        """Nothing to do: they are checked where they are called."""
+
+
+def powers(state: State, du: Vector) -> Vector:
+    """Return the power that dampers take and that loads and drives give, W; of scenes without them nothing is found."""
+    if not state.model.has_power:
+        return np.zeros(WORKS)
+    return np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))
+
+
+def state_rates(state: State) -> Vector:
+    """Return the rates of all internal states, (states,); those of switches are zero."""
+    rates = np.zeros_like(state.z)
+    for where, action in zip(state.model.load_states, actions(state), strict=True):
+        if len(action.rates):
+            rates[where] = action.rates
+    return rates

@@ -1,0 +1,136 @@
+"""Loads between frames (Eq. 11): ends are gathered, functions called, wrenches applied."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.kernels._numba import kernel
+from kanefe.kernels.calls import call_address
+from kanefe.kernels.force_elements.places import (
+    END_NUMBERS,
+    GIVEN,
+    POTENTIAL,
+    TAKEN,
+    WRENCH,
+    WRENCHES,
+    A,
+    P,
+    V,
+    W,
+)
+from kanefe.kernels.layout import FlexibleTables
+from kanefe.kernels.loads import push
+from kanefe.kernels.markers import axes_of, lever_of, motion_of
+from kanefe.kernels.vectors import cross, plus, put_three, three
+
+# Columns of the integers of a load
+FIRST_END, END_COUNT, FIRST_NUMBER, INPUT, FIRST_STATE, STATE_COUNT = range(6)
+LOAD_INTEGERS = 6
+REAL, COMPLEX = range(2)
+
+
+class LoadsBetween(NamedTuple):
+    """Loads between frames of a scene; None in its place leaves out their code.
+
+    Attributes
+    ----------
+    loads : ndarray of int, shape (n, LOAD_INTEGERS)
+        First end and number of ends, first of its numbers, first input, first internal state and number of states.
+    addresses : ndarray of int, shape (n, 2)
+        Of its function for real and for complex numbers.
+    rows : ndarray of int, shape (ends,)
+        Row of each end (-1: N).
+    markers : ndarray, shape (ends, MARKER_NUMBERS)
+    numbers : ndarray
+        Constants of all loads.
+    room : ndarray of int, shape (1,)
+        How many numbers a load takes room for: see `room_of`.
+    """
+
+    loads: np.ndarray
+    addresses: np.ndarray
+    rows: np.ndarray
+    markers: np.ndarray
+    numbers: np.ndarray
+    room: np.ndarray
+
+
+def room_of(ends: int, states: int) -> int:
+    """Return how many numbers the kernels need room for, for a load with so many ends and internal states."""
+    return ends * (END_NUMBERS + WRENCH) + WRENCHES + states
+
+
+@kernel
+def add_loads_between(
+    between: LoadsBetween,
+    rows: np.ndarray,
+    flexible: FlexibleTables | None,
+    t: float,
+    inputs: np.ndarray,
+    states: np.ndarray,
+    rates: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    room: np.ndarray,
+) -> tuple[Any, Any]:
+    """Apply loads between frames and write the rates of their states; return the power taken and the power given."""
+    taken = given = 0.0 * work[0, 0]
+    for n in range(len(between.loads)):
+        first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
+        out = room[END_NUMBERS * count :]
+        _evaluate(between, n, t, inputs, states, work, room[: END_NUMBERS * count], out)
+        taken += out[TAKEN]
+        given += out[GIVEN]
+        for i in range(count):
+            row = between.rows[first + i]
+            force, moment = three(out, WRENCHES + WRENCH * i), three(out, WRENCHES + WRENCH * i + 3)
+            lever = lever_of(between.markers, first + i, row, work)
+            push(rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
+        of_states = between.loads[n, FIRST_STATE]
+        for i in range(between.loads[n, STATE_COUNT]):
+            rates[of_states + i] = out[WRENCHES + WRENCH * count + i]
+    return taken, given
+
+
+@kernel
+def potential_between(
+    between: LoadsBetween, t: float, inputs: np.ndarray, states: np.ndarray, work: np.ndarray, room: np.ndarray
+) -> Any:
+    """Return the energy in loads between frames."""
+    energy = 0.0 * work[0, 0]
+    for n in range(len(between.loads)):
+        ends = END_NUMBERS * between.loads[n, END_COUNT]
+        _evaluate(between, n, t, inputs, states, work, room[:ends], room[ends:])
+        energy += room[ends + POTENTIAL]
+    return energy
+
+
+@kernel
+def _evaluate(
+    between: LoadsBetween,
+    n: int,
+    t: float,
+    inputs: np.ndarray,
+    states: np.ndarray,
+    work: np.ndarray,
+    ends: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Write the motion of the ends of a load, and what it does: see `kanefe.kernels.force_elements.places`."""
+    first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
+    for i in range(count):
+        row, at = between.rows[first + i], END_NUMBERS * i
+        p, v, w = motion_of(row, lever_of(between.markers, first + i, row, work), work)
+        axes = axes_of(between.markers, first + i, row, work)
+        put_three(ends, at + P, p)
+        for c in range(9):
+            ends[at + A + c] = axes[c]
+        put_three(ends, at + V, v)
+        put_three(ends, at + W, w)
+    out[:] = 0.0
+    address = between.addresses[n, COMPLEX if np.iscomplexobj(work) else REAL]
+    own = between.numbers[between.loads[n, FIRST_NUMBER] :]
+    given, z = inputs[between.loads[n, INPUT] :], states[between.loads[n, FIRST_STATE] :]
+    call_address(address, (t, own, given, ends, z, out))

@@ -1,0 +1,280 @@
+"""What a load is: a value that a function gives, or a force between frames, which a user may write as well."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from kanefe.bodies.marker import Marker
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.loads.functions import Constant, SceneView
+
+WORDS = {(): "one finite number", (3,): "three finite numbers"}
+
+NO_STATES = np.zeros(0)
+
+
+class ValuedLoad:
+    """A load whose value is a constant, or what a function of the user gives.
+
+    Attributes
+    ----------
+    label : str
+        For messages and results.
+    function : callable
+        t, or (t, state), -> the value.
+    takes_state : bool
+        Whether the function takes the state besides the time.
+    """
+
+    label: str
+    function: Callable[..., Any]
+    takes_state: bool
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the value: () or (3,)."""
+        return (3,)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the value is the same at all times."""
+        return isinstance(self.function, Constant)
+
+    def value(self, t: float, state: SceneView | None = None) -> Vector:
+        """Return the value at time t (s); a ModelError names the load if it has another shape or is not finite."""
+        value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
+        if value.shape != self.shape or not np.all(np.isfinite(value)):
+            raise ModelError(f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {value!r}")
+        return value
+
+
+class End(NamedTuple):
+    """Motion of an end of a load seen from N, in components of N.
+
+    Attributes
+    ----------
+    p : ndarray, shape (3,)
+        Origin, m.
+    A : ndarray, shape (3, 3)
+        From the end's axes to those of N.
+    v, w : ndarray, shape (3,)
+        Velocity of the origin (m/s) and angular velocity (rad/s).
+    """
+
+    p: Vector
+    A: Matrix
+    v: Vector
+    w: Vector
+
+
+class Action(NamedTuple):
+    """What a load does at a state.
+
+    Attributes
+    ----------
+    wrenches : ndarray, shape (ends, 6)
+        Force (N) and moment about the origin of each end (N m) on what carries it, in components of N.
+    potential : float
+        Energy in it, J.
+    taken, given : float
+        Power that it takes from the scene for good, and power that it gives beyond its potential, W: the two books of
+        an energy balance.
+    rates : ndarray, shape (states,)
+        Rates of its internal states.
+    """
+
+    wrenches: Matrix
+    potential: float = 0.0
+    taken: float = 0.0
+    given: float = 0.0
+    rates: Vector = NO_STATES
+
+
+class Tangent(NamedTuple):
+    """Stiffness and damping of a load at a state, for the iterations of implicit methods.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (r, 6 ends)
+        Partial derivatives of r relative rates by velocity and angular velocity of each end, in components of N.
+    stiffness, damping : ndarray, shape (r,)
+        Of each.
+    """
+
+    rows: Matrix
+    stiffness: Vector
+    damping: Vector
+
+
+class LoadKernel(NamedTuple):
+    """What compiled code evaluates a load by: a function of one C signature for all loads, and its numbers.
+
+    The function is ``void f(double t, const double *numbers, const double *inputs, const double *ends,
+    const double *states, double *out)``. An end is 18 numbers: p (3), A (9, row by row), v (3) and w (3) of `End`. What
+    it writes are the numbers of `Action`: potential, power taken, power given, then force and moment of each end, then
+    the rates of its states. `out` comes as zeros.
+
+    Attributes
+    ----------
+    real : function or int
+        A kernel of `kanefe.kernels`, or the address of such a function from ``numba.cfunc`` or any compiler.
+    numbers : ndarray
+        Constants that the function is given.
+    complex_ : function, int or None
+        The same for complex numbers (pairs of real and imaginary part; `numbers` and `t` stay real), from which exact
+        derivatives come; None: derivatives of the scene are by differences.
+    """
+
+    real: Callable[..., None] | int
+    numbers: Vector
+    complex_: Callable[..., None] | int | None = None
+
+
+class LoadEvent(NamedTuple):
+    """A moment at which a function of a load passes zero.
+
+    Attributes
+    ----------
+    name : str
+        Told in the result after the name of the load.
+    function : callable
+        (t, ends, states) -> number.
+    direction : -1, 0 or 1
+        Only where it falls, wherever it passes zero, or only where it rises.
+    action : callable or None
+        (t, ends, states) -> the internal states to go on with.
+    """
+
+    name: str
+    function: Callable[[float, Sequence[End], Vector], float]
+    direction: int = 0
+    action: Callable[[float, Sequence[End], Vector], Vector] | None = None
+
+
+class Load(ABC):
+    """A force between frames: springs, bushings, ropes, and what a user writes; added by ``System.add``.
+
+    A subclass has to have a name and ends, and to say in `action` what it does; all else has a default. None of it
+    knows the tree. The literal route calls `action`; the compiled one a kernel, where the load brings one, and else
+    `action` too, from Python.
+
+    Attributes
+    ----------
+    name : str
+        Unique among the loads between frames of a scene.
+    ends : tuple of Frame
+        What it acts on, any number: bodies, interfaces, nodes, frames of them, the ground. A scene
+        takes markers for them.
+    kind : str
+        Such as "spring", for messages.
+    columns : tuple of str
+        Names of what `tell` returns, with units in brackets.
+
+    Examples
+    --------
+    A magnet that pulls with ``c / distance^2``:
+
+    >>> import numpy as np
+    >>> import kanefe as kf
+    >>> class Magnet(kf.Load):
+    ...     def __init__(self, name, a, b, c):
+    ...         self.name, self.ends, self.c = name, (a, b), c
+    ...     def action(self, t, ends, states):
+    ...         line = ends[1].p - ends[0].p
+    ...         r = np.linalg.norm(line)
+    ...         pull = np.append(self.c / r**3 * line, np.zeros(3))
+    ...         return kf.Action(np.array((pull, -pull)), potential=-self.c / r)
+    >>> scene = kf.System()
+    >>> ball = scene.add_point("ball", 0.1, at=(1, 0, 0))
+    >>> scene.add(Magnet("magnet", scene.ground, ball, 0.01))
+    >>> result = scene.simulate((0.0, 0.5))
+    >>> bool(abs(result.energy.balance_error).max() < 1e-6)
+    True
+    """
+
+    name: str
+    ends: tuple[Marker, ...]
+    kind: ClassVar[str] = "load"
+    columns: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return what the load does at time t (s), with its ends there and its internal states (states,)."""
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Whether it may take energy from the scene for good, or give it beyond its potential."""
+        return True
+
+    @property
+    def initial_states(self) -> Vector:
+        """Internal states at the start, (states,): none, unless a subclass has some."""
+        return NO_STATES
+
+    @property
+    def has_rates(self) -> bool:
+        """Whether its internal states move between events."""
+        return len(self.initial_states) > 0
+
+    @property
+    def events(self) -> tuple[LoadEvent, ...]:
+        """Moments that are looked for in a run, such as that at which a rope breaks."""
+        return ()
+
+    @property
+    def kernel(self) -> LoadKernel | None:
+        """What compiled code evaluates it by; None: `action` is called from Python."""
+        return None
+
+    @property
+    def input_count(self) -> int:
+        """How many numbers Python gives the kernel in each evaluation; of a load without a kernel all that it does."""
+        return 0 if self.kernel is not None else 3 + 6 * len(self.ends) + len(self.initial_states)
+
+    def inputs(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return what Python gives the kernel at a state, (`input_count`,)."""
+        done = self.action(t, ends, states)
+        return np.concatenate(((done.potential, done.taken, done.given), done.wrenches.ravel(), done.rates))
+
+    def input_wrenches(self, t: float, ends: Sequence[End]) -> np.ndarray:
+        """Return the wrenches that a unit of each input adds, shape (inputs, ends, 6): for linear analysis."""
+        count = 6 * len(self.ends)
+        return np.eye(self.input_count, count, k=-3).reshape(-1, len(self.ends), 6)
+
+    def started(self, t: float, ends: Sequence[End]) -> Self:
+        """Return the load as a scene starts with it at time t (s): with a length at which it is slack, say.
+
+        Raises
+        ------
+        ModelError
+            If it cannot start there.
+        """
+        return self
+
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
+        """Return its stiffness and damping; None: not known, which iterations take longer for."""
+        return None
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return what a result tells of it, one number for each of `columns`."""
+        return np.zeros(len(self.columns))
+
+    def with_ends(self, ends: tuple[Marker, ...]) -> Self:
+        """Return the same load between other frames."""
+        other = _copy(self)
+        object.__setattr__(other, "ends", ends)
+        return other
+
+
+def _copy(load: Any) -> Any:
+    if hasattr(load, "__dataclass_fields__"):
+        return replace(load)
+    other = load.__class__.__new__(load.__class__)
+    other.__dict__.update(load.__dict__)
+    return other

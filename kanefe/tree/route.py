@@ -1,0 +1,150 @@
+"""What a route is: a way to evaluate the equations of a frozen scene, chosen once when the scene is frozen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.loads.base import Load
+from kanefe.tree.model_data import MechanicalEnergy, ModelData
+from kanefe.tree.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from kanefe.kernels.stepping import Run
+
+
+class Evaluation(NamedTuple):
+    """Rates at a state.
+
+    Attributes
+    ----------
+    rates : ndarray, shape (state,)
+        dy/dt of ``y = (q, u, z, energy dissipated, work)``.
+    weakest : float
+        Smallest pivot of a constraint, of 1: it falls to zero towards a singular position.
+    is_own : bool
+        Whether the route found them itself, and not the literal one in its place.
+    """
+
+    rates: Vector
+    weakest: float
+    is_own: bool = True
+
+
+class Route(Protocol):
+    """The questions that all routes answer. States are ``y = (q, u, z, ...)``; what follows z is not looked at.
+
+    Attributes
+    ----------
+    model : ModelData
+    name, reason : str
+        Which route it is, and why it was chosen: for results.
+    has_sweeps : bool
+        Whether it offers linearly implicit evaluations, energies and momenta by sweeps in order n.
+    is_dense : bool
+        Whether mass matrix, forces and derivatives over all speeds can be had.
+    is_autonomous : bool
+        Whether whole runs stay in compiled code.
+    is_constant : bool
+        Whether no load is a function of the user.
+    """
+
+    model: ModelData
+    name: str
+    reason: str
+    has_sweeps: bool
+    is_dense: bool
+
+    @property
+    def is_autonomous(self) -> bool:
+        """See above."""
+        ...
+
+    @property
+    def is_constant(self) -> bool:
+        """See above."""
+        ...
+
+    def start(self, t: float) -> Vector:
+        """Return (q, u, z) at the start, consistent with the loops at time t (s)."""
+        ...
+
+    def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
+        """Return loads between frames as they start at time t (s)."""
+        ...
+
+    def evaluate(self, t: float, y: Vector) -> Evaluation:
+        """Return the rates at a state; near a singular position those of the nearest one whose loops are closed.
+
+        Raises
+        ------
+        SimulationError
+            If the mass matrix is singular; the message names the speeds without inertia.
+        """
+        ...
+
+    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+        """Return exact derivatives of dy/dt along the rows of a matrix, (k, state) both; None where there are none.
+
+        Of scenes with functions of the user that look at the state there are none.
+        """
+        ...
+
+    def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+        """Return the same, with what functions of the user give held constant."""
+        ...
+
+    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+        """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
+
+        `stiffness`, (free, free), or a share (s2) of that of modes and joints, is added to the mass matrix, in whose
+        metric the state is the nearest.
+        """
+        ...
+
+    def state(self, t: float, y: Vector) -> SceneState:
+        """Return what functions of the user see."""
+        ...
+
+    def energy(self, t: float, y: Vector) -> MechanicalEnergy:
+        """Return the energies of a state."""
+        ...
+
+    def momenta(self, t: float, y: Vector) -> tuple[Vector, Vector]:
+        """Return linear and angular momentum about N's origin, in N, kg m/s and kg m2/s."""
+        ...
+
+    def powers(self, t: float, y: Vector, du: Vector) -> Vector:
+        """Return the power taken and the power given at a state with accelerations du (free,), W, shape (2,)."""
+        ...
+
+    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+        """Write a linearly implicit evaluation to the rows of a method, return the weakest pivot; if `has_sweeps`."""
+        ...
+
+    def balance(self, run: Run, vectors: np.ndarray) -> None:
+        """Write energies and momenta that a method asks for, if `has_sweeps`."""
+        ...
+
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
+        """Go on with a run in compiled code, if `is_autonomous`; return what its method wants that is not to be had."""
+        ...
+
+    def check_functions(self, t: float, y: Vector) -> None:
+        """Raise the ModelError of a load or motion that gives no numbers at a state."""
+        ...
+
+    def view(self, t: float, y: Vector) -> Any:
+        """Return a literal state, `kanefe.kane.state.State`, of a scene whose frames move in the same way."""
+        ...
+
+    def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
+        """Return such a state, and accelerations, of a scene that is loaded in the same way too."""
+        ...
+
+    def widened(self, partial: Matrix) -> Matrix:
+        """Return partial velocities over the free speeds of the scene from those over the speeds of a view."""
+        ...
