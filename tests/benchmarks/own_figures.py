@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks import engine_scenes as ours
-from benchmarks.exact_accelerations import exact_accelerations, is_extended
+from exact_accelerations import exact_accelerations, is_extended
 from kanefe.equations.model import Model
 from kanefe.kernels.elastic import transposed_product
 from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
