@@ -8,7 +8,9 @@ change in any of them starts a new one. Constants are compiled in: those of kern
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
+import numbers
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -31,6 +33,8 @@ RELAXED = {"contract", "nsz", "arcp"}
 # A kernel is called by kernels only: without the wrappers for Python it compiles faster. None of them makes an array
 # that outlives it, so that none counts references to arrays, which would cost more than half of a small evaluation.
 INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+
+_OfLibrary: Any = ctypes._CFuncPtr  # type: ignore[attr-defined]  # the class of all functions that ctypes opens
 
 _entries: dict[str, Any] = {}
 _timers: list[Any] = []
@@ -136,6 +140,100 @@ def compiled(function: Callable[[float], float], label: str) -> Callable[[float]
             f"the {label} cannot be compiled: {reason}. Remedy: use numbers, math and conditions alone, or leave it in "
             "Python, a Motion without compiled()"
         ) from error
+
+
+def native(function: Function, kinds: tuple[str, ...]) -> Any:
+    """Compile a function without a result to a C function, kept on disk; see `kanefe.kernels.addresses` for the kinds.
+
+    Its address is ``.address``. Without compilation: the function itself.
+    """
+    if not IS_COMPILED:
+        return function
+    import numba
+    from numba import types
+
+    def of(kind: str) -> Any:
+        value = getattr(types, kind.rstrip("*"))
+        return types.CPointer(value) if kind.endswith("*") else value
+
+    signature, folder = types.void(*map(of, kinds)), _cache_folder()
+    with _kept_in(folder):
+        return numba.cfunc(signature, error_model="numpy", fastmath=RELAXED, cache=folder is not None)(function)
+
+
+def by_address(in_python: Callable[..., None]) -> Callable[..., None]:
+    """Return what kernels call a C function by its address with: see `kanefe.kernels.calls`.
+
+    `in_python` does the same where nothing is compiled.
+    """
+    if not IS_COMPILED:
+        return in_python
+    from llvmlite import ir
+    from numba import types
+    from numba.core import cgutils
+    from numba.core.errors import TypingError
+    from numba.extending import intrinsic
+
+    def is_taken(kind: Any) -> bool:
+        return kind in (types.int64, types.float64) or (isinstance(kind, types.Array) and kind.layout == "C")
+
+    @intrinsic
+    def call_address(typing: Any, address: Any, arguments: Any) -> Any:
+        if address != types.int64 or not all(map(is_taken, arguments)):
+            raise TypingError(f"call_address takes an int64 and int64, float64 or C-contiguous arrays, not {arguments}")
+
+        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            given = []
+            for kind, value in zip(arguments, cgutils.unpack_tuple(builder, values[1]), strict=True):
+                is_array = isinstance(kind, types.Array)
+                given.append(context.make_array(kind)(context, builder, value).data if is_array else value)
+            function = ir.FunctionType(ir.VoidType(), [value.type for value in given]).as_pointer()
+            builder.call(builder.inttoptr(values[0], function), given)
+            return context.get_dummy_value()
+
+        return types.void(address, arguments), build
+
+    return call_address  # type: ignore[no-any-return]
+
+
+def address_of(given: object, what: str) -> int:
+    """Return the address of a C function of the user, for `kanefe.kernels.addresses`.
+
+    Parameters
+    ----------
+    given : object
+        A ``numba.cfunc``, a function of a library opened by ctypes or cffi, or the address itself. Whoever has the
+        address keeps the function too.
+    what : str
+        For messages.
+
+    Raises
+    ------
+    ModelError
+        If it is none of these, or null.
+    """
+    found = _address(given)
+    if not found:
+        raise ModelError(
+            f"{what} must be a compiled function, not {given!r}. Remedy: a numba.cfunc, a function of a library opened "
+            "by ctypes or cffi, or its address"
+        )
+    return found
+
+
+def _address(given: Any) -> int:
+    if isinstance(given, bool):
+        return 0
+    if isinstance(given, numbers.Integral):
+        return int(given)
+    if isinstance(given, _OfLibrary):
+        return ctypes.cast(given, ctypes.c_void_p).value or 0
+    if type(given).__module__ == "_cffi_backend":
+        cffi = sys.modules["_cffi_backend"].FFI()
+        if cffi.typeof(given).kind in ("function", "pointer"):
+            return int(cffi.cast("intptr_t", given))
+    address = getattr(given, "address", None)  # a numba.cfunc
+    return address if isinstance(address, int) else 0
 
 
 Part = tuple[Callable[..., Any], int, int, bool]

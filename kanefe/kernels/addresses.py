@@ -1,0 +1,65 @@
+"""C functions that kernels call by their address: those of the house, and those of the user.
+
+An address is an integer in the tables of a scene, never a constant of compiled code, so that one compiled kernel serves
+all functions. Arguments are numbers, passed by value, and contiguous arrays, passed as the pointer to their first
+number; a complex number is passed in an array, as a pair of real ones. There is no result: functions write to arrays.
+Kernels call them with `kanefe.kernels.calls.call_address`; `kanefe.kernels._numba.address_of` finds those of the user.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels._numba import native
+
+# Kinds of arguments of a function of the house: see `house_address`
+INTEGER, NUMBER = "int64", "float64"
+INTEGERS, NUMBERS, COMPLEX_NUMBERS = "int64*", "float64*", "complex128*"
+
+_in_python: dict[int, Callable[..., None]] = {}
+"""Functions of the house by their stand-in for an address, below zero, where nothing is compiled."""
+
+_kept: list[Any] = []
+"""What compiled functions of the house must not lose: their machine code."""
+
+
+@cache
+def house_address(function: Callable[..., None], *kinds: str) -> int:
+    """Return the address of a function of the house, compiled when it is first asked for.
+
+    Parameters
+    ----------
+    function : callable
+        Of numbers and of pointers, which it may index alone; it returns nothing.
+    kinds : str
+        INTEGER, NUMBER, INTEGERS, NUMBERS or COMPLEX_NUMBERS, one for each argument.
+    """
+    made = native(function, kinds)
+    if made is function:
+        number = -1 - len(_in_python)
+        _in_python[number] = function
+        return number
+    _kept.append(made)
+    return int(made.address)
+
+
+def call_in_python(address: int, arguments: tuple[Any, ...]) -> None:
+    """Do in Python what `kanefe.kernels.calls.call_address` does in compiled code."""
+    if address in _in_python:
+        _in_python[address](*arguments)
+        return
+    kinds: list[Any] = []
+    given: list[Any] = []
+    for argument in arguments:
+        if isinstance(argument, np.ndarray):
+            kinds.append(ctypes.c_void_p)
+            given.append(argument.ctypes.data)
+        else:
+            kinds.append(ctypes.c_int64 if isinstance(argument, (int, np.integer)) else ctypes.c_double)
+            given.append(argument)
+    ctypes.CFUNCTYPE(None, *kinds)(int(address))(*given)
