@@ -12,7 +12,7 @@ from fem_meshes import box, deformed
 from kanefe.fe_model.model import TRANSLATIONS, Elasticity
 from kanefe.results.channels import BodyShape
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.recovery import envelope as stress_measures
+from kanefe_fem.recovery import envelope as measures
 from kanefe_fem.recovery.gauges import find_point, rosette_principal
 from kanefe_fem.recovery.recovery import Recovery, recover
 from kanefe_fem.recovery.strain_fields import StrainFields
@@ -135,22 +135,20 @@ class TestClosedForms:
         scale = 1e-11 * G * twist
         np.testing.assert_allclose(stress[:, 5], -G * twist * z, atol=scale)  # xy
         np.testing.assert_allclose(stress[:, 4], G * twist * y, atol=scale)  # xz
-        np.testing.assert_allclose(
-            stress_measures.von_mises(stress), np.sqrt(3) * G * twist * np.hypot(y, z), atol=scale
-        )
+        np.testing.assert_allclose(measures.von_mises(stress), np.sqrt(3) * G * twist * np.hypot(y, z), atol=scale)
 
     def test_equivalent_and_principal_stresses(self):
         uniaxial, shear = np.array([7.0, 0, 0, 0, 0, 0]), np.array([0, 0, 0, 0, 0, 3.0])
-        assert stress_measures.von_mises(uniaxial) == pytest.approx(7.0)
-        assert stress_measures.von_mises(np.array([5.0, 5, 5, 0, 0, 0])) == 0.0
-        assert stress_measures.principal(shear) == pytest.approx([3.0, 0.0, -3.0])
-        assert stress_measures.tresca(shear) == pytest.approx(6.0)
-        assert stress_measures.principal_strains(shear) == pytest.approx([1.5, 0.0, -1.5])
+        assert measures.von_mises(uniaxial) == pytest.approx(7.0)
+        assert measures.von_mises(np.array([5.0, 5, 5, 0, 0, 0])) == 0.0
+        assert measures.principal(shear) == pytest.approx([3.0, 0.0, -3.0])
+        assert measures.tresca(shear) == pytest.approx(6.0)
+        assert measures.principal_strains(shear) == pytest.approx([1.5, 0.0, -1.5])
         rng = np.random.default_rng(0)
         any_stress = rng.standard_normal((20, 6))
-        p = stress_measures.principal(any_stress)
+        p = measures.principal(any_stress)
         by_principal = np.sqrt(0.5 * ((p - np.roll(p, 1, axis=-1)) ** 2).sum(axis=-1))
-        np.testing.assert_allclose(stress_measures.von_mises(any_stress), by_principal, rtol=1e-12)
+        np.testing.assert_allclose(measures.von_mises(any_stress), by_principal, rtol=1e-12)
 
 
 class TestGauges:
