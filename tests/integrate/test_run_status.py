@@ -13,8 +13,9 @@ import pytest
 
 import kanefe as kf
 from kanefe.checks.robustness.runs import suits
+from kanefe.integrate.choice import Choice
 from kanefe.integrate.clock import Clock
-from kanefe.integrate.methods.table import METHODS, Choice, own_methods
+from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels._numba import IS_COMPILED, filler, seconds_compiling

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.methods.table import choose
+from kanefe.integrate.choice import choose
 from kanefe_fem.beams.body import beam_body, straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material

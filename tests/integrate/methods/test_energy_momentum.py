@@ -12,10 +12,9 @@ import kanefe as kf
 from bent_bodies import bent
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.compiled import kernel_method
-from kanefe.integrate.methods.kernel_stepper import KernelStepper, flies_freely
+from kanefe.integrate.methods.energy_momentum import METHOD, flies_freely
 from kanefe.integrate.run import integrate
-from kanefe.integrate.stepper import StepControl
+from kanefe.integrate.stepper import StepControl, Stepper
 from kanefe.kane.energy import momenta
 from kanefe.kernels import stepping
 from kanefe.kernels.stepping import AT
@@ -75,8 +74,8 @@ def kept(model: Model, t: float, y: np.ndarray) -> np.ndarray:
     return np.concatenate(([energy], *momenta(model, t, y[:n], y[n : n + m])))
 
 
-def stepper(model: Model, span: float, step: float) -> KernelStepper:
-    return KernelStepper(Dynamics(model), 0.0, span, StepControl(1e-6, 1e-9, step), method=kernel_method(NAME))
+def stepper(model: Model, span: float, step: float) -> Stepper:
+    return METHOD.make(Dynamics(model), 0.0, span, StepControl(1e-6, 1e-9, step))
 
 
 def march(model: Model, span: float, step: float, outputs: int = 1) -> np.ndarray:

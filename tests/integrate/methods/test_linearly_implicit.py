@@ -11,9 +11,8 @@ import pytest
 import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.compiled import kernel_method
+from kanefe.integrate.methods.extrapolation import METHOD
 from kanefe.integrate.methods.generalised_alpha import iteration_matrices
-from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
@@ -88,9 +87,7 @@ class Found(NamedTuple):
 
 def run(model: Model, span: float, outputs: int, *, rtol: float = 1e-6, step: float | None = None) -> Found:
     """Run a scene by extrapolation."""
-    stepper = KernelStepper(
-        Dynamics(model), 0.0, span, StepControl(rtol, 0.1 * rtol, step), method=kernel_method("extrapolation")
-    )
+    stepper = METHOD.make(Dynamics(model), 0.0, span, StepControl(rtol, 0.1 * rtol, step))
     times = np.linspace(0.0, span, outputs + 1)[1:]
     stored = np.empty((outputs, len(stepper.state())))
     assert stepper.march(times, stored, 10**6) == outputs
@@ -133,10 +130,7 @@ def test_states_between_the_steps_are_as_good_as_at_their_ends() -> None:
 
 def test_a_run_goes_on_from_a_snapshot_to_the_bit() -> None:
     model = swinging_bar()
-    whole, first, second = (
-        KernelStepper(Dynamics(model), 0.0, 1.0, StepControl(1e-6, 1e-7, None), method=kernel_method("extrapolation"))
-        for _ in range(3)
-    )
+    whole, first, second = (METHOD.make(Dynamics(model), 0.0, 1.0, StepControl(1e-6, 1e-7, None)) for _ in range(3))
     times, states = np.array([1.0]), np.empty((1, len(whole.state())))
     assert whole.march(times, states, 10**6) == 1
     assert first.march(times, np.empty_like(states), 3) == 0

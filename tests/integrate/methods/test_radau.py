@@ -11,9 +11,7 @@ import pytest
 import kanefe as kf
 from kanefe.errors import SimulationWarning
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.compiled import kernel_method
-from kanefe.integrate.methods.kernel_stepper import KernelStepper
-from kanefe.integrate.methods.tableaus import radau_iia
+from kanefe.integrate.methods.radau5 import METHOD, radau_iia
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.kernels._numba import IS_COMPILED
@@ -145,7 +143,7 @@ def flexible_body_in_flight() -> tuple[kf.Model, np.ndarray]:
 def test_systems_of_the_size_of_the_speeds_solve_those_of_the_state() -> None:
     model, y = flexible_body_in_flight()
     dynamics, control = Dynamics(model), StepControl(1e-6, 1e-9, None)
-    stepper = KernelStepper(dynamics, 0.0, 1.0, control, method=kernel_method("radau5"))
+    stepper = METHOD.make(dynamics, 0.0, 1.0, control)
     integers, reals, vectors = stepper.snapshot().values()
     table, m, h = radau_iia(), model.free_count, 0.4
     vectors[STATE] = y
