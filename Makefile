@@ -23,10 +23,11 @@ bench-engine: setup  ## the engine's figures against Exudyn and Pinocchio (some 
 bench-fem: setup  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/fe_pipeline.py $(OPTIONS)
 
-lint: setup      ## ruff and mypy
+lint: setup      ## ruff, mypy and the contracts of the layers
 	@bash .ci/setup.sh dev
 	@bash .ci/in-env .venv ruff check .
 	@bash .ci/in-env .venv mypy
+	@bash .ci/in-env .venv lint-imports --no-cache
 
 clean:           ## remove the environments, caches and results
 	rm -rf .venv .venv-latest .venv.lock out build *.egg-info fem/*.egg-info

@@ -118,12 +118,9 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
         t_span : (float, float)
             Start and end in s.
         method : str
-            "auto" chooses from the scene, and ``result.statistics`` say what and why. Explicit: "dop853", "dopri5",
-            "rk4" (fixed steps). For stiff scenes: "extrapolation", "generalised-alpha", "hht" (its earlier form), and
-            "radau5" (order 5, Newton iterations with the exact Jacobian). For long runs of trees: "energy-momentum"
-            (order 2, fixed steps), which keeps the balance of energy and in free flight the momenta. Solvers of other
-            packages, with that Jacobian: "scipy-bdf", "scipy-radau", "scipy-lsoda", and "sundials-cvode"
-            (``pip install 'kanefe[sundials]'``). All are in `kanefe.integrate.methods.table.METHODS`.
+            "auto" chooses from the scene, and ``result.statistics`` say what and why; or a name, of which
+            ``print(kf.methods())`` lists all with what each takes and is for. Solvers of other packages are among
+            them; "sundials-cvode" needs ``pip install 'kanefe[sundials]'``.
         rtol : float, optional
             Relative error of a step, default 1e-6; see below.
         atol : float, optional

@@ -1,16 +1,28 @@
-"""The method that suits a scene: what method="auto" takes, and why."""
+"""The method of a run and its options, checked: the one asked for, or what method="auto" takes, and why."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from kanefe.equations.model import Model
+from kanefe.errors import ModelError
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.methods.method import Method
+from kanefe.integrate.methods.table import METHODS, row_for
+from kanefe.integrate.stepper import StepControl, Stepper
 from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
 from kanefe.tree.scales import modal_frequencies, state_scales
+
+DEFAULT_RTOL = 1e-6
+
+ATOL_SHARE = 0.1
+"""Of rtol: the absolute tolerance where none is given."""
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""
@@ -26,6 +38,96 @@ LEAST_RTOL_OF_SWEEPS = 1e-7
 
 FEW_PERIODS = 30.0
 """Of the slowest mode in a run: so many steps any method takes, which then follow its vibrations."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The method of a run.
+
+    Attributes
+    ----------
+    name, reason : str
+    make : callable
+        (dynamics) -> stepper at the start of the run.
+    control : dict of str to float
+        The options that it follows, with their defaults.
+    is_plugged : bool
+        See `Method`.
+    """
+
+    name: str
+    reason: str
+    make: Callable[[Dynamics], Stepper]
+    control: dict[str, float]
+    is_plugged: bool = False
+
+
+def choose(
+    model: Model,
+    method: str,
+    start: float,
+    stop: float,
+    rtol: float | None = None,
+    step: float | None = None,
+    atol: float | None = None,
+) -> Choice:
+    """Return the method of a run with its options.
+
+    Parameters
+    ----------
+    model : Model
+    method : str
+        One of `METHODS`, or "auto".
+    start, stop : float
+        s.
+    rtol, atol, step : float, optional
+        As the user gave them.
+
+    Raises
+    ------
+    ModelError
+        If there is no such method, it does not suit the scene, or an option makes no sense for it.
+    """
+    if method != "auto" and method not in METHODS:
+        raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(sorted(METHODS))}")
+    for name, value, top in (("rtol", rtol, 1.0), ("atol", atol, math.inf)):
+        if value is not None and not (math.isfinite(value) and 0 < value < top):
+            bounds = "lie between 0 and 1" if name == "rtol" else "be above zero"
+            raise ModelError(f"{name} must {bounds}, not {value!r}")
+    if step is not None and not (math.isfinite(step) and 0 < step <= stop - start):
+        raise ModelError(f"step must be above zero s and within the span, not {step!r}")
+    allowed = DEFAULT_RTOL if rtol is None else rtol
+    control = StepControl(allowed, ATOL_SHARE * allowed if atol is None else atol, step)
+    name, reason = method, "asked for"
+    if method == "auto":
+        name, reason = suited(model, start, stop, allowed if step is None else None, control.atol)
+    row = row_for(model, name)
+    _check_options(row, rtol, atol, step)
+    make = partial(_stepper, row, start, stop, control)
+    return Choice(name, reason, make, {"rtol": allowed} if step is None else {"step": step}, row.is_plugged)
+
+
+def _stepper(row: Method, start: float, stop: float, control: StepControl, dynamics: Dynamics) -> Stepper:
+    return row.make(dynamics, start, stop, control)
+
+
+def _check_options(method: Method, rtol: float | None, atol: float | None, step: float | None) -> None:
+    if rtol is not None and rtol < method.least_rtol:
+        raise ModelError(
+            f"rtol={rtol:g} is below the round-off of {method.name}. Remedy: {method.least_rtol:g} or more, or 'dop853'"
+        )
+    if step is None and not method.has_error_control:
+        raise ModelError(f"{method.name} needs a step in s")
+    if step is not None and not method.has_fixed_steps:
+        raise ModelError(f"step has no meaning for {method.refuses_step or f'{method.name}, which chooses its own'}")
+    if step is not None and rtol is not None:
+        raise ModelError(f"rtol has no meaning for {method.name}, whose steps are fixed. Remedy: leave it out")
+    if atol is not None and (step is not None or not method.takes_atol):
+        raise ModelError(
+            f"atol has no meaning for {method.name}, which "
+            f"{'has no error control' if step is not None else 'scales errors by the size of the bodies'}. "
+            "Remedy: leave it out"
+        )
 
 
 def suited(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> tuple[str, str]:
@@ -45,6 +147,9 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     if not _is_stiff(rate, start, stop):
         return "dop853", "no stiff elastic modes"
     reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
+    if model.states_move:
+        name = "extrapolation" if model.route.has_sweeps else "dop853"
+        return name, f"{reason}, and internal states of loads are followed"
     if model.has_stops:
         return "generalised-alpha", f"{reason}, with stops or dry friction"
     beyond = {

@@ -13,12 +13,12 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning
 from kanefe.integrate.checkpoint import CheckpointFile, identity, read_checkpoint
+from kanefe.integrate.choice import choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.loop import Limits, RunLoop
-from kanefe.integrate.methods.table import METHODS, choose
 from kanefe.integrate.trajectory import Trajectory, checked_span, wanted_times
 from kanefe.tree.model_data import WORKS
 
@@ -63,7 +63,7 @@ def integrate(
     _check_room(model, wanted)
     file, saved = None, None
     if checkpoint is not None or resume is not None:
-        if METHODS[choice.name].is_plugged:
+        if choice.is_plugged:
             raise ModelError(
                 f"{choice.name} keeps what it remembers of earlier steps to itself, so that its runs have no "
                 "checkpoints. Remedy: method='radau5'"

@@ -120,7 +120,7 @@ def project_speeds(model: ModelData, t: float, q: Vector, u: Vector, stiffness: 
 
 
 def _position(model: ModelData, t: float, q: Vector) -> _Position:
-    state = State(model, t, q, np.zeros(model.free_count))
+    state = State(model, t, q)
     g = constraint_residuals(state)
     rows = np.flatnonzero(~np.isnan(g))
     # far from N's origin round-off is that of the distance
@@ -206,7 +206,7 @@ def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vect
 
 
 def _check_facing(model: ModelData, t: float, q: Vector) -> None:
-    state = State(model, t, q, np.zeros(model.free_count))
+    state = State(model, t, q)
     for constraint in model.constraints:
         if constraint.a is None or constraint.b is None:
             continue

@@ -31,7 +31,8 @@ class State(SceneState):
     t : float
         s.
     q : ndarray, shape (coordinates,)
-    u : ndarray, shape (free speeds,)
+    u : ndarray, shape (free speeds,), optional
+        Default: at rest.
     z : ndarray, shape (states,), optional
         Internal states of loads and switches of constraints; default: those of the start.
     is_wide : bool
@@ -54,9 +55,16 @@ class State(SceneState):
     """
 
     def __init__(
-        self, model: ModelData, t: float, q: Vector, u: Vector, z: Vector | None = None, *, is_wide: bool = False
+        self,
+        model: ModelData,
+        t: float,
+        q: Vector,
+        u: Vector | None = None,
+        z: Vector | None = None,
+        *,
+        is_wide: bool = False,
     ) -> None:
-        super().__init__(model, t, q, u, z)
+        super().__init__(model, t, q, np.zeros(model.free_count) if u is None else u, z)
         self.t, self.is_wide = t, is_wide
         self.columns = model.free_count + model.driven_count + (model.fixed_count if is_wide else 0)
         self.kept: dict[Callable[..., Any], Any] = {}

@@ -177,7 +177,7 @@ class ConstraintMethods(Scene):
 
         Examples
         --------
-        A disc that rolls upright along x, its axle along -y: see ``tests/test_rolling.py``.
+        A disc that rolls upright along x, its axle along -y: see ``tests/kane/test_rolling.py``.
         """
         self._add_rolling(name, "rolling wheel", wheel, radius, plane, is_ball=False)
 

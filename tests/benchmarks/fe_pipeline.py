@@ -16,6 +16,7 @@ from importlib import import_module
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(1, str(Path(__file__).resolve().parents[1] / "shared"))
 
 from benchmarks.command_line import parser, run
 from kanefe_fem.bench.clocks import FEW_ROUNDS, ROUNDS, Disagreement

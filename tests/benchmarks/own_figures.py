@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks import engine_scenes as ours
-from benchmarks.exact_accelerations import exact_accelerations, is_extended
+from exact_accelerations import exact_accelerations, is_extended
 from kanefe.equations.model import Model
 from kanefe.kernels.elastic import transposed_product
 from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
@@ -116,7 +116,7 @@ def freezing(rounds: int) -> list[Figure]:
         gc.collect()
 
         def freeze(scene: System = scene) -> object:
-            return scene.freeze().order_n
+            return scene.freeze().route
 
         times.append(seconds(freeze))
     return [FREEZE.figure(1e3 * median(times[1:]))]
@@ -135,7 +135,7 @@ def _products(model: Model) -> Callable[[int], None]:
     """Return a compiled loop of the nine products with eta and three with deta, on the arrays of the first body."""
     import numba
 
-    flexible = model.order_n.flexible
+    flexible = model.route.flexible
     k = int(flexible.bodies[0, COUNT])
     start = int(flexible.bodies[0, POOL]) + POOL_STIFFNESS + 13 * k
     matrices = flexible.pool[start : start + 9 * k * k].reshape(k, 9 * k)

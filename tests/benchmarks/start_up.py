@@ -11,7 +11,7 @@ from pathlib import Path
 from kanefe_fem.bench.clocks import Race
 from kanefe_fem.bench.goals import Figure, Goal, median
 
-TESTS = Path(__file__).resolve().parents[1]
+HELPERS = Path(__file__).resolve().parents[1] / "shared"
 ANNOUNCED = "kanefe: compiling"
 SECONDS_OF_SILENCE = 2.0
 
@@ -80,7 +80,7 @@ def first_calls(rounds: int) -> list[Figure]:
 
 def _timed(code: str, cache: str | None = None) -> tuple[float, str]:
     """Return the seconds that a new process prints, and what it wrote to its error stream."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HELPERS), os.environ.get("PYTHONPATH", "")])}
     if cache is not None:
         environment["XDG_CACHE_HOME"] = cache
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)

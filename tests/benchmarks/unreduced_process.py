@@ -39,10 +39,10 @@ def _scene(body: Any) -> Any:
 
 def _stepper(body: Any, span: float) -> Any:
     from kanefe.integrate.dynamics import Dynamics
-    from kanefe.integrate.methods.generalised_alpha_unreduced import UnreducedStepper
+    from kanefe.integrate.methods.generalised_alpha_unreduced import METHOD
     from kanefe.integrate.stepper import StepControl
 
-    return UnreducedStepper(Dynamics(_scene(body).freeze()), 0.0, span, StepControl(RTOL, 0.0, None))
+    return METHOD.make(Dynamics(_scene(body).freeze()), 0.0, span, StepControl(RTOL, 0.0, None))
 
 
 def matrices(mesh: str, file: str) -> dict[str, Any]:

@@ -26,8 +26,8 @@ from kanefe_fem.materials.isotropic import AccuracyWarning, Material
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.solids.body import solid_body
 from kanefe_fem.solids.preload import Preload
+from repository import ARM
 
-ROOT = Path(__file__).parents[2]
 ENDS = {"root": "clamped", "tip": "rigid"}
 MESH = box("hexahedron", (4, 1, 1), (1.0, 0.1, 0.1))
 
@@ -235,7 +235,7 @@ print(arm.provenance["cache"]["found"], [name for name in heavy if name in sys.m
 def test_a_second_run_neither_reads_the_mesh_nor_assembles(tmp_path: Path) -> None:
     def run(modes: int = 4) -> str:
         return subprocess.run(
-            [sys.executable, "-c", textwrap.dedent(SCENE), str(ROOT / "meshes" / "arm.msh"), str(modes)],
+            [sys.executable, "-c", textwrap.dedent(SCENE), str(ARM), str(modes)],
             capture_output=True,
             text=True,
             env={**os.environ, "KANEFE_JIT": "0"},

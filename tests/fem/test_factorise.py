@@ -18,10 +18,9 @@ from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.memory import MemoryWarning, free_memory
 from kanefe_fem.solids.body import solid_body, solid_model
+from repository import ARM
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
-
-ARM = Path(__file__).parents[2] / "meshes" / "arm.msh"
 
 
 @pytest.fixture(scope="module")

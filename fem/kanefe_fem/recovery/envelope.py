@@ -12,7 +12,6 @@ from typing import Literal
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe_fem.recovery import envelope as stress_measures
 from kanefe_fem.recovery.strain_fields import CHUNK, StrainFields
 
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -66,11 +65,11 @@ Scalar = Literal["von_mises", "tresca", "max_principal", "min_principal", "max_s
 
 
 SCALARS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "von_mises": stress_measures.von_mises,
-    "tresca": stress_measures.tresca,
-    "max_principal": lambda stress: stress_measures.principal(stress)[..., 0],
-    "min_principal": lambda stress: stress_measures.principal(stress)[..., 2],
-    "max_shear": lambda stress: 0.5 * stress_measures.tresca(stress),
+    "von_mises": von_mises,
+    "tresca": tresca,
+    "max_principal": lambda stress: principal(stress)[..., 0],
+    "min_principal": lambda stress: principal(stress)[..., 2],
+    "max_shear": lambda stress: 0.5 * tresca(stress),
 }
 """Scalars of the stress, Pa."""
 

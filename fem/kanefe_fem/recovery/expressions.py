@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.results.channels import BodyShape
 from kanefe_fem import _fenicsx
 from kanefe_fem.mesh.shapes import shape
 from kanefe_fem.recovery.cell_strains import centroid, gauss_samples
 from kanefe_fem.recovery.strain_fields import checked_elasticity
 from kanefe_fem.solids.forms import VOIGT, strain
-
-if TYPE_CHECKING:
-    from kanefe_fem.recovery.recovery import Recovery
 
 
 class ExpressionTerms:
@@ -64,21 +62,23 @@ class ExpressionTerms:
 
 
 def evaluate_expression(
-    recovery: Recovery, function: Callable[[ExpressionTerms], Any], at: Literal["nodes", "cells", "gauss"]
+    name: str,
+    body: BodyShape,
+    displacements: np.ndarray,
+    function: Callable[[ExpressionTerms], Any],
+    at: Literal["nodes", "cells", "gauss"],
 ) -> np.ndarray:
-    """Return the values of an expression at every time, as `Recovery.expression` describes."""
+    """Return the values of an expression at every time, as `Recovery.expression` describes, from (T, n, 3) m."""
     if at not in ("nodes", "cells", "gauss"):
         raise ModelError(f"an expression is evaluated at 'nodes', 'cells' or 'gauss', not {at!r}")
-    body = recovery.result.body(recovery.name)
-    elasticity = checked_elasticity(recovery.name, body)
+    elasticity = checked_elasticity(name, body)
     if len({block.kind for block in body.cells}) > 1:
-        raise ModelError(f"body {recovery.name!r} mixes shapes of cells, which dolfinx does not")
+        raise ModelError(f"body {name!r} mixes shapes of cells, which dolfinx does not")
     kind, connectivity = body.cells[0].kind, np.concatenate([block.nodes for block in body.cells])
     fx = _fenicsx.load()
     with _fenicsx.quiet(), _fenicsx.compiling():
         evaluator = _Evaluator(fx, body.nodes, Cells(kind, connectivity), elasticity, function, at)
-        moved = recovery.displacement()
-        values = np.array([evaluator.values(u) for u in moved])
+        values = np.array([evaluator.values(u) for u in displacements])
     if at == "nodes":
         gather = _mean_of_cells(connectivity, len(body.nodes))
         flat = values.reshape(len(values), connectivity.size, -1)

@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
 from kanefe_fem.mesh.shapes import Shape, shape
-from kanefe_fem.recovery import envelope as stress_measures
+from kanefe_fem.recovery.envelope import along
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 REACH = 0.1
@@ -129,7 +129,7 @@ def gauge_strains(
     place = np.asarray(position, dtype=float)
     if place.shape != (3,) or not np.isfinite(place).all():
         raise ModelError(f"position={position!r} of a gauge. Remedy: give three coordinates in G, in m")
-    rows = np.array([stress_measures.along(unit("direction", direction)) for direction in directions])
+    rows = np.array([along(unit("direction", direction)) for direction in directions])
     found = find_point(fields.nodes, fields.cells, fields.chosen_cells(material), place)
     part, numbers = fields.around(found.nodes)
     modes = part.modes("strain", "nodes", material)[numbers]

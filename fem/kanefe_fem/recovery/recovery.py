@@ -21,7 +21,7 @@ from kanefe.result import Result
 from kanefe.results.channels import BodyShape
 from kanefe.results.reader import LARGEST_TABLE
 from kanefe.results.selection import Frames, frame_index
-from kanefe_fem.recovery import envelope as stress_measures
+from kanefe_fem.recovery import envelope as measures
 from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, envelope_of
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, checked_elasticity
@@ -169,17 +169,17 @@ class Recovery:
     @property
     def von_mises(self) -> np.ndarray:
         """Von Mises' stress at the nodes, shape (T, n), Pa."""
-        return stress_measures.von_mises(self.stress_at_nodes())
+        return measures.von_mises(self.stress_at_nodes())
 
     @property
     def principal(self) -> np.ndarray:
         """Principal stresses at the nodes, greatest first, shape (T, n, 3), Pa."""
-        return stress_measures.principal(self.stress_at_nodes())
+        return measures.principal(self.stress_at_nodes())
 
     @property
     def principal_strain(self) -> np.ndarray:
         """Principal strains at the nodes, greatest first, shape (T, n, 3)."""
-        return stress_measures.principal_strains(self.strain_at_nodes())
+        return measures.principal_strains(self.strain_at_nodes())
 
     def envelope(self, quantity: Scalar = "von_mises", at: Literal["nodes", "cells"] = "nodes") -> Envelope:
         """Return the greatest value of a scalar over the times of these fields, at every node or cell.
@@ -265,7 +265,7 @@ class Recovery:
         """
         from kanefe_fem.recovery.section_forces import section_forces
 
-        return section_forces(self, stations, inertia)
+        return section_forces(self.result, self.name, self.frames, self.eta, stations, inertia)
 
     def expression(
         self, function: Callable[[ExpressionTerms], Any], at: Literal["nodes", "cells", "gauss"] = "nodes"
@@ -292,7 +292,7 @@ class Recovery:
         """
         from kanefe_fem.recovery.expressions import evaluate_expression
 
-        return evaluate_expression(self, function, at)
+        return evaluate_expression(self.name, self.result.body(self.name), self.displacement(), function, at)
 
     def to_vtk(self, path: str | Path, *, quantities: Sequence[str] = ("von_mises",), scale: float = 1.0) -> Path:
         """Write the scene at these times for ParaView, with fields on this body; see `Result.to_vtk`.
@@ -396,7 +396,7 @@ class Recovery:
                 continue
             values = at_nodes if quantity == "stress" else fields.evaluate("strain", "nodes", eta, self.material)[0]
             unit = " [Pa]" if quantity == "stress" else ""
-            for number, component in enumerate(stress_measures.COMPONENTS):
+            for number, component in enumerate(measures.COMPONENTS):
                 point_data[f"{quantity} {component}{unit}"] = values[:, number]
         return point_data, cell_data
 

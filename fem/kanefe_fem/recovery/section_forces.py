@@ -10,7 +10,6 @@ load along each element bends the diagrams inside it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,12 +17,10 @@ import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity, rigid_motion
+from kanefe.result import Result
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.mass import AXIAL_STATIONS
 from kanefe_fem.recovery.free_body_loads import SpreadLoads, free_body_loads
-
-if TYPE_CHECKING:
-    from kanefe_fem.recovery.recovery import Recovery
 
 NAMES = ("N", "Vy", "Vz", "T", "My", "Mz")
 
@@ -59,25 +56,27 @@ class SectionForces:
         return self.forces[..., NAMES.index(name)]
 
 
-def section_forces(recovery: Recovery, stations: int, inertia: bool) -> SectionForces:
-    """Return the section forces that `Recovery.section_forces` describes."""
-    result, name = recovery.result, recovery.name
+def section_forces(
+    result: Result, name: str, frames: np.ndarray, eta: np.ndarray, stations: int, inertia: bool
+) -> SectionForces:
+    """Return the section forces that `Recovery.section_forces` describes, at frames (T,) with coordinates (T, k)."""
+    times = result.times[frames]
     shape = result.body(name)
     frame = BeamFrame.of_body(name, shape.nodes, shape.components, shape.elasticity, shape.cells)
     if not isinstance(stations, (int, np.integer)) or stations < 2:
         raise ModelError(f"stations={stations!r} of each element. Remedy: at least 2, its ends")
     xi = np.linspace(0.0, 1.0, stations)
     if not inertia:
-        motion = np.asarray(recovery.eta @ shape.basis.T)  # (T, N)
+        motion = np.asarray(eta @ shape.basis.T)  # (T, N)
         forces = frame.along(frame.end_forces(motion), xi, None)
-        return SectionForces(recovery.times, xi, frame.positions(xi), forces)
-    acting = free_body_loads(result, name, recovery.frames)
+        return SectionForces(times, xi, frame.positions(xi), forces)
+    acting = free_body_loads(result, name, frames)
     spread = frame.spread_count(name, acting.points)
     loads = frame.spread_loads(acting.points[:spread], acting.point_forces[:, :spread])
     lumped = frame.lumped_forces(acting.points[spread:], acting.point_forces[:, spread:])
     motion = frame.static_deflection(frame.nodal_forces(loads) + lumped + acting.nodal_forces)
     forces = frame.along(frame.end_forces(motion) - loads.fixed_ends, xi, loads)
-    return SectionForces(recovery.times, xi, frame.positions(xi), forces)
+    return SectionForces(times, xi, frame.positions(xi), forces)
 
 
 class BeamFrame:

@@ -9,18 +9,13 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
-from kanefe.integrate.methods.table import METHODS, choose, own_methods
+from kanefe.integrate.choice import choose
+from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 
 LONG = ("energy-momentum", "rk4")
 """Methods for long runs of fixed steps."""
-
-EXPLICIT = ("dopri5", "dop853", "rk4")
-"""Methods that follow every mode, however stiff."""
-
-LOW_ORDER = ("generalised-alpha", "hht", "energy-momentum")
-"""Methods of order 2."""
 
 LONGEST = 900.0
 """Seconds after which a run counts as hanging."""
@@ -39,12 +34,12 @@ def stepped_methods() -> tuple[str, ...]:
 
 def implicit_methods() -> tuple[str, ...]:
     """Return the methods that choose their steps and are not held down by stiff modes."""
-    return tuple(name for name in controlled_methods() if name not in EXPLICIT)
+    return tuple(name for name in controlled_methods() if not METHODS[name].is_explicit)
 
 
 def is_accurate(method: str) -> bool:
     """Tell whether a method is of higher order than 2."""
-    return method not in LOW_ORDER
+    return METHODS[method].order > 2
 
 
 def tolerance(method: str, accurate: float, low_order: float) -> float:

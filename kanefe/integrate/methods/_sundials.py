@@ -9,25 +9,25 @@ import numpy as np
 from kanefe.errors import MissingDependency
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.external import PluggedStepper
+from kanefe.integrate.methods.external import PluggedStepper, plugged_method
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-
-try:
-    from sksundae.cvode import CVODE
-except ImportError as _error:
-    raise MissingDependency("sksundae", "method='sundials-cvode'", "pip install 'kanefe[sundials]'") from _error
 
 
 class CvodeStepper(PluggedStepper):
     """CVODE: see `PluggedStepper`."""
 
-    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
-        super().__init__(dynamics, start, stop, control, name="sundials-cvode")
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        try:
+            from sksundae.cvode import CVODE
+        except ImportError as error:
+            raise MissingDependency("sksundae", f"method={name!r}", "pip install 'kanefe[sundials]'") from error
+        self._class = CVODE
+        super().__init__(dynamics, start, stop, control, name=name)
 
     def _begin(self, t: float, y: Vector, first_step: float | None) -> None:
-        self._solver = CVODE(
+        self._solver = self._class(
             self._write_rate,
             jacfn=self._write_jacobian,
             rtol=self._rtol,
@@ -54,3 +54,6 @@ class CvodeStepper(PluggedStepper):
 
     def _write_jacobian(self, t: float, y: Vector, rates: Vector, J: np.ndarray) -> None:
         J[:] = self._jacobian(t, y)
+
+
+METHOD = plugged_method("sundials-cvode", "CVODE of SUNDIALS: BDF, with the exact Jacobian", CvodeStepper, 5)

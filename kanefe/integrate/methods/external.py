@@ -1,24 +1,25 @@
-"""Solvers of other packages as steppers: what they have in common.
-
-scipy's solvers as methods: BDF, Radau IIA and LSODA, with the exact Jacobian.
-"""
+"""Solvers of other packages as steppers, and those of scipy: BDF, Radau IIA and LSODA, with the exact Jacobian."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import BDF, LSODA, DenseOutput, OdeSolver, Radau
 
 from kanefe.errors import KanefeError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.method import MakesSteppers, Method
+from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import StepFailure
 from kanefe.tree.scales import state_scales
 
 if TYPE_CHECKING:
+    from scipy.integrate import DenseOutput
+
     from kanefe.integrate.stepper import StepControl
 
 
@@ -38,7 +39,7 @@ LARGEST_DRIFT = 100.0
 """Of what is allowed for a step: how far loops may drift apart before a solver is begun anew, at a low order."""
 
 
-class PluggedStepper(ABC):
+class PluggedStepper(PythonStepper):
     """A solver of another package in the middle of a run.
 
     It is begun anew after an event, where the equations have no answer for what it tries, and where loops have drifted
@@ -56,45 +57,13 @@ class PluggedStepper(ABC):
     """
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
-        self.name = name
-        self._dynamics, self._stop = dynamics, stop
+        super().__init__(name, dynamics)
+        self._stop = stop
         self._rtol, self._atol = control.rtol, control.atol * state_scales(dynamics.model)
         self._smallest = SMALLEST_STEP * (stop - start)
         self._largest = (stop - start) / LEAST_STEPS if dynamics.calls_functions else stop - start
-        self._steps = self._rejected = self._jacobians = 0
+        self._jacobians = 0
         self.restart(start, dynamics.initial_state(start))
-
-    @property
-    def t(self) -> float:
-        """Time reached in s."""
-        return self._t
-
-    @property
-    def t_old(self) -> float:
-        """Start of the last step in s."""
-        return self._t_old
-
-    @property
-    def statistics(self) -> dict[str, int | float]:
-        """Steps, tries that had to be begun anew, evaluations and Jacobians."""
-        return {
-            "steps": self._steps,
-            "rejected": self._rejected,
-            "evaluations": self._dynamics.evaluations,
-            "jacobians": self._jacobians,
-        }
-
-    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
-        passed = 0
-        while passed < len(times) and most_steps > 0:
-            self._advance()
-            most_steps -= 1
-            reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
-            if reached > passed:
-                states[passed:reached] = self.states(times[passed:reached])
-                passed = reached
-        return passed
 
     def state(self) -> Vector:
         """Return the state at t."""
@@ -121,8 +90,11 @@ class PluggedStepper(ABC):
         """Refuse: see `snapshot`."""
         self.snapshot()
 
-    def _advance(self) -> None:
-        """Take one accepted step."""
+    def _counted(self) -> dict[str, int | float]:
+        return {"jacobians": self._jacobians}
+
+    def _advance(self, target: float) -> None:
+        """Take one accepted step, whose size does not depend on the outputs; what had to be begun anew is rejected."""
         first: float | None = None
         while True:
             try:
@@ -181,18 +153,20 @@ class PluggedStepper(ABC):
         """Return the state at a time of the last step."""
 
 
-SOLVERS: dict[str, type[OdeSolver]] = {"scipy-bdf": BDF, "scipy-radau": Radau, "scipy-lsoda": LSODA}
-
-
 class ScipyStepper(PluggedStepper):
-    """A solver of `scipy.integrate`: see `PluggedStepper`."""
+    """A solver of `scipy.integrate`, by the name of its class: see `PluggedStepper`."""
 
-    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+    def __init__(
+        self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str, solver: str
+    ) -> None:
+        from scipy import integrate
+
+        self._class = getattr(integrate, solver)
         self._dense: DenseOutput | None = None
         super().__init__(dynamics, start, stop, control, name=name)
 
     def _begin(self, t: float, y: Vector, first_step: float | None) -> None:
-        self._solver = SOLVERS[self.name](
+        self._solver = self._class(
             self._rate,
             t,
             y,
@@ -216,3 +190,17 @@ class ScipyStepper(PluggedStepper):
         if self._dense is None:
             self._dense = self._solver.dense_output()
         return self._dense(t)  # type: ignore[no-any-return]
+
+
+def plugged_method(name: str, about: str, stepper: MakesSteppers, order: int) -> Method:
+    """Return the row of a solver of another package."""
+    return Method(
+        name=name, about=about, stepper=stepper, order=order, takes_atol=True, least_rtol=1e-12, is_plugged=True
+    )
+
+
+METHODS = (
+    plugged_method("scipy-bdf", "BDF of scipy, with the exact Jacobian", partial(ScipyStepper, solver="BDF"), 5),
+    plugged_method("scipy-radau", "Radau of scipy, with the exact Jacobian", partial(ScipyStepper, solver="Radau"), 5),
+    plugged_method("scipy-lsoda", "LSODA of scipy, Adams or BDF", partial(ScipyStepper, solver="LSODA"), 12),
+)

@@ -20,6 +20,8 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, no_step
+from kanefe.integrate.methods.method import Method, serves_kept_states
+from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
@@ -45,7 +47,7 @@ KEPT_ITERATIONS = 3
 """Iterations of a step above which its matrices are not kept for the next one."""
 
 
-class GeneralisedAlphaStepper:
+class GeneralisedAlphaStepper(PythonStepper):
     """Steps of the generalised-alpha method, landing on the wanted times.
 
     Parameters
@@ -56,10 +58,10 @@ class GeneralisedAlphaStepper:
     control : StepControl
         rtol: error of a step relative to 1 rad, to the size of the bodies (m), and for modal coordinates to the
         amplitude that moves a body by its own size. Or a fixed step.
+    name : str
+        Of the method.
     formula : GeneralisedAlpha
     """
-
-    name = "generalised-alpha"
 
     def __init__(
         self,
@@ -67,12 +69,12 @@ class GeneralisedAlphaStepper:
         start: float,
         stop: float,
         control: StepControl,
+        *,
+        name: str,
         formula: GeneralisedAlpha = FORMULA,
     ) -> None:
-        self._formula = formula
-        if formula.is_hht:
-            self.name = "hht"
-        self._dynamics, self._model = dynamics, dynamics.model
+        super().__init__(name, dynamics)
+        self._formula, self._model = formula, dynamics.model
         self._stop, self._fixed = stop, control.step
         rtol = control.rtol if control.step is None else FIXED_RTOL
         self._scales = rtol * displacement_scales(self._model)
@@ -80,30 +82,9 @@ class GeneralisedAlphaStepper:
         self._h = control.step or 1e-4 * (stop - start)
         self._span, self._smallest = stop - start, 1e-12 * (stop - start)
         self._no_answer: tuple[float, KanefeError] | None = None
-        self._steps = self._rejected = self._factorisations = 0
+        self._factorisations = 0
         self._worst: int | None = None
         self.restart(start, dynamics.initial_state(start))
-
-    @property
-    def statistics(self) -> dict[str, int | float]:
-        """Steps, rejected steps, evaluations, and how often an iteration matrix was factored."""
-        return {
-            "steps": self._steps,
-            "rejected": self._rejected,
-            "evaluations": self._dynamics.evaluations,
-            "factorisations": self._factorisations,
-        }
-
-    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
-        passed = 0
-        while passed < len(times) and most_steps > 0:
-            self._advance(self._stop if self._fixed else float(times[passed]))
-            most_steps -= 1
-            reached = int(np.searchsorted(times, self.t, side="right"))
-            states[passed:reached] = self.states(times[passed:reached])
-            passed = reached
-        return passed
 
     def state(self) -> Vector:
         """Return the state at t."""
@@ -126,7 +107,7 @@ class GeneralisedAlphaStepper:
 
     def restart(self, t: float, y: Vector) -> None:
         """Go on from another state, with its accelerations."""
-        self.t = self.t_old = t
+        self._t = self._t_old = t
         self._state = self._before = y.copy()
         _, u = self._dynamics.parts(y)
         self._du = accelerations(self._literal(t, y))
@@ -158,8 +139,13 @@ class GeneralisedAlphaStepper:
         if "matrix" in snapshot:
             self._kept = _factored(h, np.array(snapshot["mass"]), np.array(snapshot["matrix"]))
 
+    def _counted(self) -> dict[str, int | float]:
+        return {"factorisations": self._factorisations}
+
     def _advance(self, target: float) -> None:
-        """Take one accepted step, not beyond a time."""
+        """Take one accepted step, not beyond a time: fixed steps end at the end of the run alone."""
+        if self._fixed:
+            target = self._stop
         while True:
             rest = target - self.t
             # two even steps to the target are better than one full and one sliver
@@ -185,7 +171,7 @@ class GeneralisedAlphaStepper:
                     raise self._no_answer[1]
                 raise no_step(trial is not None, "loosen rtol, or use method='dop853'", self._worst)
         error, q, u, du, a = trial
-        self._before, self.t_old = self._state, self.t
+        self._before, self._t_old = self._state, self.t
         self._move = self._formula.move(h, self._dynamics.parts(self._state)[1], self._begun, a)
         self._jerk, self._h_of_a = (a - self._begun) / h, h
         self._steps += 1
@@ -196,7 +182,7 @@ class GeneralisedAlphaStepper:
         stiffness = self._formula.stiffness_share(h) * self._stiffness
         self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
         self._du, self._a, self._power = du, a, power
-        self.t = target if h == rest else self.t + h
+        self._t = target if h == rest else self.t + h
         if self._fixed:
             return
         grown = h * min(2.0, 0.9 * max(error, 1e-6) ** (-1 / 3))
@@ -383,3 +369,13 @@ def stiffest_rate(model: Model, start: float) -> float:
         accelerations(state)  # names what has no inertia
         raise
     return float(max(np.sqrt(max(squares, 0.0)), rates))
+
+
+METHOD = Method(
+    serves=serves_kept_states,
+    name="generalised-alpha",
+    about="damps what a step does not resolve: stiff scenes of every kind",
+    stepper=GeneralisedAlphaStepper,
+    order=2,
+    has_fixed_steps=True,
+)

@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, no_step
-from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached
+from kanefe.integrate.methods.method import Method, kept_states
+from kanefe.integrate.methods.python_stepper import PythonStepper
+from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
 from kanefe.tree.model_data import WORKS
-from kanefe.tree.scales import joint_scales, scene_length
 from kanefe.unreduced.bordered import Bordered
 from kanefe.unreduced.closing import closed_state
 from kanefe.unreduced.route import Residual, UnreducedRoute
@@ -84,7 +86,7 @@ class _Iteration(NamedTuple):
     bordered: Bordered
 
 
-class UnreducedStepper:
+class UnreducedStepper(PythonStepper):
     """Steps of the generalised-alpha method for scenes with unreduced bodies.
 
     Parameters
@@ -94,20 +96,21 @@ class UnreducedStepper:
         s.
     control : StepControl
         rtol: error of a step relative to the size of the bodies (m) and to 1 rad, for nodes and joints alike.
+    name : str
+        Of the method.
     """
 
-    name = "generalised-alpha"
-
-    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> None:
-        self._dynamics, self._model = dynamics, dynamics.model
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        super().__init__(name, dynamics)
+        self._model = dynamics.model
         self._scene = _route_of(dynamics)
         self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
-        self._reach = 1.0 / (control.rtol * _scales(self._scene))
+        self._reach = 1.0 / (control.rtol * large_displacements(self._scene))
         self._start, self._span, self._stop = start, stop - start, stop
         self._halvings = FIRST_HALVINGS
         self._patience, self._calm, self._is_first = 1, 0, True
         self._matrices = IterationMatrices(self._scene, self._formula, self._span)
-        self._steps = self._rejected = self.iterations = self._unmeasured = 0
+        self.iterations = self._unmeasured = 0
         self._worst: int | None = None
         self.restart(start, dynamics.initial_state(start))
 
@@ -122,29 +125,6 @@ class UnreducedStepper:
     def t_old(self) -> float:
         """Start of the last step in s."""
         return self._before[0]
-
-    @property
-    def statistics(self) -> dict[str, int | float]:
-        """Steps, how often S was factored, and how many iterations were done, each with one solve."""
-        return {
-            "steps": self._steps,
-            "rejected": self._rejected,
-            "evaluations": self._scene.evaluations,
-            "factorisations": self._scene.factorisations,
-            "iterations": self.iterations,
-        }
-
-    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
-        passed = 0
-        while passed < len(times) and most_steps > 0:
-            self._advance()
-            most_steps -= 1
-            reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
-            if reached > passed:
-                states[passed:reached] = self.states(times[passed:reached])
-                passed = reached
-        return passed
 
     def state(self) -> Vector:
         """Return the state at t."""
@@ -198,8 +178,16 @@ class UnreducedStepper:
         self._before = (self.t, self._q, self._u, self._du, self._works)
         self._matrices.resume(snapshot, self._span)
 
-    def _advance(self) -> None:
-        """Take one accepted step."""
+    def _counted(self) -> dict[str, int | float]:
+        """Return evaluations, how often S was factored, and how many iterations were done, each with one solve."""
+        return {
+            "evaluations": self._scene.evaluations,
+            "factorisations": self._scene.factorisations,
+            "iterations": self.iterations,
+        }
+
+    def _advance(self, target: float) -> None:
+        """Take one accepted step, whose size does not depend on the outputs."""
         while True:
             h = math.ldexp(self._span, -self._halvings)
             if self.t + h > self._stop + 1e-9 * h:  # only after a restart: what is left has sizes of its own
@@ -391,24 +379,23 @@ def _doublings(error: float) -> int:
     return max(0, math.floor(math.log2(0.7 / max(error, 1e-9)) / 3))
 
 
-def _scales(scene: UnreducedRoute) -> Vector:
-    """Return the size of a large displacement along every free speed: 1 rad, or a length in m."""
-    length = scene_length(scene.model)
-    whole = joint_scales(scene.model, length)
-    for body in scene.model.bodies:
-        if body.flexible is None:
-            continue
-        extent = float(np.ptp(body.flexible.body.nodes, axis=0).max()) or length
-        member = next((m for m in scene.condensed.members if m.speeds == body.flexible.speeds), None)
-        if member is None:
-            modal = np.diag(body.flexible.free_moments.elastic_mass)
-            whole[body.flexible.speeds] = extent * np.sqrt(body.flexible.body.mass / np.maximum(modal, 1e-300))
-            continue
-        whole[member.speeds] = member.body.coordinate_scales(extent)
-    return whole
-
-
 def _route_of(dynamics: Dynamics) -> UnreducedRoute:
     if not isinstance(dynamics.route, UnreducedRoute):
         raise TypeError("this stepper is for scenes with unreduced bodies")
     return dynamics.route
+
+
+def _serves(model: Model) -> str:
+    if model.route.is_dense:
+        return "has this form for unreduced bodies alone. Remedy: reduction=None"
+    return kept_states(model)
+
+
+METHOD = Method(
+    name="generalised-alpha",
+    about="the same for unreduced bodies, whose matrices are factored once for each size of steps",
+    stepper=UnreducedStepper,
+    order=2,
+    refuses_step="unreduced bodies, whose run chooses its own. Remedy: rtol",
+    serves=_serves,
+)

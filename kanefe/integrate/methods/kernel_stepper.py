@@ -9,17 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.equations.model import Model
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.compiled import COLUMNS_OF_FIXED_STEPS, KernelMethod
+from kanefe.integrate.methods.compiled import Kernels
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
-from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
-from kanefe.joints import Free
 from kanefe.kernels._numba import direct
-from kanefe.kernels.steppers import kept_quantities
-from kanefe.kernels.steppers.extrapolation_dense import AIM, HAS_KINKS
 from kanefe.kernels.stepping import (
     AT,
     BALANCE,
@@ -33,11 +28,9 @@ from kanefe.kernels.stepping import (
     IMPLICIT,
     IS_FIXED,
     IS_LEFT_OPEN,
-    IS_STIFF,
     JACOBIAN,
     JACOBIAN_ROW,
     JACOBIANS,
-    KEEPS_MOMENTA,
     LARGEST,
     LARGEST_OF_DRIVES,
     MAP,
@@ -78,7 +71,7 @@ from kanefe.kernels.stepping import (
     next_command,
 )
 from kanefe.tree.model_data import WORKS
-from kanefe.tree.scales import coordinate_moves, modal_frequencies, state_scales
+from kanefe.tree.scales import coordinate_moves, state_scales
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
@@ -105,27 +98,33 @@ class KernelStepper:
         s.
     control : StepControl
         rtol, relative to each component of the state; atol, in units of `state_scales`; or a fixed step.
-    method : KernelMethod
+    name : str
+        Of the method.
+    kernels : Kernels
+
+    Attributes
+    ----------
+    dynamics : Dynamics
+    integers, reals, vectors : ndarray
+        Memory of the method, as `kanefe.kernels.stepping` names its places; its hooks write to it.
     """
 
     def __init__(
-        self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, method: KernelMethod
+        self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str, kernels: Kernels
     ) -> None:
-        self.name = method.name
-        self._dynamics, self._method = dynamics, method
+        self.name = name
+        self.dynamics, self._kernels = dynamics, kernels
         model = dynamics.model
         n, m = model.coordinate_count, model.free_count
         moves = coordinate_moves(model)
-        self._integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
-        self._reals = np.zeros(method.reals)
-        self._vectors = np.zeros((method.rows + method.rows_per_speed * m, n + m + model.state_count + WORKS))
-        integers, reals = self._integers, self._reals
+        self.integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
+        self.reals = np.zeros(kernels.reals)
+        self.vectors = np.zeros((kernels.rows + kernels.rows_per_speed * m, n + m + model.state_count + WORKS))
+        integers, reals = self.integers, self.reals
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
         integers[HAS_LOOPS] = bool(model.constraints)
-        integers[KEEPS_MOMENTA] = method.keeps_balance and flies_freely(model)
-        integers[IS_STIFF] = any(body.flexible is not None or body.has_coordinate_forces for body in model.bodies)
-        for place, value in method.integers.items():
+        for place, value in kernels.integers.items():
             integers[place] = value
         reals[TIME] = reals[TIME_OLD] = start
         self._span = stop - start
@@ -133,36 +132,33 @@ class KernelStepper:
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
         reals[LARGEST_OF_DRIVES] = math.inf
-        rtol = max(method.of_tolerance(control.rtol), 3e-14)
+        rtol = max(kernels.of_tolerance(control.rtol), 3e-14)
         atol = max(rtol * (control.atol / control.rtol), 1e-300)
         if control.step is not None:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
             rtol, atol = ITERATED
-        if method.name == "energy-momentum":
-            self._vectors[kept_quantities.FREQUENCIES, n : n + m] = modal_frequencies(model)
-        if method.name == "extrapolation":
-            integers[HAS_KINKS] = dynamics.has_kinks
-            integers[AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
         self._no_answer: tuple[float, KanefeError] | None = None
-        self._vectors[STATE] = dynamics.initial_state(start)
-        reals[RELATIVE], self._vectors[SCALE] = rtol, atol * state_scales(model)
-        if method.name == "extrapolation" and control.step is None:
-            reals[NEXT_STEP] = self._first_step()
+        self.vectors[STATE] = dynamics.initial_state(start)
+        reals[RELATIVE], self.vectors[SCALE] = rtol, atol * state_scales(model)
+        if kernels.prepare is not None:
+            kernels.prepare(self)
+        if kernels.first_step is not None and control.step is None:
+            reals[NEXT_STEP] = kernels.first_step(self)
 
     @property
     def t(self) -> float:
         """Time reached in s."""
-        return float(self._reals[TIME])
+        return float(self.reals[TIME])
 
     @property
     def t_old(self) -> float:
         """Start of the last step in s."""
-        return float(self._reals[TIME_OLD])
+        return float(self.reals[TIME_OLD])
 
     @property
     def worst(self) -> int:
         """Component of the state whose error was the largest at the last step, or try of one."""
-        return int(self._integers[WORST])
+        return int(self.integers[WORST])
 
     @property
     def statistics(self) -> dict[str, int | float]:
@@ -170,60 +166,62 @@ class KernelStepper:
         counts = {"steps": STEPS, "rejected": REJECTED, "evaluations": EVALUATIONS}
         if self._has_jacobian:
             counts |= {"factorisations": FACTORISATIONS, "jacobians": JACOBIANS}
-        return {name: int(self._integers[place]) for name, place in counts.items()}
+        return {name: int(self.integers[place]) for name, place in counts.items()}
 
     @property
     def _has_jacobian(self) -> bool:
-        return JACOBIAN_ROW in self._method.integers
+        return JACOBIAN_ROW in self._kernels.integers
 
     def state(self) -> Vector:
         """Return the state at t, its loops closed."""
-        return self._dynamics.projected(self.t, self._vectors[STATE]).copy()
+        return self.dynamics.projected(self.t, self.vectors[STATE]).copy()
 
     def states(self, times: np.ndarray) -> np.ndarray:
         """Return the states at times of the last step, shape (times, state)."""
-        found = np.empty((len(times), self._vectors.shape[1]))
+        found = np.empty((len(times), self.vectors.shape[1]))
         if self.t_old == self.t:
-            found[:] = self._vectors[STATE]
+            found[:] = self.vectors[STATE]
             return found
         for t, row in zip(times, found, strict=True):
-            if self._integers[STAGE] and t < self.t:
+            if self.integers[STAGE] and t < self.t:
                 interpolated(
-                    self._method.pointers[1], self._integers, self._reals, self._vectors, self._method.table, t, row
+                    self._kernels.pointers[1], self.integers, self.reals, self.vectors, self._kernels.table, t, row
                 )
             else:
-                row[:] = self._vectors[STATE]
-            row[:] = self._dynamics.projected(float(t), row)
+                row[:] = self.vectors[STATE]
+            row[:] = self.dynamics.projected(float(t), row)
         return found
 
     def restart(self, t: float, y: Vector) -> None:
         """Go on from another state, with a tenth of the step where it is not fixed."""
-        integers, reals = self._integers, self._reals
-        self._vectors[STATE] = y
+        integers, reals = self.integers, self.reals
+        self.vectors[STATE] = y
         reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
         integers[COMMAND], integers[STAGE] = START, 0
-        if self.name == "extrapolation" and not integers[IS_FIXED]:
-            reals[NEXT_STEP] = min(float(reals[NEXT_STEP]), self._first_step())
-        elif not integers[IS_FIXED]:
+        if integers[IS_FIXED]:
+            return
+        if self._kernels.first_step is not None:
+            reals[NEXT_STEP] = min(float(reals[NEXT_STEP]), self._kernels.first_step(self))
+        else:
             reals[NEXT_STEP] *= 0.1
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return copies of the memory of the method."""
-        return {"integers": self._integers.copy(), "reals": self._reals.copy(), "vectors": self._vectors.copy()}
+        return {"integers": self.integers.copy(), "reals": self.reals.copy(), "vectors": self.vectors.copy()}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Go on from a snapshot."""
-        for name, array in (("integers", self._integers), ("reals", self._reals), ("vectors", self._vectors)):
+        for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
             array[:] = snapshot[name]
 
     def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
-        integers, reals, vectors = self._integers, self._reals, self._vectors
+        integers, reals, vectors = self.integers, self.reals, self.vectors
         integers[STORED], integers[IS_LEFT_OPEN], integers[WANTS_DENSE] = 0, 0, most_steps == 1
         reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
-        run = Run(*self._method.pointers, integers, reals, self._method.table, times, states, most)
-        dynamics = self._dynamics
+        run = Run(*self._kernels.pointers, integers, reals, self._kernels.table, times, states, most)
+        dynamics = self.dynamics
         is_compiled = dynamics.is_autonomous
         before, evaluations = int(integers[EVALUATIONS]), dynamics.evaluations
         while True:
@@ -252,30 +250,21 @@ class KernelStepper:
         return stored
 
     def _project(self) -> None:
-        reals, vectors = self._reals, self._vectors
+        reals, vectors = self.reals, self.vectors
         try:
-            vectors[STATE] = self._dynamics.projected(self.t, vectors[STATE], share=float(reals[SHARE_STIFFNESS]))
+            vectors[STATE] = self.dynamics.projected(self.t, vectors[STATE], share=float(reals[SHARE_STIFFNESS]))
         except KanefeError as error:
             # what there is ends with the last state whose loops are closed
             vectors[STATE], reals[TIME] = vectors[STATE_OLD], reals[TIME_OLD]
-            if self._integers[IS_FIXED]:
+            if self.integers[IS_FIXED]:
                 raise beyond(error) from error
             raise
 
-    def _first_step(self) -> float:
-        """Return the first step of the extrapolation: a long one would damp all vibrations, unseen by the estimate."""
-        reals, vectors = self._reals, self._vectors
-        long = FIRST_SHARE * float(reals[STOP] - reals[TIME])
-        tolerances = float(reals[RELATIVE]), vectors[SCALE]
-        if are_seen(self._dynamics, self.t, vectors[STATE], long, *tolerances):
-            return min(long, 1.0 / float(modal_frequencies(self._dynamics.model).max()))
-        return long
-
     def _command(self, run: Run, is_compiled: bool) -> int:
         """Return what the method wants that is no evaluation: evaluations are done here."""
-        dynamics, reals, vectors = self._dynamics, self._reals, self._vectors
+        dynamics, reals, vectors = self.dynamics, self.reals, self.vectors
         if is_compiled:
-            wants = self._method.is_implicit, self._method.keeps_balance
+            wants = self._kernels.is_implicit, self._kernels.keeps_balance
             following = partial(dynamics.go_on, run, vectors, *wants)
         else:
             following = partial(direct(next_command, run, vectors), run, vectors)
@@ -294,44 +283,32 @@ class KernelStepper:
 
     def _answer_nothing(self, error: KanefeError) -> None:
         """Have the step tried again with a smaller one: up to where the equations hold there are such."""
-        if self._integers[IS_FIXED]:
-            if self._reals[TIME_AT] > self.t:
+        if self.integers[IS_FIXED]:
+            if self.reals[TIME_AT] > self.t:
                 raise beyond(error) from error
             raise error
         if self._no_answer is None or self._no_answer[0] != self.t:
             self._no_answer = self.t, error
-        self._vectors[SLOPE] = np.nan
+        self.vectors[SLOPE] = np.nan
 
     def _failure(self) -> KanefeError:
-        if self._dynamics.is_autonomous:  # in compiled code nothing was said of functions that give no numbers
-            self._dynamics.name_what_is_not_finite(float(self._reals[TIME_AT]), self._vectors[AT])
+        if self.dynamics.is_autonomous:  # in compiled code nothing was said of functions that give no numbers
+            self.dynamics.name_what_is_not_finite(float(self.reals[TIME_AT]), self.vectors[AT])
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
             return self._no_answer[1]
         worst = self.worst
-        if self._integers[REASON] == HELD:
+        if self.integers[REASON] == HELD:
             return StepFailure(
                 "the mechanism is at a singular position and does not pass it",
                 "check that driven joints stay within its reach",
             )
-        if self._integers[REASON] == NO_NUMBERS:
+        if self.integers[REASON] == NO_NUMBERS:
             return StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
-        if self._integers[REASON] == NO_CONVERGENCE:
-            reason = f"the Newton iteration of {self.name} does not converge with steps of {self._reals[STEP]:.3g} s"
+        if self.integers[REASON] == NO_CONVERGENCE:
+            reason = f"the Newton iteration of {self.name} does not converge with steps of {self.reals[STEP]:.3g} s"
             return StepFailure(reason, "a smaller step, or rtol in its place", worst)
         return StepFailure(
-            f"{self.name} found no step of {self._reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
+            f"{self.name} found no step of {self.reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
             "check loads for jumps or growth without bound there, or loosen rtol",
             worst,
         )
-
-
-def flies_freely(model: Model) -> bool:
-    """Tell whether nothing acts on the scene from without, so that it keeps its momenta."""
-    bodies = model.bodies
-    roots = [body for body in bodies if body.parent < 0]
-    return (
-        all(isinstance(body.joint, Free) and not (body.is_driven or body.joint_loads) for body in roots)
-        and not any(body.loads or body.field_loads for body in bodies)
-        and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
-        and all(marker.body >= 0 for load in model.loads for marker in load.ends)
-    )

@@ -14,6 +14,7 @@ from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.tangents import current_tangents
+from kanefe.tree.scales import joint_scales, scene_length
 from kanefe.unreduced.bordered import Bordered, Edge
 from kanefe.unreduced.route import Residual, UnreducedRoute
 
@@ -123,3 +124,20 @@ class IterationMatrices:
         h = math.ldexp(self._span, -halvings)
         factors = self._scene.factored(self._formula.damping_share(h), self._formula.stiffness_share(h))
         self._edges[halvings] = self._scene.edges(shape, factors), shape
+
+
+def large_displacements(scene: UnreducedRoute) -> Vector:
+    """Return the size of a large displacement along every free speed: 1 rad, or a length in m."""
+    length = scene_length(scene.model)
+    whole = joint_scales(scene.model, length)
+    for body in scene.model.bodies:
+        if body.flexible is None:
+            continue
+        extent = float(np.ptp(body.flexible.body.nodes, axis=0).max()) or length
+        member = next((m for m in scene.condensed.members if m.speeds == body.flexible.speeds), None)
+        if member is None:
+            modal = np.diag(body.flexible.free_moments.elastic_mass)
+            whole[body.flexible.speeds] = extent * np.sqrt(body.flexible.body.mass / np.maximum(modal, 1e-300))
+            continue
+        whole[member.speeds] = member.body.coordinate_scales(extent)
+    return whole

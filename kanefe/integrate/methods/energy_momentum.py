@@ -1,0 +1,77 @@
+"""The symmetric method that keeps energy and momenta: see `kanefe.kernels.steppers.energy_momentum`."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.method import Method, serves_kept_states
+from kanefe.joints import Free
+
+if TYPE_CHECKING:
+    from kanefe.integrate.methods.kernel_stepper import KernelStepper
+
+
+@cache
+def _kernels() -> Kernels:
+    from kanefe.kernels.steppers import energy_momentum, kept_quantities
+
+    return Kernels(
+        advance=energy_momentum.advance_keeping,
+        interpolate=energy_momentum.interpolate_keeping,
+        rows=kept_quantities.ROWS,
+        reals=kept_quantities.REALS,
+        integers={},
+        is_implicit=True,
+        keeps_balance=True,
+        prepare=_prepare,
+    )
+
+
+def _prepare(stepper: KernelStepper) -> None:
+    """Write which frequencies the iteration has to know, and whether momenta are kept."""
+    from kanefe.kernels.steppers.kept_quantities import FREQUENCIES
+    from kanefe.kernels.stepping import KEEPS_MOMENTA
+    from kanefe.tree.scales import modal_frequencies
+
+    model = stepper.dynamics.model
+    n, m = model.coordinate_count, model.free_count
+    stepper.vectors[FREQUENCIES, n : n + m] = modal_frequencies(model)
+    stepper.integers[KEEPS_MOMENTA] = flies_freely(model)
+
+
+def flies_freely(model: Model) -> bool:
+    """Tell whether nothing acts on the scene from without, so that it keeps its momenta."""
+    bodies = model.bodies
+    roots = [body for body in bodies if body.parent < 0]
+    return (
+        all(isinstance(body.joint, Free) and not (body.is_driven or body.joint_loads) for body in roots)
+        and not any(body.loads or body.field_loads for body in bodies)
+        and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
+        and all(marker.body >= 0 for load in model.loads for marker in load.ends)
+    )
+
+
+def _serves(model: Model) -> str:
+    cannot = {
+        "does not close loops": bool(model.constraints),
+        "keeps the energy of joints that move freely, and does not drive them": model.driven_count > 0,
+        "needs the order-n route, which bodies in the nodal form do not have": not model.route.has_sweeps,
+    }
+    reasons = [f"{what}. Remedy: method='auto'" for what, is_so in cannot.items() if is_so]
+    return serves_kept_states(model) or (reasons[0] if reasons else "")
+
+
+METHOD = Method(
+    name="energy-momentum",
+    about="keeps the balance of energy, and in free flight the momenta: long runs of trees",
+    stepper=Compiled(_kernels),
+    order=2,
+    has_error_control=False,
+    has_fixed_steps=True,
+    serves=_serves,
+)

@@ -1,0 +1,119 @@
+"""Explicit Runge-Kutta methods from their coefficients, as `kanefe.kernels.steppers.explicit_steps` reads them.
+
+A method is a file with a tableau; `explicit_method` makes a row of the table of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.frames import Matrix
+from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.method import Method
+
+
+class Tableau(NamedTuple):
+    """The coefficients of a method.
+
+    Attributes
+    ----------
+    table : ndarray
+        See `kanefe.kernels.steppers.explicit_steps`.
+    stages, extra, estimates, dense, order : int
+        Stages of a step, further ones for the dense output, rows of error estimates and of dense output, and the order
+        of the error that is estimated.
+    """
+
+    table: Matrix
+    stages: int
+    extra: int
+    estimates: int
+    dense: int
+    order: int
+
+
+def tableau(
+    A: Sequence[Sequence[float]],
+    b: Sequence[float],
+    c: Sequence[float],
+    *,
+    order: int,
+    errors: Sequence[Sequence[float]] = (),
+    extra: Sequence[Sequence[float]] = (),
+    extra_c: Sequence[float] = (),
+    dense: Sequence[Sequence[float]] = (),
+) -> Tableau:
+    """Return a tableau; rows may end where only zeros follow.
+
+    Parameters
+    ----------
+    A, b, c : sequences
+        Of the stages. The rates at the end of the step are one stage more, whether or not the method has it as its own.
+    order : int
+        Of the error that is estimated.
+    errors : sequences
+        Weights of the error, the rates at the end included. Two: see `explicit_steps`.
+    extra, extra_c : sequences
+        Further stages, after the rates at the end, for the dense output.
+    dense : sequences
+        Weights of the polynomials ``x^2 (1 - x)^2 (d_0 + x (d_1 + (1 - x) (d_2 + ...)))`` that the dense output has
+        beyond the cubic through states and rates at both ends.
+    """
+    rows = [[node, *row] for node, row in zip(c, A, strict=True)]
+    rows += [[1.0, *b], *([node, *row] for node, row in zip(extra_c, extra, strict=True))]
+    rows += [[0.0, *weights] for weights in (*errors, *dense)]
+    table = np.zeros((len(rows), max(map(len, rows))))
+    for i, row in enumerate(rows):
+        table[i, : len(row)] = row
+    return Tableau(table, len(b), len(extra), len(errors), len(dense), order)
+
+
+def explicit_method(name: str, about: str, coefficients: Callable[[], Tableau], order: int, **options: Any) -> Method:
+    """Return the row of an explicit method.
+
+    Parameters
+    ----------
+    name, about : str
+    coefficients : function
+        Returns the tableau; called when the method is first used.
+    order : int
+        Of convergence.
+    **options
+        Further attributes of `Method`, in place of those of a method with error control that also takes fixed steps.
+    """
+
+    @cache
+    def load() -> Kernels:
+        return _kernels(coefficients())
+
+    return Method(
+        name=name,
+        about=about,
+        stepper=Compiled(load),
+        order=order,
+        is_explicit=True,
+        **{"has_fixed_steps": True, "takes_atol": True} | options,
+    )
+
+
+def _kernels(found: Tableau) -> Kernels:
+    from kanefe.kernels.steppers import explicit_steps as kernel
+
+    return Kernels(
+        advance=kernel.advance_explicitly,
+        interpolate=kernel.interpolate_explicitly,
+        rows=kernel.FIRST_RATE + found.stages + 1 + found.extra,
+        reals=kernel.REALS,
+        integers={
+            kernel.STAGES: found.stages,
+            kernel.EXTRA: found.extra,
+            kernel.ESTIMATES: found.estimates,
+            kernel.DENSE: found.dense,
+            kernel.ORDER: found.order,
+        },
+        table=found.table,
+    )

@@ -1,0 +1,92 @@
+"""A method of integration as a record: its name, what it can, which scenes it serves, and what makes its steppers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from kanefe.equations.model import Model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from kanefe.integrate.dynamics import Dynamics
+    from kanefe.integrate.stepper import StepControl, Stepper
+
+
+def serves_reduced(model: Model) -> str:
+    """Return why no method that takes a scene as dense equations can run a model; empty if it can."""
+    if model.route.is_dense:
+        return ""
+    return (
+        "would need a step for the highest mode of the mesh: an unreduced body is run by 'generalised-alpha'. "
+        "Remedy: that method, or reduction=CraigBampton(modes=20)"
+    )
+
+
+def kept_states(model: Model) -> str:
+    """Return why a method that keeps internal states of loads as they are between events cannot run a model."""
+    if not model.states_move:
+        return ""
+    names = ", ".join(repr(load.name) for load in model.loads if load.has_rates)
+    return f"does not follow the internal states of the load {names}. Remedy: 'dopri5', 'extrapolation' or 'auto'"
+
+
+def serves_kept_states(model: Model) -> str:
+    """Return the same of a method that takes a scene as dense equations, too."""
+    return serves_reduced(model) or kept_states(model)
+
+
+class MakesSteppers(Protocol):
+    """The class of a method's steppers, or a function in its place."""
+
+    def __call__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> Stepper:
+        """Return a stepper at the start; times in s."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """A row of the table of methods.
+
+    Attributes
+    ----------
+    name : str
+    about : str
+        What it is and what it is for, in a line.
+    stepper : class or function
+        (dynamics, start, stop, control, name=...) -> stepper at the start.
+    order : int
+        Of convergence; where it varies, of the highest, or with fixed steps.
+    is_explicit : bool
+        Whether its steps follow every mode, however stiff.
+    has_error_control, has_fixed_steps : bool
+        Whether it can choose its steps, and whether it can take given ones.
+    refuses_step : str
+        What is said where a given step is refused, after "step has no meaning for"; empty: the usual.
+    takes_atol : bool
+        Whether errors are measured component by component; else by the size of the bodies.
+    least_rtol : float
+        Below which round-off is all that it controls.
+    is_plugged : bool
+        Whether it is a solver of another package, which keeps its memory to itself: no checkpoints.
+    serves : function
+        (model) -> str: empty, or why it cannot run the model, with a remedy, as a sentence goes on after its name.
+    """
+
+    name: str
+    about: str
+    stepper: MakesSteppers
+    order: int
+    is_explicit: bool = False
+    has_error_control: bool = True
+    has_fixed_steps: bool = False
+    refuses_step: str = ""
+    takes_atol: bool = False
+    least_rtol: float = 0.0
+    is_plugged: bool = False
+    serves: Callable[[Model], str] = serves_reduced
+
+    def make(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
+        """Return a stepper at the start; times in s."""
+        return self.stepper(dynamics, start, stop, control, name=self.name)

@@ -1,0 +1,69 @@
+"""What steppers written in Python have in common: their clock, their counts, and the march over the output times."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from kanefe.integrate.dynamics import Dynamics
+
+
+class PythonStepper(ABC):
+    """A method in the middle of a run that takes its steps one by one: see `Stepper`.
+
+    A subclass takes a step in `_advance`, moves `_t_old` and `_t`, and counts `_steps`, `_rejected`; the rest of
+    `Stepper` is its own.
+
+    Parameters
+    ----------
+    name : str
+        Of the method.
+    dynamics : Dynamics
+    """
+
+    def __init__(self, name: str, dynamics: Dynamics) -> None:
+        self.name = name
+        self._dynamics = dynamics
+        self._t = self._t_old = 0.0
+        self._steps = self._rejected = 0
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        return self._t
+
+    @property
+    def t_old(self) -> float:
+        """Start of the last step in s."""
+        return self._t_old
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """Accepted steps, tries that were rejected, evaluations, and what else the method counts."""
+        counts = {"steps": self._steps, "rejected": self._rejected, "evaluations": self._dynamics.evaluations}
+        return counts | self._counted()
+
+    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            self._advance(float(times[passed]))
+            most_steps -= 1
+            reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
+            if reached > passed:
+                states[passed:reached] = self.states(times[passed:reached])
+                passed = reached
+        return passed
+
+    @abstractmethod
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state)."""
+
+    @abstractmethod
+    def _advance(self, target: float) -> None:
+        """Take one accepted step; a method without dense output of its own does not go beyond the target, s."""
+
+    def _counted(self) -> dict[str, int | float]:
+        """Return what else the method counts, by name."""
+        return {}

@@ -1,0 +1,68 @@
+"""Radau IIA of order 5 with the exact Jacobian: see `kanefe.kernels.steppers.radau`."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from kanefe.frames import Matrix
+from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.method import Method, serves_kept_states
+
+
+def radau_iia() -> Matrix:
+    """Return the nodes and the transformation of Radau IIA of order 5, as `kanefe.kernels.steppers.radau` reads them.
+
+    The inverse of its matrix has one real eigenvalue and a pair of complex ones (Hairer & Wanner, Solving Ordinary
+    Differential Equations II, 1996, table 5.6 and IV.8).
+    """
+    r = np.sqrt(6.0)
+    nodes = np.array([(4.0 - r) / 10.0, (4.0 + r) / 10.0, 1.0])
+    powers = np.vander(nodes, 3, increasing=True)
+    # collocation: exact integrals of 1, c and c^2 from zero to each node
+    A = (nodes[:, None] ** np.arange(1, 4) / np.arange(1, 4)) @ np.linalg.inv(powers)
+    values, shapes = np.linalg.eig(np.linalg.inv(A))
+    real, upper = int(np.argmin(abs(values.imag))), int(np.argmax(values.imag))
+    shape, pair = shapes[:, real].real, shapes[:, upper] / shapes[2, upper]
+    T = np.column_stack((shape / shape[2], pair.real, -pair.imag))
+    gamma = values[real].real
+    # the error estimate: a formula of order 3 with the rates at the start, whose share is 1 / gamma
+    error = np.linalg.solve(powers.T, 1.0 / np.arange(1, 4) - np.array([1.0 / gamma, 0.0, 0.0]))
+    weights = gamma * (np.linalg.inv(A).T @ (error - A[2]))
+    return np.vstack((nodes, T, np.linalg.inv(T), weights, [gamma, values[upper].real, values[upper].imag]))
+
+
+def _of_order_three(rtol: float) -> float:
+    """Return the estimate of order 3 that a step of order 5 may have (Hairer & Wanner 1996, IV.8, the code RADAU5)."""
+    return 0.1 * rtol ** (2.0 / 3.0)
+
+
+@cache
+def _kernels() -> Kernels:
+    from kanefe.kernels.steppers import radau, radau_polynomial
+    from kanefe.kernels.stepping import JACOBIAN_ROW
+
+    rows, rows_per_speed = radau_polynomial.rows_needed()
+    return Kernels(
+        advance=radau.advance_radau,
+        interpolate=radau_polynomial.interpolate_radau,
+        rows=rows,
+        rows_per_speed=rows_per_speed,
+        reals=radau_polynomial.REALS,
+        integers={JACOBIAN_ROW: radau_polynomial.JACOBIAN_ROWS},
+        table=radau_iia(),
+        of_tolerance=_of_order_three,
+    )
+
+
+METHOD = Method(
+    serves=serves_kept_states,
+    name="radau5",
+    about="Radau IIA, Newton iterations with the exact Jacobian: stiff scenes whose vibrations are followed",
+    stepper=Compiled(_kernels),
+    order=5,
+    has_fixed_steps=True,
+    takes_atol=True,
+    least_rtol=1e-12,
+)

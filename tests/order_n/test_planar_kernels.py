@@ -1,0 +1,252 @@
+"""The planar kernels against the literal route and the kernels in space; which scenes are planar."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe.equations.model import Model
+from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
+from kanefe.integrate.run import integrate
+from kanefe.kane.assemble import accelerations
+from kanefe.kane.state import State
+from kanefe.kernels.planar.layout import FLOAT, KIND, PlanarTables
+from kanefe.kernels.planar.march import march_planar, room_size
+from kanefe.kernels.stepping import NOT_FINITE
+from kanefe.order_n.planar_route import PlanarRoute
+from kanefe.order_n.planar_tables import planar_tables
+from kanefe.order_n.route import OrderN
+from loaded_scenes import force_of
+from scenes import lattice_body, random_inertia, random_state, swing, unit_axis
+
+T = 0.3
+
+
+def tables_of(model: Model) -> PlanarTables | None:
+    return planar_tables(model, OrderN(model).tables)
+
+
+def turned_to(normal: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return random axes of which the third is `normal`."""
+    x = np.cross(normal, rng.standard_normal(3))
+    x /= np.linalg.norm(x)
+    return np.column_stack((x, np.cross(normal, x), normal))
+
+
+class PlanarScene:
+    """A random tree that moves in a plane, though its frames point anywhere."""
+
+    def __init__(self, seed: int, *, autonomous: bool = False) -> None:
+        self.rng = rng = np.random.default_rng(seed)
+        self.autonomous = autonomous
+        self.normal = np.eye(3)[seed % 3] if seed < 3 else unit_axis(rng)
+        self.scene = kf.System(gravity=3.0 * rng.standard_normal(3))
+        self.frames: list[Any] = [None]
+        self.axes = [np.eye(3)]
+        for i in range(8):
+            self.add_body(i)
+        self.scene.add_rotor(self.frames[1], unit_axis(rng), 0.1, 20.0)
+        for body in self.frames[3:6]:
+            self.add_loads(body)
+
+    def add_body(self, i: int) -> None:
+        rng = self.rng
+        kind = ("fixed", "turn", "slide", "float")[i if i < 4 else rng.integers(4)]
+        parent = 2 if i == 3 else int(rng.integers(len(self.frames)))  # a planar joint on a body that turns
+        sign = rng.choice([-1.0, 1.0])
+        here = turned_to(sign * self.normal, rng) if kind == "float" else rotation_matrix(rng.standard_normal(4))
+        inward = here.T @ (sign * self.normal)
+        motion = None if self.autonomous or rng.uniform() < 0.6 else swing(rng)
+        force = force_of(rng, limited=True) if rng.uniform() < 0.5 else None
+        joint: kf.Joint = kf.Fixed()
+        if kind == "turn":
+            joint = kf.Revolute(inward, motion=motion, forces=force)
+        elif kind == "slide":
+            joint = kf.Prismatic(np.cross(inward, rng.standard_normal(3)), motion=motion, forces=force)
+        elif kind == "float":
+            joint = kf.Planar(motion=(None, motion, None), forces=(None, force_of(rng), force_of(rng)))
+        body = self.scene.add_rigid_body(
+            f"b{i}",
+            rng.uniform(0.5, 2.0),
+            random_inertia(rng),
+            com=rng.uniform(-0.3, 0.3, 3),
+            parent=self.frames[parent],
+            joint=joint,
+            at=rng.uniform(-0.5, 0.5, 3),
+            orientation=euler_parameters_from_matrix(self.axes[parent].T @ here),
+            gravity=bool(rng.uniform() < 0.7),
+        )
+        if kind == "turn" and motion is None:
+            self.scene.add_motor(body, 0.3 if self.autonomous else lambda t, state: 0.4 * np.cos(t))
+        self.frames.append(body)
+        self.axes.append(here)
+
+    def add_loads(self, body: Any) -> None:
+        rng, name = self.rng, body.name
+        for follows in (False, True):
+            self.scene.add_force(body, rng.standard_normal(3), point=rng.uniform(-0.3, 0.3, 3), follows=follows)
+            self.scene.add_torque(body, rng.standard_normal(3), follows=follows)
+        if not self.autonomous:
+            self.scene.add_force(body, lambda t, state: -state.velocity(name) * np.cos(t))
+
+
+def planar_rates(model: Model, t: float, y: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return dy/dt from the planar kernels, and what they return."""
+    in_space, tables = OrderN(model), tables_of(model)
+    assert tables is not None
+    n, m = model.coordinate_count, model.free_count
+    values = in_space.values(t, y[:n], y[n : n + m])
+    vectors = np.array((y, np.full(len(y), np.nan)))
+    room = np.empty(room_size(tables))
+    done, _ = march_planar(tables, in_space.drives(t), None, None, t, values, vectors, 0.0, 0.0, None, room)
+    return vectors[1], done
+
+
+def state_of(model: Model, seed: int) -> np.ndarray:
+    return np.concatenate((*random_state(model, seed), [0.0, 0.0]))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_planar_equals_literal_and_space(seed: int) -> None:
+    model = PlanarScene(seed).scene.freeze()
+    y, n, m = state_of(model, seed), model.coordinate_count, model.free_count
+    rates, _ = planar_rates(model, T, y)
+    literal = accelerations(State(model, T, y[:n], y[n : n + m]))
+    # the mass matrices of these trees have condition numbers up to some 1e3
+    np.testing.assert_allclose(rates[n : n + m], literal, rtol=0, atol=1e-11 * abs(literal).max())
+    in_space = OrderN(model).held_rates(T, y)[0]
+    np.testing.assert_allclose(rates, in_space, rtol=0, atol=1e-11 * abs(in_space).max())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_steps_equal_those_in_space(seed: int) -> None:
+    in_plane, in_space = (PlanarScene(seed, autonomous=True).scene.freeze() for _ in range(2))
+    assert in_plane.route.is_autonomous
+    assert isinstance(in_plane.route, PlanarRoute)
+    in_space.__dict__["route"] = OrderN(in_space)
+    options = {"method": "rk4", "step": 2e-3, "output_step": 0.02}
+    states, expected = (integrate(model, (0.0, 0.08), **options).coordinates for model in (in_plane, in_space))
+    # round-off of 1e-14 a step, which the motion over 0.08 s hardly grows
+    np.testing.assert_allclose(states, expected, rtol=0, atol=1e-11 * abs(states).max())
+
+
+def test_bodies_fixed_to_each_other_are_one_row_and_a_planar_joint_is_one() -> None:
+    scene = kf.System()
+    base = scene.add_rigid_body("base", 1.0, 0.1)
+    cart = scene.add_rigid_body("cart", 1.0, 0.1, parent=base, joint=kf.Planar())
+    mast = scene.add_rigid_body("mast", 1.0, 0.1, parent=cart, at=(0, 0.5, 0))
+    scene.add_rigid_body("arm", 1.0, 0.1, parent=mast, joint=kf.Revolute((0, 0, -1)))
+    tables = tables_of(scene.freeze())
+    assert tables is not None
+    assert len(tables.rows) == 3
+    assert tables.rows[1, KIND] == FLOAT
+
+
+@pytest.mark.parametrize(("turns", "tolerance"), [(0, 4e-16), (10, 4e-16), (2e5, 4e-16), (1e7, np.spacing(6.3e7))])
+def test_angles_of_many_turns(turns: float, tolerance: float) -> None:
+    scene = kf.System(gravity=(1.0, -9.81, 0.0))
+    scene.add_rigid_body("bob", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z"))
+    model = scene.freeze()
+    for angle in np.linspace(-3.5, 3.5, 29):
+        y = np.array([angle + 2 * np.pi * turns, 0.0, 0.0, 0.0])
+        rates, _ = planar_rates(model, 0.0, y)
+        c, s = np.cos(y[0]), np.sin(y[0])
+        # gravity is 9.9 m/s2, and the arm 0.5 m; other round-off is a few units in the last place of 14 rad/s2
+        assert abs(rates[1] - 0.5 * (-9.81 * c - 1.0 * s) / (0.1 + 0.25)) < 0.5 * 9.9 / 0.35 * tolerance + 1e-14
+
+
+def test_no_inertia_along_a_joint_is_told() -> None:
+    for joint in (kf.Revolute("z"), kf.Prismatic("x"), kf.Planar()):
+        for is_first in (False, True):
+            scene = kf.System()
+            arm = scene.add_rigid_body("arm", 1.0, 0.1, joint=kf.Revolute("z"))
+            scene.add_frame("tip", parent=None if is_first else arm, joint=joint)
+            model = scene.freeze()
+            assert planar_rates(model, 0.0, state_of(model, 0))[1] == -1
+
+
+def test_rates_that_are_not_finite_are_told() -> None:
+    scene = kf.System()
+    arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(1, 0, 0), joint=kf.Revolute("z"))
+    scene.add_rigid_body("hand", 1.0, 0.1, com=(1, 0, 0), parent=arm, at=(1, 0, 0), joint=kf.Revolute("z"))
+    y = np.array([0.0, 1.0, 1e200, 1e200, 0.0, 0.0])
+    assert planar_rates(scene.freeze(), 0.0, y)[1] == NOT_FINITE
+
+
+def arm_and(**second: Any) -> kf.System:
+    """Return an arm on a revolute joint about z, and a body on it."""
+    scene = kf.System(gravity=(0, -9.81, 0))
+    arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z"))
+    scene.add_rigid_body("second", 1.0, 0.1, com=(0.5, 0, 0), parent=arm, at=(1, 0, 0), **second)
+    return scene
+
+
+def with_flexible_body() -> kf.System:
+    scene = arm_and()
+    scene.add_flexible_body("flexible", lattice_body(planar=True))
+    return scene
+
+
+def with_spring() -> kf.System:
+    scene = arm_and()
+    body = scene.add_rigid_body("third", 1.0, 0.1, joint=kf.Planar(position=(3, 0)))
+    scene.add_spring("spring", scene.ground, body, stiffness=1.0)
+    return scene
+
+
+def with_loop() -> kf.System:
+    scene = arm_and(joint=kf.Revolute("z", position=2.0))
+    body = scene.add_rigid_body("third", 1.0, 0.1, joint=kf.Planar(position=(3, 0)))
+    scene.add_distance("rope", scene.ground, body, 3.0)
+    return scene
+
+
+def all_fixed() -> kf.System:
+    scene = kf.System()
+    scene.add_rigid_body("base", 1.0, 0.1)
+    return scene
+
+
+NOT_PLANAR = {
+    "revolute across": lambda: arm_and(joint=kf.Revolute("y")),
+    "revolute askew": lambda: arm_and(joint=kf.Revolute((0, 1e-9, 1))),
+    "placed askew": lambda: arm_and(joint=kf.Revolute("z"), orientation=(1, 1e-9, 0, 0)),
+    "prismatic along the normal": lambda: arm_and(joint=kf.Prismatic("z")),
+    "planar joint askew": lambda: arm_and(joint=kf.Planar(), orientation=(1, 0, 0.1, 0)),
+    "screw": lambda: arm_and(joint=kf.Screw("z", lead=0.1)),
+    "cylindrical": lambda: arm_and(joint=kf.Cylindrical("z")),
+    "universal": lambda: arm_and(joint=kf.Universal("z", "x")),
+    "spherical": lambda: arm_and(joint=kf.Spherical()),
+    "translation": lambda: arm_and(joint=kf.Translation()),
+    "free": lambda: arm_and(joint=kf.Free()),
+    "flexible": with_flexible_body,
+    "spring": with_spring,
+    "loop": with_loop,
+    "nothing turns or slides": all_fixed,
+}
+
+
+@pytest.mark.parametrize("reason", NOT_PLANAR)
+def test_scenes_that_are_not_planar(reason: str) -> None:
+    assert tables_of(NOT_PLANAR[reason]().freeze()) is None
+
+
+@pytest.mark.parametrize("axes", [[(1, 0, 0)], [(1, 1, 0), (1, 1, 0)], [(1, 0, 0), (1, 0, 0), (0.6, 0, 0.8)]])
+def test_slides_alone_are_planar_if_there_is_a_plane(axes: list[tuple[float, ...]]) -> None:
+    scene, parent = kf.System(gravity=(1, 2, 3)), None
+    for i, axis in enumerate(axes):
+        parent = scene.add_rigid_body(f"b{i}", 1.0, 0.1, parent=parent, joint=kf.Prismatic(axis))
+    model = scene.freeze()
+    y = state_of(model, 1)
+    expected = OrderN(model).rates(0.0, y)
+    np.testing.assert_allclose(planar_rates(model, 0.0, y)[0], expected, rtol=0, atol=1e-13 * abs(expected).max())
+
+
+def test_three_slides_in_space_are_not_planar() -> None:
+    scene, parent = kf.System(), None
+    for i, axis in enumerate("xyz"):
+        parent = scene.add_rigid_body(f"b{i}", 1.0, 0.1, parent=parent, joint=kf.Prismatic(axis))
+    assert tables_of(scene.freeze()) is None

@@ -1,0 +1,130 @@
+"""Importing the packages loads nothing heavy, and scenes run end to end where the heavy packages are missing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from repository import surroundings
+
+HEAVY = ("dolfinx", "petsc4py", "mpi4py", "gmsh", "matplotlib", "h5py", "pyvista", "numba")
+
+# A finder that comes before all others and refuses the heavy packages (all but numba, as the issue has it).
+BLOCK = f"""
+import sys
+
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {[name for name in HEAVY if name != "numba"]!r}:
+            raise ImportError(name + " is blocked")
+
+sys.meta_path.insert(0, Block())
+"""
+
+RUN = """
+import numpy as np
+import kanefe as kf
+
+def run(body):
+    scene = kf.System(gravity=(0, 0, -9.81))
+    hub = scene.add_rigid_body("hub", mass=4.0, inertia=0.05, joint=kf.Revolute("z"))
+    arm = scene.add_flexible_body("arm", body, parent=hub, at=(0.1, 0, 0))
+    scene.add_rigid_body("tip", mass=0.5, inertia=1e-3, parent=arm.interface("tip"))
+    scene.add_torque(hub, lambda t: 2.0 * np.sin(3 * t))
+    result = scene.simulate((0.0, 0.1), rtol=1e-6, output_step=0.001)
+    energy = result.energy
+    total = energy.kinetic + energy.elastic + energy.gravity + energy.dissipated - energy.work
+    # at looser tolerances the vibrations of the sudden start are damped
+    assert abs(total - total[0]).max() < 1e-2 * abs(energy.work).max() + 1e-6, total
+    force = result.coupling_force("arm", "root")
+    assert force.shape == (101, 6) and np.all(np.isfinite(force))
+    return result.position("tip")
+"""
+
+BEAMS = """
+from kanefe_fem.beams import beam_body, straight_beam
+from kanefe_fem.material import Material
+from kanefe_fem.sections import Tube
+
+bar = straight_beam(1.0, Tube(0.04, 0.002), Material(E=70e9, nu=0.33, rho=2700.0), elements=8)
+ends = {"root": "clamped", "tip": "rigid"}
+body = beam_body(bar, ends, reduction=kf.CraigBampton(modes=4), damping=kf.ModalDamping(0.02))
+"""
+
+
+def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run code in a fresh interpreter that finds this repository's packages."""
+    return subprocess.run(
+        [sys.executable, "-W", "error::ImportWarning", "-c", code, *arguments],
+        capture_output=True,
+        text=True,
+        env=surroundings(),
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("package", ["kanefe", "kanefe_fem"])
+def test_importing_loads_nothing_heavy(package: str) -> None:
+    done = python(f"import sys, {package}; print(*sorted({{name.partition('.')[0] for name in sys.modules}}))")
+    assert done.returncode == 0, done.stderr
+    loaded = set(done.stdout.split())
+    assert package in loaded
+    assert not loaded & set(HEAVY)
+    assert not loaded & {"numpy", "scipy", "typer", "tqdm", "meshio"}
+
+
+def test_public_names_load_nothing_heavy_either() -> None:
+    done = python(
+        "import sys, kanefe\n"
+        "for name in kanefe.__all__: getattr(kanefe, name)\n"
+        "print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    )
+    assert done.returncode == 0, done.stderr
+    assert not set(done.stdout.split()) & set(HEAVY)
+
+
+def test_the_block_blocks() -> None:
+    done = python(BLOCK + "import h5py")
+    assert "h5py is blocked" in done.stderr
+
+
+def test_a_scene_of_beams_runs_without_the_heavy_packages() -> None:
+    done = python(BLOCK + RUN + BEAMS + "run(body)\nprint('end')")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "end\n"
+
+
+def test_a_scene_with_a_body_from_its_file_runs_without_the_heavy_packages(tmp_path: Path) -> None:
+    path = str(tmp_path / "arm.npz")
+    made = python(RUN + BEAMS + "import sys\nbody.save(sys.argv[1])\nprint(*run(body)[-1].tolist())", path)
+    assert made.returncode == 0, made.stderr
+    # in a process that never sees kanefe_fem
+    loaded = python(
+        BLOCK + RUN + "import sys\n"
+        "print(*run(kf.FlexibleBody.load(sys.argv[1]))[-1].tolist())\n"
+        "assert not any(name.startswith('kanefe_fem') for name in sys.modules)",
+        path,
+    )
+    assert loaded.returncode == 0, loaded.stderr
+    assert loaded.stdout == made.stdout  # the same numbers, bit for bit
+
+
+@pytest.mark.parametrize(
+    ("call", "package"),
+    [("result.save('run.h5')", "h5py"), ("result.plot()", "matplotlib")],
+)
+def test_what_needs_a_missing_package_says_so(call: str, package: str, tmp_path: Path) -> None:
+    code = (
+        f"import os; os.chdir({str(tmp_path)!r})\n"
+        "scene = kf.System(); scene.add_rigid_body('b', 1.0, 0.1, joint=kf.Revolute('z', speed=1.0))\n"
+        "result = scene.simulate((0.0, 0.1))\n"
+        f"try:\n    {call}\nexcept kf.MissingDependency as error:\n    print(error)"
+    )
+    done = python(BLOCK + "import kanefe as kf\n" + code)
+    assert done.returncode == 0, done.stderr
+    assert f"needs {package}, which is not installed. Remedy:" in done.stdout
+    assert not list(tmp_path.iterdir())  # nothing half-written

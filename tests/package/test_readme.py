@@ -1,0 +1,60 @@
+"""The README's scripts run as printed."""
+
+import re
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe.checks.verification.rotors import point_on_springs
+from repository import ROOT
+
+SCRIPTS = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+@pytest.mark.fenicsx
+def test_the_first_script_runs(tmp_path, monkeypatch, capsys):
+    script = SCRIPTS[0]
+    (tmp_path / "meshes").symlink_to(ROOT / "meshes")
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    exec(compile(script, "README.md", "exec"), names)
+    assert {path.name for path in tmp_path.iterdir()} >= {"energy.png", "arm.pvd", "run.h5"}
+    printed = [float(x) for x in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", capsys.readouterr().out)]
+    # the arm has all but stopped shaking: its root carries the weight of arm and tip mass
+    assert printed[2] == pytest.approx((6.5233 + 0.5) * 9.81, rel=0.1)
+
+
+def test_the_loop_closes(capsys):
+    names: dict = {}
+    exec(compile("import kanefe as kf\n" + SCRIPTS[1], "README.md", "exec"), names)
+    report = names["model"].constraint_report()
+    assert "pin" in capsys.readouterr().out
+    # five rows in space hold what two do in the plane
+    assert (report.rows, report.rank) == (5, 2)
+
+
+def test_a_ball_bounces(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    scene = kf.System(gravity=(0, 0, -9.81))
+    scene.add_point("ball", 0.1, joint=kf.Prismatic("z", position=1.0))
+    names = {"kf": kf, "scene": scene}
+    exec(compile(SCRIPTS[2], "README.md", "exec"), names)
+    # it falls for sqrt(2 h / g) and flies for 0.8, 0.64, ... of twice that
+    fall = np.sqrt(2.0 / 9.81)
+    flights = fall * np.cumsum(np.concatenate(([1.0], 2.0 * 0.8 ** np.arange(1, 9))))
+    assert names["result"].events["floor"] == pytest.approx(flights[flights < 3.0], abs=1e-6)
+    assert "floor" in capsys.readouterr().out
+    assert (tmp_path / "run.npz").exists()
+
+
+def test_small_motions_of_a_scene(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("control")
+    monkeypatch.chdir(tmp_path)
+    scene = kf.System(gravity=(0, 0, -9.81))
+    scene.add_rigid_body("tip", 2.0, joint=kf.Prismatic("y", forces=kf.CoordinateForce(stiffness=50.0, damping=1.0)))
+    names = {"np": np, "kf": kf, "scene": scene, "rotor": point_on_springs}
+    exec(compile(SCRIPTS[3], "README.md", "exec"), names)
+    assert {path.name for path in tmp_path.iterdir()} == {"response.png", "campbell.png"}
+    assert "frequency [Hz]" in capsys.readouterr().out
+    assert len(SCRIPTS) == 4

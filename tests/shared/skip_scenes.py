@@ -1,0 +1,112 @@
+"""Scenes for the tests of what is skipped: a chain, and the same chain beside something that leaves it alone."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from kanefe.march.model import Model
+
+import kanefe as kf
+from bent_bodies import bent
+from scenes import lattice_body, random_inertia, unit_axis
+
+T = 0.2
+
+
+def chain(beside: Callable[[kf.System], None] | None = None, **arm: Any) -> Model:
+    """Return two links in space, the second one with an arm if a body is given, and what is beside them."""
+    rng = np.random.default_rng(3)
+    scene = kf.System(gravity=(0.3, -1.0, -9.0))
+    parent = None
+    for name in ("one", "two"):
+        com, joint = rng.uniform(-0.2, 0.2, 3), kf.Revolute(unit_axis(rng))
+        inertia = random_inertia(rng)
+        parent = scene.add_rigid_body(name, 1.5, inertia, com=com, parent=parent, joint=joint, at=(0.5, 0, 0))
+    if arm:
+        is_bent = arm.pop("is_bent", False)
+        body = lattice_body(1, **arm)
+        scene.add_flexible_body("arm", bent(body) if is_bent else body, parent=parent, at=(0.3, 0.1, 0))
+    if beside is not None:
+        beside(scene)
+    return scene.freeze()
+
+
+def flexible_beside(scene: kf.System) -> None:
+    scene.add_flexible_body("idle", lattice_body(2))
+
+
+def spring_beside(scene: kf.System) -> None:
+    scene.add_spring("idle", scene.ground, scene.add_rigid_body("block", 1.0, at=(1, 0, 0)), stiffness=3.0)
+
+
+def loop_beside(scene: kf.System) -> None:
+    block = scene.add_rigid_body("block", 1.0, at=(1, 0, 0), joint=kf.Prismatic("x"))
+    scene.add_loop_joint("idle", kf.Prismatic("x"), scene.ground, block)
+
+
+def drive_beside(scene: kf.System) -> None:
+    table = kf.Motion(np.sin, np.cos, lambda t: -np.sin(t))
+    scene.add_rigid_body("idle", 1.0, 0.1, at=(1, 0, 0), joint=kf.Revolute("z", motion=table))
+
+
+DAMPED: dict[str, Any] = {"reduction": kf.CraigBampton(modes=2), "damping": kf.ModalDamping(0.1)}
+FREE: dict[str, Any] = {"reduction": kf.CraigBampton(modes=2)}
+
+# name -> functions that are skipped, the scene that skips them, and one of the same motion that does not
+SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
+    "elastic code without flexible bodies": (
+        [
+            "march.modal_dissipation", "march.add_field_loads", "outward.modal_state", "outward._interface",
+            "inertia.set_flexible", "inward.eliminate_modes", "accelerations.modal_accelerations",
+        ],
+        chain,
+        lambda: chain(flexible_beside),
+    ),
+    "springs": (["march.add_loads_between"], chain, lambda: chain(spring_beside)),
+    "constraints": (["march.hold"], chain, lambda: chain(loop_beside)),
+    "driving forces": (["march.put_driving_forces"], chain, lambda: chain(drive_beside)),
+    "damping product": (
+        ["march.total", "elastic._subtract_product"], lambda: chain(**FREE), lambda: chain(**DAMPED),
+    ),
+    "second-order displacement": (["elastic._bend"], lambda: chain(**FREE), lambda: chain(**FREE, is_bent=True)),
+}  # fmt: skip
+
+
+def rates(model: Model) -> np.ndarray:
+    """Return dy/dt of the order-n route, without powers, at a state where what is beside the chain is at rest."""
+    q, u = np.zeros(model.coordinate_count), np.zeros(model.free_count)
+    q[:2], u[:2] = (0.4, -0.7), (1.2, -0.8)
+    return model.rhs(T, np.concatenate((q, u)))
+
+
+def patched_rates(model: Model, functions: list[str]) -> list[str]:
+    """Return the functions that a model calls, by replacing each of them in turn by one that raises."""
+    called = []
+    for where in functions:
+        module_name, name = where.split(".")
+        module = importlib.import_module(f"kanefe.kernels.{module_name}")
+        kept = getattr(module, name)
+
+        def refuse(*arguments: Any, where: str = where) -> None:
+            raise LookupError(where)
+
+        setattr(module, name, refuse)
+        try:
+            rates(model)
+        except LookupError:
+            called.append(where)
+        finally:
+            setattr(module, name, kept)
+    return called
+
+
+def report() -> str:
+    """Return for each skip, as json: the functions, those that the one scene calls, those that the other calls."""
+    found = {}
+    for name, (functions, sparing, busy) in SKIPS.items():
+        found[name] = functions, patched_rates(sparing(), functions), patched_rates(busy(), functions)
+    return json.dumps(found)

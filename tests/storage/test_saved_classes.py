@@ -1,0 +1,173 @@
+"""What files and digests name classes by: words that stay when the files of the code move."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, is_dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kanefe as kf
+import kanefe_fem
+from body_makers import BODIES
+from kanefe import saved_classes
+from kanefe.fe_model.file import load_model, save_model
+from kanefe.storage.array_file import read_header
+from kanefe.storage.digest import digest, digest_of_scene
+from kanefe.storage.saved_classes import SAVED_CLASSES, word_of
+from kanefe.storage.serialise import decoded, encoded
+from kanefe_fem import body_cache
+from kanefe_fem.body_cache import WARNINGS
+from scenes import lattice_model
+
+# These words are in files that users have: more may come, but none may change.
+WORDS = {
+    "cells", "elasticity", "finite element model", "flexible body", "inertia field", "interface frame", "load pattern",
+    "mass field", "mass moments", "model record", "nodal moments", "nodal pattern", "node group", "unreduced body",
+}  # fmt: skip
+WORDS_OF_WARNINGS = {"accuracy", "imported body", "mesh", "nodal form", "simulation", "tie", "units"}
+
+# Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
+# tables that are printed, of verification runs and of searches, and never of a scene or of the options of a body.
+SHARED_NAMES = {"NotRun", "Output", "Row", "Table", "_Search"}
+
+PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
+
+
+def class_at(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+def sources() -> Iterator[tuple[str, ast.Module]]:
+    """Yield (package, tree) of every file of the code."""
+    for package in (kf, kanefe_fem):
+        for path in sorted(Path(str(package.__file__)).parent.rglob("*.py")):
+            yield package.__name__, ast.parse(path.read_text(encoding="utf-8"))
+
+
+def class_names(node: ast.AST, outer: str = "") -> Iterator[str]:
+    """Yield the qualified names of all classes below a node."""
+    for child in ast.iter_child_nodes(node):
+        inner = outer
+        if isinstance(child, ast.ClassDef):
+            yield outer + child.name
+            inner = f"{outer}{child.name}."
+        elif isinstance(child, ast.FunctionDef):
+            inner = f"{outer}{child.name}.<locals>."
+        yield from class_names(child, inner)
+
+
+def classes_in(header: str) -> set[str]:
+    return set(re.findall(r'"class": "([^"]*)"', header))
+
+
+def test_the_words_are_those_that_files_have() -> None:
+    assert set(SAVED_CLASSES) == WORDS
+    assert set(WARNINGS) == WORDS_OF_WARNINGS
+
+
+@pytest.mark.parametrize("module", [saved_classes, body_cache])
+def test_no_word_is_given_twice(module: Any) -> None:
+    tables = [node for node in ast.walk(ast.parse(inspect.getsource(module))) if isinstance(node, ast.Dict)]
+    words = [key.value for table in tables for key in table.keys if isinstance(key, ast.Constant)]
+    assert {"flexible body", "accuracy"} & set(words)
+    assert [word for word, count in Counter(words).items() if count > 1 and word in WORDS | WORDS_OF_WARNINGS] == []
+
+
+@pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
+def test_every_class_is_where_the_table_says(place: str) -> None:
+    found = class_at(place)
+    assert f"{found.__module__}:{found.__qualname__}" == place  # not a name that another file passes on
+    assert is_dataclass(found) or issubclass(found, Warning)
+
+
+def test_no_class_has_two_words() -> None:
+    assert len(set(PLACES.values())) == len(PLACES)
+
+
+def test_every_warning_has_a_word() -> None:
+    of_machine = {"CacheWarning", "MemoryWarning"}  # these are not kept with a body
+    nodes = [node for _, tree in sources() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    ours = {node.name for node in nodes if any(ast.unparse(base).endswith("Warning") for base in node.bases)}
+    assert ours - of_machine == {place.partition(":")[2] for place in WARNINGS.values()}
+
+
+@pytest.mark.parametrize("make", BODIES.values(), ids=BODIES)
+def test_a_saved_body_names_no_file_of_the_code(make: Callable[[], kf.FlexibleBody], tmp_path: Path) -> None:
+    make().save(str(tmp_path / "body.npz"))
+    header = read_header(tmp_path / "body.npz")
+    assert "flexible body" in classes_in(header)
+    assert classes_in(header) <= WORDS
+    assert "kanefe." not in header
+
+
+def test_a_saved_model_names_no_file_of_the_code(tmp_path: Path) -> None:
+    save_model(lattice_model(0), tmp_path / "model.npz")
+    header = read_header(tmp_path / "model.npz")
+    assert {"model record", "finite element model"} <= classes_in(header) <= WORDS
+    assert "kanefe." not in header
+    assert load_model(tmp_path / "model.npz").size == lattice_model(0).size
+
+
+@dataclass(frozen=True)
+class Thing:
+    value: float
+
+
+def test_a_class_without_a_word_is_refused() -> None:
+    with pytest.raises(TypeError, match=r"^made_by is a Thing, which has no word in kanefe\.saved_classes$"):
+        encoded({"made_by": Thing(1.0)})
+    with pytest.raises(TypeError, match=r"is a CraigBampton, which has no word"):
+        encoded(kf.CraigBampton(modes=3))
+
+
+@pytest.mark.parametrize("word", ["arm", "kanefe.bodies.flexible:FlexibleBody", "os:system"])
+def test_an_unknown_word_is_refused(word: str) -> None:
+    with pytest.raises(ValueError, match=f"'{word}' is no kind of object that this version knows"):
+        decoded(f'{{"is": "object", "class": "{word}", "fields": {{}}}}', {})
+
+
+def pendulum() -> Any:
+    scene = kf.System()
+    scene.add_rigid_body("arm", 1.0, 0.5, joint=kf.Revolute("z", motion=kf.Motion.steady(1.0)))
+    return scene.freeze()
+
+
+class TestDigest:
+    def test_the_file_of_our_classes_does_not_count(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        of_options, of_scene = digest(reduction=kf.CraigBampton(modes=3)), digest_of_scene(model=pendulum())
+        for cls in (kf.CraigBampton, kf.Revolute, kf.Motion, type(pendulum())):
+            monkeypatch.setattr(cls, "__module__", "kanefe.elsewhere.methods")
+        assert digest(reduction=kf.CraigBampton(modes=3)) == of_options
+        assert digest_of_scene(model=pendulum()) == of_scene
+
+    def test_a_saved_class_counts_by_its_word(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        body = BODIES["reduced"]()
+        before = digest(body=body)
+        monkeypatch.setitem(saved_classes._WORDS, "kanefe.bodies:FlexibleBody", "flexible body")
+        monkeypatch.setattr(kf.FlexibleBody, "__module__", "kanefe.bodies")
+        assert word_of(kf.FlexibleBody) == "flexible body"
+        assert digest(body=body) == before
+
+    def test_the_file_of_the_users_classes_counts(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        before = digest(thing=Thing(1.0))
+        monkeypatch.setattr(Thing, "__module__", "elsewhere")
+        assert digest(thing=Thing(1.0)) != before
+
+    def test_both_packages_may_use_a_name(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        before = digest(reduction=kf.CraigBampton(modes=3))
+        monkeypatch.setattr(kf.CraigBampton, "__module__", "kanefe_fem.methods")
+        assert digest(reduction=kf.CraigBampton(modes=3)) != before
+
+    def test_distinct_classes_have_distinct_names(self) -> None:
+        count = Counter((package, name) for package, tree in sources() for name in class_names(tree))
+        assert count["kanefe", "FlexibleBody"] == 1
+        assert {name for (_, name), times in count.items() if times > 1} == SHARED_NAMES
