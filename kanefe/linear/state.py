@@ -16,7 +16,7 @@ from kanefe.kernels.tolerances import LARGEST_OPENING
 
 
 @runtime_checkable
-class Scene(Protocol):
+class Freezable(Protocol):
     """What can be frozen to a model: a `kanefe.System`."""
 
     def freeze(self, start: float = 0.0) -> Model:
@@ -40,7 +40,7 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     ModelError
         If it is neither, if it has unreduced bodies, or if nothing in it can move.
     """
-    model = scene.freeze(t) if isinstance(scene, Scene) else scene
+    model = scene.freeze(t) if isinstance(scene, Freezable) else scene
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     if model.has_unreduced:

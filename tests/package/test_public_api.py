@@ -17,6 +17,7 @@ from enum import Enum
 from functools import cached_property
 from importlib import import_module
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -180,6 +181,12 @@ def test_the_public_names_are_those_of_the_snapshot() -> None:
             + "\nRemedy: undo it, or if it is meant: python tests/package/test_public_api.py",
             pytrace=False,
         )
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_public_name_is_that_of_a_file(package: str) -> None:
+    # importing the file would put a module in the place of what users call
+    assert [name for name in import_module(package).__all__ if find_spec(f"{package}.{name}")] == []
 
 
 def test_what_changes_is_named() -> None:
