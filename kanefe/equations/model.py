@@ -21,7 +21,7 @@ from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.kane.constraint_report import ConstraintReport
-    from kanefe.order_n.route import OrderN
+    from kanefe.order_n.route import Obstacle, OrderN
     from kanefe.unreduced.route import UnreducedScene
 
 
@@ -52,7 +52,14 @@ class Model(ModelData):
         """The order-n route, or None if the scene has what only the literal route offers."""
         from kanefe.order_n.route import OrderN
 
-        return OrderN(self) if OrderN.is_possible(self) else None
+        return OrderN(self) if self.obstacle is None else None
+
+    @cached_property
+    def obstacle(self) -> Obstacle | None:
+        """What keeps the scene from the order-n route; None: nothing does."""
+        from kanefe.order_n.route import obstacle
+
+        return obstacle(self)
 
     @cached_property
     def unreduced(self) -> UnreducedScene | None:
@@ -116,15 +123,13 @@ class Model(ModelData):
         Raises
         ------
         ModelError
-            If the scene needs the literal route (matrices with rotations), which is not complex.
+            If the scene needs the literal route (such as for matrices with rotations), which is not complex.
         """
         self._parts(y)
         self._refuse_dense("the Jacobian")
-        if self.order_n is None:
-            raise ModelError(
-                "the exact Jacobian is not offered for scenes with bodies in the nodal form (matrices of nodes that "
-                "rotate). Remedy: finite differences of rhs"
-            )
+        if self.obstacle is not None or self.order_n is None:
+            what = "" if self.obstacle is None else " for scenes with {} ({})".format(*self.obstacle)
+            raise ModelError(f"the exact Jacobian is not offered{what}. Remedy: finite differences of rhs")
         size = len(y)
         full = np.concatenate((y, np.zeros(WORKS)))
         return self.order_n.derivatives(t, full, np.eye(size, size + WORKS))[:, :size].T

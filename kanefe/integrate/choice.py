@@ -149,11 +149,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
     if model.has_stops:
         return "generalised-alpha", f"{reason}, with stops or dry friction"
-    beyond = {
-        "springs between frames": model.has_interactions,
-        "bodies in the nodal form": model.order_n is None,
-    }
-    names = [what for what, is_so in beyond.items() if is_so]
+    names = ["springs between frames"] if model.has_interactions else []
+    names += [model.obstacle.kind] if model.obstacle else []
     if not names:
         followed = _followed(model, start, stop, rtol, atol)
         if not followed:

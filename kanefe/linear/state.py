@@ -76,7 +76,8 @@ def state_of(model: Model, t: object, y: object, what: str) -> tuple[float, Vect
         worst = int(np.flatnonzero(~np.isfinite(state))[0])
         raise ModelError(f"the state of {what} is not finite: {names[worst]} is {state[worst]}")
     q, u = state[: model.coordinate_count], state[model.coordinate_count :]
-    if not all(np.any(q[body.coordinates[-4:]]) for body in model.bodies if "e0" in body.joint.coordinate_names):
+    rotations = [(body.coordinates, body.joint.rotation_at) for body in model.bodies]
+    if not all(np.any(q[at[first : first + 4]]) for at, first in rotations if first is not None):
         raise ModelError(f"the state of {what} has Euler parameters of no length. Remedy: (1, 0, 0, 0)")
     q = model.advance(q, np.zeros(model.free_count))  # of unit length
     _check_closed(model, float(time), q, u, what)

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.joints import Planar
 from kanefe.kane.assemble import accelerations, all_speeds
 from kanefe.kernels._numba import filler
 from kanefe.kernels.closing import CLOSED, close_loops
@@ -31,7 +30,7 @@ from kanefe.loads import Bushing, SpringDamper
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
 from kanefe.order_n.load_tables import interaction_tables
-from kanefe.order_n.planar_tables import planar_tables
+from kanefe.order_n.planar_tables import floats_in_plane, planar_tables
 from kanefe.order_n.seats import Seat
 from kanefe.order_n.tables import TableBuilder
 from kanefe.tree.model_data import WORKS, ModelData
@@ -59,7 +58,7 @@ class OrderN:
     Parameters
     ----------
     model : ModelData
-        Without bodies in the nodal form: see `is_possible`.
+        Without an `obstacle`.
     """
 
     def __init__(self, model: ModelData) -> None:
@@ -71,7 +70,7 @@ class OrderN:
         self.planar = planar_tables(model, self.tables)
         # the kernels of the plane take the coordinates of a planar joint at once, without stiffness along them
         self._is_planar_if_implicit = not any(
-            isinstance(body.joint, Planar) and body.has_coordinate_forces for body in model.bodies
+            body.has_coordinate_forces and floats_in_plane(body.joint) for body in model.bodies
         )
         self._sizes = model.coordinate_count, model.free_count
         self._room = room_size(self.tables, self.flexible, self.loops, sum(self._sizes) + WORKS)
@@ -84,13 +83,6 @@ class OrderN:
         self._fill = filler(parts)
         self._drives = model.drives
         self._motions = drive_tables(model)
-
-    @staticmethod
-    def is_possible(model: ModelData) -> bool:
-        """Tell whether the kernels have all that the model needs; the literal route has it in any case."""
-        return all(
-            body.flexible is None or isinstance(body.flexible.free_moments, MassMoments) for body in model.bodies
-        )
 
     @property
     def is_autonomous(self) -> bool:
@@ -259,6 +251,24 @@ class OrderN:
             f"the equations of motion have no finite solution at t = {t:.6g} s. "
             "Remedy: check the loads for growth without bound, or take smaller steps"
         )
+
+
+class Obstacle(NamedTuple):
+    """What of a scene the kernels do not have, in words: of which kind it is, and more of it."""
+
+    kind: str
+    detail: str
+
+
+def obstacle(model: ModelData) -> Obstacle | None:
+    """Return what keeps a scene from the order-n route; None: nothing does."""
+    for body in model.bodies:
+        if body.flexible is not None and not isinstance(body.flexible.free_moments, MassMoments):
+            return Obstacle("bodies in the nodal form", "matrices of nodes that rotate")
+    for body in model.bodies:
+        if body.joint.links() is None:
+            return Obstacle("joints that give no links", f"that of {body.name!r}")
+    return None
 
 
 def _placed(work: np.ndarray, seat: Seat) -> Placed:

@@ -23,7 +23,6 @@ from repository import ARM
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
 
 
-
 @pytest.fixture(scope="module")
 def model():
     return solid_model(ARM, Material(E=70e9, nu=0.33, rho=2700.0))

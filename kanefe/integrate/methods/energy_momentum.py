@@ -10,7 +10,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.integrate.methods.compiled import Compiled, Kernels
 from kanefe.integrate.methods.method import Method, serves_reduced
-from kanefe.joints import Free
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
@@ -50,7 +49,7 @@ def flies_freely(model: Model) -> bool:
     roots = [body for body in bodies if body.parent < 0]
     ends = [(spring.a, spring.b) for spring in model.springs] + [(item.a, item.b) for item in model.bushings]
     return (
-        all(isinstance(body.joint, Free) and not (body.is_driven or body.joint_loads) for body in roots)
+        all(body.joint.is_free and not (body.is_driven or body.joint_loads) for body in roots)
         and not any(body.loads or body.field_loads for body in bodies)
         and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
         and all(min(a.body, b.body) >= 0 for a, b in ends)
@@ -61,8 +60,9 @@ def _serves(model: Model) -> str:
     cannot = {
         "does not close loops": bool(model.constraints),
         "keeps the energy of joints that move freely, and does not drive them": model.driven_count > 0,
-        "needs the order-n route, which bodies in the nodal form do not have": model.order_n is None,
     }
+    if model.obstacle:
+        cannot[f"needs the order-n route, which {model.obstacle.kind} do not have"] = True
     reasons = [f"{what}. Remedy: method='auto'" for what, is_so in cannot.items() if is_so]
     return serves_reduced(model) or (reasons[0] if reasons else "")
 

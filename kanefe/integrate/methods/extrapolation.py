@@ -58,10 +58,10 @@ def _first_step(stepper: KernelStepper) -> float:
 
 
 def _serves(model: Model) -> str:
-    if model.order_n is None:
+    if model.obstacle:
+        kind, detail = model.obstacle
         return serves_reduced(model) or (
-            "needs the order-n route, which bodies in the nodal form (matrices of nodes that rotate) do not have. "
-            "Remedy: method='generalised-alpha'"
+            f"needs the order-n route, which {kind} ({detail}) do not have. Remedy: method='generalised-alpha'"
         )
     return serves_reduced(model)
 
