@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.compiled import Compiled
+from kanefe.integrate.methods.kernel_set import Kernels, Memory
 from kanefe.integrate.methods.method import Method, serves_reduced
-
-if TYPE_CHECKING:
-    from kanefe.integrate.methods.kernel_stepper import KernelStepper
 
 
 @cache
@@ -31,16 +28,16 @@ def _kernels() -> Kernels:
     )
 
 
-def _prepare(stepper: KernelStepper) -> None:
+def _prepare(memory: Memory) -> None:
     """Write which frequencies the iteration has to know, and whether momenta are kept."""
     from kanefe.kernels.steppers.kept_quantities import FREQUENCIES
     from kanefe.kernels.stepping import KEEPS_MOMENTA
     from kanefe.tree.scales import modal_frequencies
 
-    model = stepper.dynamics.model
+    model = memory.dynamics.model
     n, m = model.coordinate_count, model.free_count
-    stepper.vectors[FREQUENCIES, n : n + m] = modal_frequencies(model)
-    stepper.integers[KEEPS_MOMENTA] = flies_freely(model)
+    memory.vectors[FREQUENCIES, n : n + m] = modal_frequencies(model)
+    memory.integers[KEEPS_MOMENTA] = flies_freely(model)
 
 
 def flies_freely(model: Model) -> bool:
