@@ -22,7 +22,7 @@ def homes(path: str) -> dict[str, str]:
     for line in Path(path).read_text(encoding="utf-8").splitlines():
         word, _, rest = line.strip().partition(" ")
         module, _, names = rest.partition(" import ")
-        if word != "from" or not module.startswith(f"{package.name}."):
+        if word != "from" or not module.startswith(f"{package.name}.") or module.startswith(f"{package.name}._"):
             continue
         if names.startswith("*"):
             room = package.joinpath(*module.split(".")[1:])

@@ -179,6 +179,13 @@ def rotation_vector(e: Vector) -> Vector:
     return 2.0 * math.atan2(sine, e[0]) * vector / sine
 
 
+def across(axis: Vector) -> tuple[Vector, Vector]:
+    """Return two unit vectors perpendicular to a unit axis and to each other, right-handed with it."""
+    first = cross(axis, np.eye(3)[int(np.argmin(abs(axis)))])
+    first = first / np.linalg.norm(first)
+    return first, cross(axis, first)
+
+
 def turn_to(direction: Vector) -> Matrix:
     """Return a rotation matrix whose third column is a unit vector; the identity for z."""
     if direction[2] == 1.0:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from kanefe_fem.materials.orthotropic import Orthotropic as Orthotropic
     from kanefe_fem.materials.user_energy import UserEnergy as UserEnergy
     from kanefe_fem.mesh.mesh import Mesh as Mesh
-    from kanefe_fem.read_mesh import read_mesh as read_mesh
+    from kanefe_fem.mesh_files import read_mesh as read_mesh
     from kanefe_fem.recovery.gauges import rosette_principal as rosette_principal
     from kanefe_fem.recovery.recovery import recover as recover
     from kanefe_fem.solids.body import solid_body as solid_body

@@ -152,7 +152,7 @@ def _read_where_needed(mesh: Mesh | str | Path, cells: str | Sequence[str] | Non
     """Return a mesh that has been read where its file alone does not say what it is."""
     if isinstance(mesh, Mesh) or not Path(mesh).is_file() or is_whole(Path(mesh)):
         return mesh
-    from kanefe_fem.read_mesh import read_mesh
+    from kanefe_fem.mesh_files import read_mesh
 
     return read_mesh(mesh, cells=cells)
 

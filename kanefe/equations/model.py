@@ -97,7 +97,7 @@ class Model(ModelData):
         Raises
         ------
         ModelError
-            If the scene needs the literal route (matrices with rotations), which is not complex.
+            If the scene needs the literal route (such as for matrices with rotations), which is not complex.
         """
         self._check(y)
         self._check_dense("the Jacobian")
@@ -105,10 +105,9 @@ class Model(ModelData):
         full = np.concatenate((y, np.zeros(WORKS)))
         found = self.route.partial_derivatives(t, full, np.eye(size, size + WORKS))
         if found is None:
-            raise ModelError(
-                f"the exact Jacobian is not offered for this scene: {self.route.reason or 'a load has no kernel'}. "
-                "Remedy: finite differences of rhs"
-            )
+            obstacle = self.route.obstacle
+            what = " for this scene" if obstacle is None else " for scenes with {} ({})".format(*obstacle)
+            raise ModelError(f"the exact Jacobian is not offered{what}. Remedy: finite differences of rhs")
         return found[:, :size].T
 
     def mass_matrix(self, t: float, y: Vector) -> Matrix:

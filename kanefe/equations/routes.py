@@ -15,10 +15,10 @@ def route_of(model: ModelData) -> Route:
         return UnreducedRoute(model)
     from kanefe.order_n.planar_route import PlanarRoute
     from kanefe.order_n.planar_tables import planar_tables
-    from kanefe.order_n.route import OrderN
+    from kanefe.order_n.route import OrderN, obstacle_of
 
-    obstacle = OrderN.obstacle(model)
-    if obstacle:
+    obstacle = obstacle_of(model)
+    if obstacle is not None:
         return LiteralRoute(model, obstacle)
     in_space = OrderN(model)
     planar = planar_tables(model, in_space.tables)

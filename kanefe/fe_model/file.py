@@ -30,7 +30,7 @@ class ModelRecord:
 
 
 # version 1 named classes by the files of the code they were in
-KIND = FileKind("kanefe finite-element model", 2, ModelRecord, "model", "finite-element model", "the cache")
+KIND = FileKind("kanefe finite-element model", 2, ModelRecord, "model", "model", "the cache")
 
 
 def save_model(model: FiniteElementModel, path: str | Path) -> None:

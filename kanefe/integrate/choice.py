@@ -152,11 +152,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
         return name, f"{reason}, and internal states of loads are followed"
     if model.has_stops:
         return "generalised-alpha", f"{reason}, with stops or dry friction"
-    beyond = {
-        "springs between frames": bool(model.loads),
-        "bodies in the nodal form": not model.route.has_sweeps,
-    }
-    names = [what for what, is_so in beyond.items() if is_so]
+    names = ["springs between frames"] if model.loads else []
+    names += [model.route.obstacle.kind] if model.route.obstacle else []
     if not names:
         followed = _followed(model, start, stop, rtol, atol)
         if not followed:

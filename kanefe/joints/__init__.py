@@ -5,6 +5,8 @@ from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.cylindrical import Cylindrical
 from kanefe.joints.fixed import Fixed
 from kanefe.joints.free import Free
+from kanefe.joints.held import Held
+from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 from kanefe.joints.planar import Planar
 from kanefe.joints.prismatic import Prismatic
@@ -19,7 +21,9 @@ __all__ = [
     "Cylindrical",
     "Fixed",
     "Free",
+    "Held",
     "Joint",
+    "Link",
     "Motion",
     "Planar",
     "Prismatic",

@@ -12,6 +12,8 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, unit_vector
 from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.held import Held
+from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -20,17 +22,27 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 class Joint(ABC):
     """How a body moves seen from its parent: ``v = V u``, ``w = W u`` and remainders, all in components of F.
 
-    A subclass is one kinematic pair: it names its coordinates and speeds and gives the five functions below. None of
-    them knows the tree. Driven coordinates (`motions`) keep their columns; the equations treat their speeds as known.
+    A subclass is one kinematic pair and says all that it is; none of its functions knows the tree. It names its
+    coordinates and speeds and gives the start, the pose and the partial velocities, and the remainders where V or W
+    change with the coordinates. Driven coordinates (`motions`) keep their columns; the equations treat their speeds as
+    known.
 
     Attributes
     ----------
     coordinate_names, speed_names : tuple of str
-        With units in brackets.
+        With units in brackets: m or rad, m/s or rad/s. The rate of a coordinate is the speed of the same place, but
+        for the four Euler parameters of a rotation, which go with three speeds: the angular velocity in M.
+    rotation_at : int or None
+        First of the four Euler parameters among the coordinates, and of the three speeds among the speeds; None: the
+        joint has no such rotation.
+    holds_floating : bool
+        Whether it can hold a flexible body without an interface fixed in its frame.
     """
 
     coordinate_names: ClassVar[tuple[str, ...]] = ()
     speed_names: ClassVar[tuple[str, ...]] = ()
+    rotation_at: ClassVar[int | None] = None
+    holds_floating: ClassVar[bool] = False
 
     @property
     def kind(self) -> str:
@@ -74,6 +86,40 @@ class Joint(ABC):
     def advance(self, q: Vector, step: Vector) -> Vector:
         """Return q moved by u times a time, on the rotation group where q is on it."""
         return q + step
+
+    def links(self) -> tuple[Link, ...] | None:
+        """Return the chain of links that the joint is made of, parent side first.
+
+        None: it is made of nothing that the order-n route knows, and its scenes take the literal one.
+        """
+        return None
+
+    def held(self) -> Held | None:
+        """Return what the joint holds between two frames when it closes a loop; None: it cannot close one."""
+        return None
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether nothing moves in it: M is F."""
+        return not self.speed_names
+
+    @property
+    def is_free(self) -> bool:
+        """Whether it moves freely in space."""
+        links = self.links()
+        return links is not None and len(links) == 1 and links[0].is_free
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of a displacement along each speed: m or rad."""
+        return tuple("rad" if "rad" in name else "m" for name in self.speed_names)
+
+    def home(self) -> Vector:
+        """Return the coordinates of a joint that has not moved: zeros, and the Euler parameters of no rotation."""
+        q = np.zeros(len(self.coordinate_names))
+        if self.rotation_at is not None:
+            q[self.rotation_at] = 1.0
+        return q
 
 
 def axis_direction(axis: str | Sequence[float], kind: str) -> Vector:
@@ -207,13 +253,3 @@ def refuse_motion(motion: object, forces: object, kind: str) -> None:
             f"the coordinates of a {kind} joint cannot be driven or carry forces of their own. Remedy: build it from "
             "revolute and prismatic joints with massless frames between them (add_frame); for forces, a bushing"
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """A one-axis, spherical or free part of a joint: `turn` brings z to the axis."""
-
-    kind: int
-    turn: Matrix
-    along: float = 0.0
-    about: float = 0.0

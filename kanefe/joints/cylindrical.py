@@ -8,9 +8,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector, axis_rotation
+from kanefe.frames import Matrix, Vector, across, axis_rotation
 from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.held import Held
+from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
 
@@ -69,3 +71,9 @@ class Cylindrical(SeveralCoordinatesJoint):
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         zero = np.zeros(3)
         return np.column_stack((self.direction, zero)), np.column_stack((zero, self.direction))
+
+    def links(self) -> tuple[Link, ...]:
+        return Link.sliding(self.direction), Link.turning(self.direction)
+
+    def held(self) -> Held:
+        return Held(along=across(self.direction), parallel=self.direction)

@@ -8,6 +8,8 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.joints.base import Joint
+from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.link import Link
 
 
 @dataclass(frozen=True)
@@ -25,3 +27,10 @@ class Fixed(Joint):
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         return np.zeros((3, 0)), np.zeros((3, 0))
+
+    def links(self) -> tuple[Link, ...]:
+        return (Link.fixed(),)
+
+    def held(self) -> Held:
+        x, _, z = EVERYWHERE
+        return Held(along=EVERYWHERE, parallel=z, is_aligned=True, facing=(x, z))

@@ -17,6 +17,7 @@ from kanefe.frames import (
     rotation_matrix,
 )
 from kanefe.joints.base import Joint, refuse_motion, start_orientation, start_values
+from kanefe.joints.link import Link
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,8 @@ class Free(Joint):
     motion: None = None
     forces: None = None
 
+    rotation_at: ClassVar[int | None] = 3
+    holds_floating: ClassVar[bool] = True
     coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]", "e0", "e1", "e2", "e3")
     speed_names: ClassVar[tuple[str, ...]] = (
         "vx [m/s]", "vy [m/s]", "vz [m/s]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]",
@@ -85,3 +88,6 @@ class Free(Joint):
     def advance(self, q: Vector, step: Vector) -> Vector:
         e = multiply(q[3:], euler_parameters_from_rotation_vector(step[3:]))
         return np.concatenate((q[:3] + step[:3], e / np.linalg.norm(e)))
+
+    def links(self) -> tuple[Link, ...]:
+        return (Link.free(),)

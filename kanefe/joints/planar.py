@@ -12,6 +12,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import SeveralCoordinatesJoint
 from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.held import Held
+from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
 
@@ -47,6 +49,7 @@ class Planar(SeveralCoordinatesJoint):
     motion: Sequence[Motion | None] = (None, None, None)
     forces: Sequence[CoordinateForce | None] = (None, None, None)
 
+    holds_floating: ClassVar[bool] = True
     coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "angle [rad]")
     speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "rate [rad/s]")
 
@@ -69,3 +72,11 @@ class Planar(SeveralCoordinatesJoint):
         V, W = np.zeros((3, 3)), np.zeros((3, 3))
         V[0, 0] = V[1, 1] = W[2, 2] = 1.0
         return V, W
+
+    def links(self) -> tuple[Link, ...]:
+        x, y, z = np.eye(3)
+        return Link.sliding(x), Link.sliding(y), Link.turning(z)
+
+    def held(self) -> Held:
+        z = np.eye(3)[2]
+        return Held(along=(z,), parallel=z)

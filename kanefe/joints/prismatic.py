@@ -7,8 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, across
 from kanefe.joints.base import AxisJoint
+from kanefe.joints.held import Held
+from kanefe.joints.link import Link
 
 
 @dataclass(frozen=True)
@@ -26,3 +28,10 @@ class Prismatic(AxisJoint):
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         return self.direction[:, None], np.zeros((3, 1))
+
+    def links(self) -> tuple[Link, ...]:
+        return (Link.sliding(self.direction),)
+
+    def held(self) -> Held:
+        axis, sides = self.direction, across(self.direction)
+        return Held(along=sides, parallel=axis, is_aligned=True, facing=(axis, sides[0]))

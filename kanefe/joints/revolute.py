@@ -9,6 +9,8 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import AxisJoint
+from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.link import Link
 
 
 @dataclass(frozen=True)
@@ -32,3 +34,9 @@ class Revolute(AxisJoint):
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         return np.zeros((3, 1)), self.direction[:, None]
+
+    def links(self) -> tuple[Link, ...]:
+        return (Link.turning(self.direction),)
+
+    def held(self) -> Held:
+        return Held(along=EVERYWHERE, parallel=self.direction)

@@ -8,8 +8,10 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, axis_rotation
+from kanefe.frames import Matrix, Vector, across, axis_rotation
 from kanefe.joints.base import AxisJoint
+from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.link import Link
 
 
 @dataclass(frozen=True)
@@ -46,3 +48,12 @@ class Screw(AxisJoint):
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         axis = self.direction[:, None]
         return self.lead / (2 * np.pi) * axis, axis
+
+    def links(self) -> tuple[Link, ...]:
+        return (Link.winding(self.direction, self.lead / (2 * np.pi)),)
+
+    def held(self) -> Held:
+        axis = self.direction
+        if self.lead == 0.0:
+            return Held(along=EVERYWHERE, parallel=axis, facing=(axis,))
+        return Held(along=across(axis), parallel=axis, thread=(axis, float(self.lead)), facing=(axis,))

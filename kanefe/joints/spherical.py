@@ -17,6 +17,8 @@ from kanefe.frames import (
     rotation_matrix,
 )
 from kanefe.joints.base import Joint, refuse_motion, start_orientation, start_values
+from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.link import Link
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Spherical(Joint):
     motion: None = None
     forces: None = None
 
+    rotation_at: ClassVar[int | None] = 0
     coordinate_names: ClassVar[tuple[str, ...]] = ("e0", "e1", "e2", "e3")
     speed_names: ClassVar[tuple[str, ...]] = ("wx [rad/s]", "wy [rad/s]", "wz [rad/s]")
 
@@ -69,3 +72,9 @@ class Spherical(Joint):
     def advance(self, q: Vector, step: Vector) -> Vector:
         e = multiply(q, euler_parameters_from_rotation_vector(step))
         return e / np.linalg.norm(e)
+
+    def links(self) -> tuple[Link, ...]:
+        return (Link.spherical(),)
+
+    def held(self) -> Held:
+        return Held(along=EVERYWHERE)

@@ -11,6 +11,8 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.joints.base import SeveralCoordinatesJoint, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.held import Held
+from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
 
@@ -63,3 +65,11 @@ class Translation(SeveralCoordinatesJoint):
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
         return np.eye(3), np.zeros((3, 3))
+
+    def links(self) -> tuple[Link, ...]:
+        x, y, z = np.eye(3)
+        return Link.sliding(x), Link.sliding(y), Link.sliding(z)
+
+    def held(self) -> Held:
+        x, _, z = np.eye(3)
+        return Held(parallel=z, is_aligned=True, facing=(x, z))

@@ -12,6 +12,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, axis_rotation, cross
 from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
 
@@ -75,6 +77,13 @@ class Universal(SeveralCoordinatesJoint):
 
     def remainders(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         return np.zeros(3), u[0] * u[1] * cross(self.directions[0], self._carried(q))
+
+    def links(self) -> tuple[Link, ...]:
+        first, second = self.directions
+        return Link.turning(first), Link.turning(second)
+
+    def held(self) -> Held:
+        return Held(along=EVERYWHERE, angle=self.directions)
 
     def _carried(self, q: Vector) -> Vector:
         """Return the second axis in components of F."""

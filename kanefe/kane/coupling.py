@@ -11,7 +11,6 @@ import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector, skew
-from kanefe.joints import Fixed
 from kanefe.kane.assemble import constraint_forces, equations
 from kanefe.kane.kinematics import FrameMotion, interface_motion
 from kanefe.kane.state import State
@@ -59,7 +58,7 @@ def carrier_frame(state: State, body: BodyTerms, terms: FlexibleTerms, G: FrameM
     It is at the centre of mass of a rigid parent that G is fixed to, as in the paper; else it is the moving frame of
     the joint, which coincides with G and has no part in the motion of the fixed components.
     """
-    rigid = state.model.bodies[body.parent].rigid if body.parent >= 0 and isinstance(body.joint, Fixed) else None
+    rigid = state.model.bodies[body.parent].rigid if body.parent >= 0 and body.joint.is_fixed else None
     if rigid is None:
         V, W = G.V.copy(), G.W.copy()
         V[:, terms.fixed] = W[:, terms.fixed] = 0.0

@@ -174,16 +174,11 @@ def _shortened(
 def _movable(model: ModelData) -> list[np.ndarray]:
     """Return the free speeds that may move in each attempt: joints without a given start, joints, everything."""
     joints = [body.speeds[body.speeds < model.free_count] for body in model.bodies]
-    starts = [_is_default(body.joint.initial_coordinates()) for body in model.bodies]
+    starts = [np.array_equal(body.joint.initial_coordinates(), body.joint.home()) for body in model.bodies]
     unset = [columns for columns, is_unset in zip(joints, starts, strict=True) if is_unset]
     stages = [np.concatenate([*unset, np.zeros(0, dtype=int)]), np.concatenate(joints), np.arange(model.free_count)]
     # the same set twice would fail twice
     return [stage for i, stage in enumerate(stages) if len(stage) and (i == 0 or len(stage) > len(stages[i - 1]))]
-
-
-def _is_default(start: Vector) -> bool:
-    """Tell whether a joint's coordinates are zeros, or the Euler parameters of no rotation."""
-    return not start.any() or (len(start) in (4, 7) and start[-4] == 1.0 and np.count_nonzero(start) == 1)
 
 
 def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vector:

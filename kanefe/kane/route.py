@@ -24,7 +24,7 @@ from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
-from kanefe.tree.route import Evaluation
+from kanefe.tree.route import Evaluation, Obstacle
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -37,16 +37,17 @@ class LiteralRoute:
     Parameters
     ----------
     model : ModelData
-    reason : str
-        Why no faster route serves.
+    obstacle : Obstacle, optional
+        What keeps the scene from a faster route.
     """
 
     name = "literal"
     has_sweeps = False
     is_dense = True
 
-    def __init__(self, model: ModelData, reason: str = "asked for") -> None:
-        self.model, self.reason = model, reason
+    def __init__(self, model: ModelData, obstacle: Obstacle | None = None) -> None:
+        self.model, self.obstacle = model, obstacle
+        self.reason = "asked for" if obstacle is None else f"{obstacle.kind} ({obstacle.detail})"
 
     @property
     def is_autonomous(self) -> bool:

@@ -20,7 +20,7 @@ from kanefe.linear.modes import Modes
 from kanefe.linear.state import model_of
 
 if TYPE_CHECKING:
-    from kanefe.linear.state import Scene
+    from kanefe.linear.state import Freezable
     from kanefe.views.plots import Figure
 
 SURE = 0.7
@@ -135,7 +135,7 @@ class Campbell:
 
 
 def campbell(
-    build: Callable[[float], Scene | Model],
+    build: Callable[[float], Freezable | Model],
     speeds: Sequence[float] | np.ndarray,
     *,
     modes: int = 6,

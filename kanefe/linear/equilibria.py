@@ -21,7 +21,7 @@ from kanefe.linear.targets import Named
 
 if TYPE_CHECKING:
     from kanefe.linear.linearisation import Linearisation
-    from kanefe.linear.state import Scene
+    from kanefe.linear.state import Freezable
 
 LARGEST_ITERATIONS = 200
 
@@ -101,7 +101,7 @@ class Equilibrium:
 
 
 def equilibrium(
-    scene: Scene | Model,
+    scene: Freezable | Model,
     *,
     t: float = 0.0,
     start: Sequence[float] | np.ndarray | None = None,

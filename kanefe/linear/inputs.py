@@ -76,14 +76,14 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
     def motor(target: Target) -> list[Input]:
         body = model.bodies[target.body]
         return [
-            Input(name, "N m" if "rad" in of else "N", np.eye(model.free_count)[body.speeds[i]])
-            for name, i, of in joint_entry(model, target, "input")
+            Input(name, "N m" if unit == "rad" else "N", np.eye(model.free_count)[body.speeds[i]])
+            for name, i, unit in joint_entry(model, target, "input")
         ]
 
     def drive(target: Target) -> list[Input]:
         return [
-            Input(name, "rad/s2" if "rad" in of else "m/s2", None, Drive(target.body, i))
-            for name, i, of in joint_entry(model, target, "input", driven=True)
+            Input(name, f"{unit}/s2", None, Drive(target.body, i))
+            for name, i, unit in joint_entry(model, target, "input", driven=True)
         ]
 
     makers: dict[str, Callable[[Target], list[Input]]] = {
@@ -121,7 +121,7 @@ def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str)
 def _load_unit(model: Model, load: object) -> str:
     if isinstance(load, JointLoad):
         number, _ = carrier(model, load)
-        return "N m" if "rad" in model.bodies[number].joint.coordinate_names[load.coordinate] else "N"
+        return "N m" if model.bodies[number].joint.units[load.coordinate] == "rad" else "N"
     if isinstance(load, FieldLoad):
         return "Pa or N/m"
     return "N m" if getattr(load, "is_torque", False) else "N"

@@ -15,7 +15,7 @@ from kanefe.linear.forces import answers
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.small_motions import Directions, SmallMotions
-from kanefe.linear.state import Scene, model_of, state_of
+from kanefe.linear.state import Freezable, model_of, state_of
 from kanefe.linear.state_space import StateSpace
 from kanefe.linear.tangents import tangent_names
 from kanefe.linear.targets import Named
@@ -92,7 +92,7 @@ class Linearisation(StateSpace):
 
 
 def linearise(
-    scene: Scene | Model,
+    scene: Freezable | Model,
     t: float = 0.0,
     y: Sequence[float] | np.ndarray | None = None,
     *,

@@ -72,12 +72,12 @@ def outputs_of(small: SmallMotions, named: Named | None) -> list[Output]:
             f"{what} {body.name}"
             for what in ("joint_coordinates", "joint_speeds")
             for body in model.bodies
-            if any(motion is None for motion in body.joint.motions) and "e0" not in body.joint.coordinate_names
+            if any(motion is None for motion in body.joint.motions) and body.joint.rotation_at is None
         ]
         named += [
             f"{what} {body.name}"
             for body in model.bodies
-            if "e0" in body.joint.coordinate_names
+            if body.joint.rotation_at is not None
             for what in ("position", "rotation")
         ]
     here = swept(Moved(model, small.q, small.u, small.du), small.t)
@@ -132,8 +132,7 @@ def _measure_of(target: Target, direction: Vector, A_0: Matrix) -> Measure:
 def _joint_outputs(model: Model, target: Target) -> list[Output]:
     body = model.bodies[target.body]
     found = []
-    for name, i, of in joint_entry(model, target, "output"):
-        unit = "rad" if "rad" in of else "m"
+    for name, i, unit in joint_entry(model, target, "output"):
         if target.what == "joint_coordinates":
             at = int(body.coordinates[i])
             found.append(Output(name, unit, lambda sweep, at=at: float(sweep.state.q[at])))  # type: ignore[misc]

@@ -15,7 +15,7 @@ from kanefe.kernels.tolerances import LARGEST_OPENING
 
 
 @runtime_checkable
-class Scene(Protocol):
+class Freezable(Protocol):
     """What can be frozen to a model: a `kanefe.System`."""
 
     def freeze(self, start: float = 0.0) -> Model:
@@ -39,7 +39,7 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     ModelError
         If it is neither, if it has unreduced bodies, or if nothing in it can move.
     """
-    model = scene.freeze(t) if isinstance(scene, Scene) else scene
+    model = scene.freeze(t) if isinstance(scene, Freezable) else scene
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     if not model.route.is_dense:
@@ -81,7 +81,8 @@ def state_of(model: Model, t: object, y: object, what: str) -> tuple[float, Vect
         worst = int(np.flatnonzero(~np.isfinite(state))[0])
         raise ModelError(f"the state of {what} is not finite: {names[worst]} is {state[worst]}")
     q, u, _ = model.parts(state)
-    if not all(np.any(q[body.coordinates[-4:]]) for body in model.bodies if "e0" in body.joint.coordinate_names):
+    rotations = [(body.coordinates, body.joint.rotation_at) for body in model.bodies]
+    if not all(np.any(q[at[first : first + 4]]) for at, first in rotations if first is not None):
         raise ModelError(f"the state of {what} has Euler parameters of no length. Remedy: (1, 0, 0, 0)")
     q = model.advance(q, np.zeros(model.free_count))  # of unit length
     _check_closed(model, float(time), q, u, what)

@@ -27,20 +27,19 @@ DIFFERENCE_STEP = 1e-3
 
 def rotations(model: Model) -> list[tuple[BodyTerms, np.ndarray]]:
     """Return the bodies whose joint has Euler parameters, with the three free speeds of the rotation."""
-    return [(body, body.speeds[-3:]) for body in model.bodies if "e0" in body.joint.coordinate_names]
+    found = [(body, body.joint.rotation_at) for body in model.bodies]
+    return [(body, body.speeds[first : first + 3]) for body, first in found if first is not None]
 
 
 def tangent_names(model: Model) -> tuple[str, ...]:
     """Return a name for every tangent coordinate, with its unit in brackets: in the order of the free speeds."""
     names = list(model.speed_names())
     for body in model.bodies:
-        if "e0" not in body.joint.coordinate_names:
-            for where, name in zip(body.speeds, body.joint.coordinate_names, strict=True):
-                if where < model.free_count:
-                    names[where] = f"{body.name}: {name}"
-        else:
-            linear = body.joint.coordinate_names[:-4]
-            for where, name in zip(body.speeds, (*linear, *(f"rotation {c} [rad]" for c in "xyz")), strict=True):
+        own, first = list(body.joint.coordinate_names), body.joint.rotation_at
+        if first is not None:
+            own[first : first + 4] = [f"rotation {c} [rad]" for c in "xyz"]
+        for where, name in zip(body.speeds, own, strict=True):
+            if where < model.free_count:
                 names[where] = f"{body.name}: {name}"
         if body.flexible:
             for i in range(body.flexible.body.free_count):

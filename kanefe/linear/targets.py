@@ -105,7 +105,7 @@ def joint_entry(model: Model, target: Target, role: str, driven: bool = False) -
     body = model.bodies[target.body]
     joint = body.joint
     kind = "driven" if driven else "free"
-    if "e0" in joint.coordinate_names:
+    if joint.rotation_at is not None:
         raise ModelError(
             f"{role} {target.name!r}: the coordinates of a {joint.kind} joint are Euler parameters. Remedy: "
             "rotation or position of the body"
@@ -120,7 +120,4 @@ def joint_entry(model: Model, target: Target, role: str, driven: bool = False) -
             f"There are: {listed}"
         )
     one = len(chosen) == 1
-    return [
-        (target.name if one else f"{target.name} {labels[there.index(i)]}", i, joint.coordinate_names[i])
-        for i in chosen
-    ]
+    return [(target.name if one else f"{target.name} {labels[there.index(i)]}", i, joint.units[i]) for i in chosen]

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.joints import Planar
 from kanefe.kernels.drives import Drives
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.planar.march import march_planar, room_size
 from kanefe.kernels.stepping import Run
+from kanefe.order_n.planar_tables import floats_in_plane
 from kanefe.order_n.route import OrderN
 
 
@@ -33,7 +33,7 @@ class PlanarRoute(OrderN):
         self._planar_room = room_size(planar)
         # the kernels of the plane take the coordinates of a planar joint at once, without stiffness along them
         self._is_planar_if_implicit = not any(
-            isinstance(body.joint, Planar) and body.has_coordinate_forces for body in self.model.bodies
+            body.has_coordinate_forces and floats_in_plane(body.joint) for body in self.model.bodies
         )
 
     def _march(

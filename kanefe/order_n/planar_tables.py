@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector, turn_to
-from kanefe.joints import Fixed, Planar, Prismatic, Revolute
+from kanefe.frames import Matrix, Vector, cross, turn_to
+from kanefe.joints import Joint, Link
 from kanefe.kernels.layout import Tables
 from kanefe.kernels.planar.layout import (
     AXIS,
@@ -38,8 +38,8 @@ ROUND_OFF = 1e-12
 def planar_tables(model: ModelData, tables: Tables) -> PlanarTables | None:
     """Return the tables of a scene in which everything moves in one plane, or None if it is not one.
 
-    All bodies are rigid and hang on fixed, revolute, prismatic and planar joints. Revolute axes and the normals of
-    planar joints are parallel to one normal, prismatic axes at right angles to it. Gravity and loads may point
+    All bodies are rigid and hang on joints whose links are fixed, turn or slide, such as revolute, prismatic and planar
+    ones. Links turn about axes parallel to one normal and slide at right angles to it. Gravity and loads may point
     anywhere: what of them is out of the plane does no work, nor do products of inertia or rotors. Springs and bushings
     between frames and closed loops are left to the kernels in space.
 
@@ -68,11 +68,23 @@ def planar_tables(model: ModelData, tables: Tables) -> PlanarTables | None:
     if model.constraints or model.loads or model.free_count == 0:
         return None
     for body in model.bodies:
-        if body.rigid is None or not isinstance(body.joint, (Fixed, Revolute, Prismatic, Planar)):
+        links = body.joint.links()
+        if body.rigid is None or links is None:
+            return None
+        if not all(link.is_fixed or link.is_turn or link.is_slide for link in links):
             return None
     axes = _axes_at_zero(model)
     basis = _plane(model, axes)
     return None if basis is None else _Builder(model, axes, basis).tables(tables)
+
+
+def floats_in_plane(joint: Joint) -> bool:
+    """Tell whether the links of a joint slide along x and then y and turn about z: one row takes all three."""
+    links = joint.links() or ()
+    if [link.is_turn for link in links] != [False, False, True] or not all(link.is_slide for link in links[:2]):
+        return False
+    x, y, z = (link.axis for link in links)
+    return float(y @ cross(z, x)) > 1.0 - ROUND_OFF
 
 
 def _axes_at_zero(model: ModelData) -> list[Matrix]:
@@ -85,14 +97,12 @@ def _axes_at_zero(model: ModelData) -> list[Matrix]:
 
 def _plane(model: ModelData, axes: list[Matrix]) -> Matrix | None:
     """Return the plane in which everything moves: two axes and the normal, in rows; None if there is none."""
-    normals, directions = [], []
+    normals: list[Vector] = []
+    directions: list[Vector] = []
     for body, A in zip(model.bodies, axes, strict=True):
-        if isinstance(body.joint, Revolute):
-            normals.append(A @ body.joint.direction)
-        elif isinstance(body.joint, Planar):
-            normals.append(A[:, 2])
-        elif isinstance(body.joint, Prismatic):
-            directions.append(A @ body.joint.direction)
+        for link in body.joint.links() or ():
+            if not link.is_fixed:
+                (normals if link.is_turn else directions).append(A @ link.axis)
     normal = normals[0] if normals else _across(np.array(directions))
     up = normal * np.sign(normal[int(np.argmax(abs(normal)))])
     basis = turn_to(up).T
@@ -156,22 +166,21 @@ class _Builder:
     def _add_body(self, body: BodyTerms, axes: Matrix) -> None:
         parent = self.seats[body.parent] if body.parent >= 0 else Seat(0, self.basis, np.zeros(3))
         row, place, joint = parent.row, parent.place + parent.axes @ body.p_PoFo_P, body.joint
-        if isinstance(joint, Revolute):
-            row = self._add_row(TURN, row, place, sign=float(np.sign(axes[2] @ joint.direction)))
+        moving: list[Link] = [link for link in joint.links() or () if not link.is_fixed]
+        if floats_in_plane(joint) and not body.is_driven:
+            x, _, z = (link.axis for link in moving)
+            row = self._add_row(FLOAT, row, place, axes @ x, float(np.sign(axes[2] @ z)))
             self._number(row, body, 0)
-        elif isinstance(joint, Prismatic):
-            row = self._add_row(SLIDE, row, place, axes @ joint.direction)
-            self._number(row, body, 0)
-        elif isinstance(joint, Planar) and not body.is_driven:
-            row = self._add_row(FLOAT, row, place, axes[:, 0], float(np.sign(axes[2, 2])))
-            self._number(row, body, 0)
-        elif isinstance(joint, Planar):
-            for i in range(2):
-                row = self._add_row(SLIDE, row, place if i == 0 else np.zeros(3), axes[:, i])
+            place = np.zeros(3)
+        else:
+            for i, link in enumerate(moving):
+                if link.is_turn:
+                    row = self._add_row(TURN, row, place, sign=float(np.sign(axes[2] @ link.axis)))
+                else:
+                    row = self._add_row(SLIDE, row, place, axes @ link.axis)
                 self._number(row, body, i)
-            row = self._add_row(TURN, row, np.zeros(3), sign=float(np.sign(axes[2, 2])))
-            self._number(row, body, 2)
-        seat = Seat(row, axes, place if isinstance(joint, Fixed) else np.zeros(3))
+                place = np.zeros(3)
+        seat = Seat(row, axes, place)
         self._add_mass(body, seat)
         self.seats.append(seat)
 

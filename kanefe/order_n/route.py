@@ -33,7 +33,7 @@ from kanefe.order_n.seats import Seat
 from kanefe.order_n.tables import TableBuilder
 from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.placed import Placed
-from kanefe.tree.route import Evaluation
+from kanefe.tree.route import Evaluation, Obstacle
 from kanefe.tree.scene_state import SceneState
 
 GROWN = 1e100
@@ -48,14 +48,15 @@ class OrderN(LiteralRoute):
     Parameters
     ----------
     model : ModelData
-        One that has what the kernels need: see `obstacle`.
+        Without an `obstacle_of`.
     """
 
     name = "order n"
     has_sweeps = True
 
     def __init__(self, model: ModelData) -> None:
-        super().__init__(model, "all parts of the scene have kernels")
+        super().__init__(model)
+        self.reason = "all parts of the scene have kernels"
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
         self.between = loads_between(builder)
@@ -70,14 +71,6 @@ class OrderN(LiteralRoute):
         self._fill = filler(parts)
         self._drives = model.drives
         self._motions = drive_tables(model)
-
-    @staticmethod
-    def obstacle(model: ModelData) -> str:
-        """Return what of a model the kernels do not have; nothing if they have all."""
-        for body in model.bodies:
-            if body.flexible is not None and not isinstance(body.flexible.free_moments, MassMoments):
-                return f"body {body.name!r} is in the nodal form (matrices of nodes that rotate)"
-        return ""
 
     @property
     def is_constant(self) -> bool:
@@ -297,6 +290,17 @@ class OrderN(LiteralRoute):
             f"the equations of motion have no finite solution at t = {t:.6g} s. "
             "Remedy: check the loads for growth without bound, or take smaller steps"
         )
+
+
+def obstacle_of(model: ModelData) -> Obstacle | None:
+    """Return what keeps a scene from the order-n route; None: nothing does."""
+    for body in model.bodies:
+        if body.flexible is not None and not isinstance(body.flexible.free_moments, MassMoments):
+            return Obstacle("bodies in the nodal form", "matrices of nodes that rotate")
+    for body in model.bodies:
+        if body.joint.links() is None:
+            return Obstacle("joints that give no links", f"that of {body.name!r}")
+    return None
 
 
 def _placed(work: np.ndarray, seat: Seat) -> Placed:

@@ -12,26 +12,11 @@ from typing import Any
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
-from kanefe.frames import Matrix, Vector, turn_to
-from kanefe.joints import (
-    Cylindrical,
-    Fixed,
-    Free,
-    Joint,
-    Planar,
-    Prismatic,
-    Revolute,
-    Screw,
-    Spherical,
-    Translation,
-    Universal,
-)
-from kanefe.joints.base import Link
+from kanefe.frames import Matrix, Vector
 from kanefe.kernels.layout import (
     ABOUT,
     ALONG,
     AXES,
-    AXIS,
     BASIS,
     BENDING,
     BENT,
@@ -49,7 +34,6 @@ from kanefe.kernels.layout import (
     FIRST,
     FIXED,
     FLEXIBLE,
-    FREE,
     HAS_GRAVITY,
     INTERFACE,
     KIND,
@@ -61,7 +45,6 @@ from kanefe.kernels.layout import (
     POOL,
     QUADRATIC,
     QUADRATIC_WORK,
-    REVOLUTE,
     ROTATION_VECTOR,
     ROTOR,
     ROW,
@@ -69,7 +52,6 @@ from kanefe.kernels.layout import (
     ROW_NUMBERS,
     SECOND,
     SPEED,
-    SPHERICAL,
     TAIT_BRYAN,
     TRANSFORM,
     FlexibleTables,
@@ -82,34 +64,6 @@ from kanefe.order_n.seats import Seat, Seats
 from kanefe.tree.model_data import BodyTerms, ModelData
 
 SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
-
-
-def joint_links(joint: Joint) -> list[Link]:
-    """Return the links of a joint, parent side first."""
-    eye = np.eye(3)
-    if isinstance(joint, Fixed):
-        return [Link(FIXED, eye)]
-    if isinstance(joint, Revolute):
-        return [Link(REVOLUTE, turn_to(joint.direction), 0.0, 1.0)]
-    if isinstance(joint, Prismatic):
-        return [Link(AXIS, turn_to(joint.direction), 1.0, 0.0)]
-    if isinstance(joint, Screw):
-        return [Link(AXIS, turn_to(joint.direction), joint.lead / (2 * np.pi), 1.0)]
-    if isinstance(joint, Cylindrical):
-        turn = turn_to(joint.direction)
-        return [Link(AXIS, turn, 1.0, 0.0), Link(REVOLUTE, turn, 0.0, 1.0)]
-    if isinstance(joint, Universal):
-        return [Link(REVOLUTE, turn_to(direction), 0.0, 1.0) for direction in joint.directions]
-    if isinstance(joint, Planar):
-        x, y = (Link(AXIS, turn_to(direction), 1.0, 0.0) for direction in eye[:2])
-        return [x, y, Link(REVOLUTE, eye, 0.0, 1.0)]
-    if isinstance(joint, Translation):
-        return [Link(AXIS, turn_to(direction), 1.0, 0.0) for direction in eye]
-    if isinstance(joint, Spherical):
-        return [Link(SPHERICAL, eye)]
-    if isinstance(joint, Free):
-        return [Link(FREE, eye)]
-    raise TypeError(f"the order-n route has no links for a {joint.kind} joint")
 
 
 @dataclass(eq=False)
@@ -186,25 +140,26 @@ class TableBuilder(Seats):
 
     def _melts(self, body: BodyTerms, row: int) -> bool:
         """Tell whether a body is a rigid part of the row it is fixed to."""
-        if row < 0 or body.rigid is None or not isinstance(body.joint, Fixed):
+        if row < 0 or body.rigid is None or not body.joint.is_fixed:
             return False
         integers = self._integers[row]
         is_rigid = integers[KIND] != INTERFACE and integers[FLEXIBLE] < 0
         return bool(is_rigid and integers[HAS_GRAVITY] == body.has_gravity)
 
     def _add_links(self, body: BodyTerms, parent: int, place: Vector, axes: Matrix) -> Seat:
-        speeds, coordinates = body.speeds, body.coordinates
-        row = parent
-        for i, link in enumerate(joint_links(body.joint)):
-            row = self._add_row(link.kind, row, place, axes @ link.turn, link.along, link.about)
+        row, speed, coordinate = parent, 0, 0
+        for link in body.joint.links() or ():
+            turn = link.turn
+            row = self._add_row(link.kind, row, place, axes @ turn, link.along, link.about)
             integers = self._integers[row]
-            if link.kind != FIXED:
-                integers[SPEED] = speeds[i]
-                if speeds[i] >= self.model.free_count:
-                    integers[DRIVE] = speeds[i] - self.model.free_count
+            if not link.is_fixed:
+                integers[SPEED] = body.speeds[speed]
+                if body.speeds[speed] >= self.model.free_count:
+                    integers[DRIVE] = body.speeds[speed] - self.model.free_count
                 else:
-                    integers[COORDINATE] = coordinates[i]
-            place, axes = np.zeros(3), link.turn.T
+                    integers[COORDINATE] = body.coordinates[coordinate]
+            speed, coordinate = speed + link.speed_count, coordinate + link.coordinate_count
+            place, axes = np.zeros(3), turn.T
         return Seat(row, axes, place)
 
     def _add_row(

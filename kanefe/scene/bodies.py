@@ -11,7 +11,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.joints import Fixed, Free, Joint, Planar, Translation
+from kanefe.joints import Fixed, Joint, Translation
 from kanefe.joints.base import axis_direction
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
 
@@ -203,7 +203,7 @@ class BodyMethods(Scene):
                 "Remedy: make one with kanefe_fem.solid_body, beam_body, or kanefe.flexible_body"
             )
         joint = joint or Fixed()
-        if body.is_floating and not isinstance(joint, (Free, Planar)):
+        if body.is_floating and not joint.holds_floating:
             raise ModelError(
                 f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
                 "Remedy: make an interface 'clamped', or give the body a free joint"

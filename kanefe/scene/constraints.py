@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.constraints.loop_joints import facing_directions, loop_joint_rows
+from kanefe.constraints.loop_joints import held_by, loop_joint_rows
 from kanefe.constraints.rows import (
     FIRST,
     METRE,
@@ -21,7 +21,7 @@ from kanefe.constraints.rows import (
 )
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.joints import Joint, Spherical
+from kanefe.joints import Joint
 from kanefe.scene.scene import Frame, Scene
 
 
@@ -71,10 +71,10 @@ class ConstraintMethods(Scene):
         if not isinstance(made, Joint):
             raise ModelError(f"{label} takes a joint, such as Revolute('z'), not {joint!r}")
         _check_plain(made, label)
-        ends = self._ends(a, b, label, needs_rotation=not isinstance(made, Spherical))
+        held = held_by(made)
+        ends = self._ends(a, b, label, needs_rotation=not held.takes_points)
         rows = loop_joint_rows(made, *ends)
-        kind = f"{made.kind} loop joint"
-        self._constraints.append(Constraint(name, kind, rows, *ends, facing=facing_directions(made)))
+        self._constraints.append(Constraint(name, f"{made.kind} loop joint", rows, *ends, facing=held.facing))
 
     def add_distance(self, name: str, a: Frame, b: Frame, length: float) -> None:
         """Keep the origins of two frames at a distance: a massless rod with a ball joint at each end.
@@ -266,8 +266,8 @@ def _check_plain(joint: Joint, label: str) -> None:
     """Raise a ModelError if a joint that is to close a loop has more than its kind and axes."""
     if any(motion is not None for motion in joint.motions):
         raise ModelError(f"{label} cannot be driven by a motion. Remedy: drive a joint of the tree, close another one")
-    start = joint.initial_coordinates()
-    has_start = np.count_nonzero(start) > (len(start) in (4, 7)) or joint.initial_speeds().any()
+    # Euler parameters of both signs are the same rotation
+    has_start = np.any(abs(joint.initial_coordinates()) != joint.home()) or joint.initial_speeds().any()
     if has_start or any(force is not None for force in joint.coordinate_forces):
         raise ModelError(
             f"{label} has a start or forces of its own. Remedy: leave them out: its start follows from the loop, and "

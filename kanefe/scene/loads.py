@@ -9,7 +9,6 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.joints.base import ScalarJoint
 from kanefe.loads import Bushing, JointLoad, PointLoad, SpringDamper
 from kanefe.loads.functions import Constant, callback
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
@@ -114,7 +113,7 @@ class LoadMethods(Scene):
     def _add_motor(self, body: Frame, force: Load, coordinate: int, label: str, is_single: bool) -> None:
         entry = self._target(body, "a motor")
         joint = entry.joint
-        motions = joint.motions if isinstance(joint, ScalarJoint) else ()
+        motions = joint.motions if joint.rotation_at is None else ()
         if is_single and (len(motions) != 1 or motions[0] is not None):
             raise ModelError(
                 f"{label} is one number, but its {joint.kind} joint has no single free axis. "

@@ -16,6 +16,13 @@ if TYPE_CHECKING:
     from kanefe.kernels.stepping import Run
 
 
+class Obstacle(NamedTuple):
+    """What of a scene the sweeps in order n do not have, in words: of which kind it is, and more of it."""
+
+    kind: str
+    detail: str
+
+
 class Evaluation(NamedTuple):
     """Rates at a state.
 
@@ -42,6 +49,8 @@ class Route(Protocol):
     model : ModelData
     name, reason : str
         Which route it is, and why it was chosen: for results.
+    obstacle : Obstacle or None
+        What keeps the scene from sweeps in order n.
     has_sweeps : bool
         Whether it offers linearly implicit evaluations, energies and momenta by sweeps in order n.
     is_dense : bool
@@ -55,6 +64,7 @@ class Route(Protocol):
     model: ModelData
     name: str
     reason: str
+    obstacle: Obstacle | None
     has_sweeps: bool
     is_dense: bool
 

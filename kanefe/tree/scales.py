@@ -13,7 +13,6 @@ import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.frames import Vector
-from kanefe.joints import Free, Spherical
 from kanefe.tree.model_data import WORKS, ModelData
 
 _extents: WeakKeyDictionary[FlexibleBody, float] = WeakKeyDictionary()
@@ -74,9 +73,9 @@ def joint_scales(model: ModelData, length: float) -> np.ndarray:
     """Return a large displacement along every free speed: 1 rad, or `length` in m; infinite for elastic coordinates."""
     scales = np.full(model.free_count, np.inf)
     for body in model.bodies:
-        for where, name in zip(body.speeds, body.joint.speed_names, strict=True):
+        for where, unit in zip(body.speeds, body.joint.units, strict=True):
             if where < model.free_count:
-                scales[where] = 1.0 if "rad" in name else length
+                scales[where] = 1.0 if unit == "rad" else length
     return scales
 
 
@@ -102,12 +101,13 @@ def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     moves = []
     for body in model.bodies:
         at, speeds = body.free_coordinates()
-        straight = len(at)
-        if isinstance(body.joint, (Free, Spherical)):
-            straight = len(at) - 4
-        moves += [(False, int(q), int(u)) for q, u in zip(at[:straight], speeds[:straight], strict=False)]
-        if straight < len(at):
-            moves.append((True, int(at[straight]), int(speeds[straight])))
+        turning = body.joint.rotation_at
+        if turning is None:
+            moves += [(False, int(q), int(u)) for q, u in zip(at, speeds, strict=True)]
+        else:
+            moves += [(False, int(q), int(u)) for q, u in zip(at[:turning], speeds, strict=False)]
+            moves.append((True, int(at[turning]), int(speeds[turning])))
+            moves += [(False, int(q), int(u)) for q, u in zip(at[turning + 4 :], speeds[turning + 3 :], strict=True)]
         if body.flexible:
             first, speed = body.flexible.eta.start, body.flexible.speeds.start
             moves += [(False, first + i, speed + i) for i in range(body.flexible.body.free_count)]

@@ -75,7 +75,8 @@ class UnreducedRoute(LiteralRoute):
 
     def __init__(self, model: ModelData) -> None:
         names = [repr(body.name) for body in model.bodies if is_unreduced(body)]
-        super().__init__(model, f"{', '.join(names)} with all degrees of freedom of the mesh")
+        super().__init__(model)
+        self.reason = f"{', '.join(names)} with all degrees of freedom of the mesh"
         self.condensed = Condensed(model)
         self.small = self.condensed.small
         self.factorisations = 0

@@ -63,7 +63,7 @@ def matrices(path: str) -> dict[str, Any]:
     """Return seconds of our matrices, and of dolfinx's own calls for the same ones, in turn."""
     from kanefe_fem.materials.isotropic import Material
     from kanefe_fem.mesh.mesh import to_order
-    from kanefe_fem.read_mesh import read_mesh
+    from kanefe_fem.mesh_files import read_mesh
     from kanefe_fem.solids.body import solid_model
 
     mesh = read_mesh(path)

@@ -133,7 +133,7 @@ class TestStore:
 
 WRITER = """
 import sys
-from kanefe import cache
+from kanefe.bodies import cache
 from scenes import lattice_body
 body = lattice_body(0)
 print("ready", flush=True)
@@ -181,7 +181,7 @@ class TestProcesses:
         writer = python(
             """
             import os, signal
-            from kanefe import cache
+            from kanefe.bodies import cache
             from scenes import lattice_body
             os.replace = lambda *names: os.kill(os.getpid(), signal.SIGKILL)
             cache.keep("k" * 32, lattice_body(0))

@@ -217,8 +217,8 @@ class TestModel:
 SCENE = """
 import sys
 import kanefe as kf
-from kanefe_fem.material import Material
-from kanefe_fem.solid import solid_body
+from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.solids.body import solid_body
 
 arm = solid_body(sys.argv[1], Material(E=70e9, nu=0.33, rho=2700.0), {"root": "clamped", "tip": "rigid"},
                  reduction=kf.CraigBampton(modes=int(sys.argv[2])))
@@ -292,7 +292,7 @@ class TestMeshFiles:
         def read(path: Path, **options: Any) -> Mesh:
             return box("hexahedron", (4, 1, 1), (float(length.read_text()), 0.1, 0.1))
 
-        monkeypatch.setattr("kanefe_fem.read_mesh.read_mesh", read)
+        monkeypatch.setattr("kanefe_fem.mesh_files.read_mesh", read)
         source.write_text("length = 1.0")
         self.body(source, made)
         assert made == [source]  # whoever makes the body reads it

@@ -125,7 +125,7 @@ def test_plain_python_imports_no_numba(small: SmallPackage) -> None:
 
 
 def test_the_real_kernels_are_plain_python_too() -> None:
-    code = "import sys, kanefe.order_n.route.route; print('numba' in sys.modules)"
+    code = "import sys, kanefe.order_n.route; print('numba' in sys.modules)"
     path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": path, "KANEFE_JIT": "0"}
     run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)

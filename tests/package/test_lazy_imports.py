@@ -45,9 +45,9 @@ def run(body):
 """
 
 BEAMS = """
-from kanefe_fem.beams import beam_body, straight_beam
-from kanefe_fem.material import Material
-from kanefe_fem.sections import Tube
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Tube
+from kanefe_fem.materials.isotropic import Material
 
 bar = straight_beam(1.0, Tube(0.04, 0.002), Material(E=70e9, nu=0.33, rho=2700.0), elements=8)
 ends = {"root": "clamped", "tip": "rigid"}

@@ -152,13 +152,16 @@ def test_named_loads_and_given_forces_act_statically_exact(interfaces: dict) -> 
     squares = np.einsum("ij,ij->j", modes, problem.stiffness @ modes)
     T = problem.ties.transformation.T
     R = model.rigid_modes()
-    for load in (model.mass @ R, centrifugal_forces(model), given.forces):
+    moved = 0.0
+    for load in (given.forces, centrifugal_forces(model), model.mass @ R):
         forces = T @ load
         forces[problem.fixed] = 0.0
         exact = problem.solve(forces)
         found = modes @ ((modes.T @ forces) / squares[:, None])
-        # a solve of this beam is good to 1e-10: K spans 1e7
-        assert found == pytest.approx(exact, abs=1e-8 * max(abs(exact).max(), 1e-12))
+        # a solve of this beam is good to 1e-10: K spans 1e7. Inertia forces move a floating body by round-off only,
+        # which is measured by what the first load moves it
+        moved = moved or abs(exact).max()
+        assert found == pytest.approx(exact, abs=1e-8 * max(abs(exact).max(), 1e-5 * moved))
 
 
 @pytest.mark.parametrize("nodal", [False, True])

@@ -17,8 +17,8 @@ import pytest
 import kanefe as kf
 import kanefe_fem
 from body_makers import BODIES
-from kanefe import saved_classes
 from kanefe.fe_model.file import load_model, save_model
+from kanefe.storage import saved_classes
 from kanefe.storage.array_file import read_header
 from kanefe.storage.digest import digest, digest_of_scene
 from kanefe.storage.saved_classes import SAVED_CLASSES, word_of
@@ -123,7 +123,7 @@ class Thing:
 
 
 def test_a_class_without_a_word_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"^made_by is a Thing, which has no word in kanefe\.saved_classes$"):
+    with pytest.raises(TypeError, match=r"^made_by is a Thing, which has no word in kanefe\.storage\.saved_classes$"):
         encoded({"made_by": Thing(1.0)})
     with pytest.raises(TypeError, match=r"is a CraigBampton, which has no word"):
         encoded(kf.CraigBampton(modes=3))

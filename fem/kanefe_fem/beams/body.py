@@ -136,7 +136,7 @@ def beam_model(
         elasticity=be.section_elasticity(properties, axes),
         stress_stiffness=stress_stiffness,
         provenance={
-            "source": "kanefe_fem.beams.body.beam_model",
+            "source": "kanefe_fem.beam_model",
             "theory": theory,
             "planar": planar,
             "rotary_inertia": rotary_inertia,

@@ -37,7 +37,7 @@ def beam_model_from_mesh(
     Parameters
     ----------
     mesh : Mesh, str or Path
-        From `kanefe_fem.read_mesh.read_mesh`, or the file.
+        From `kanefe_fem.read_mesh`, or the file.
     sections : mapping of str to CrossSection
         Section of each group of lines. In a mesh of lines only every group must have one; in a mesh that also has
         surfaces or volumes the lines of other groups are left out.
@@ -64,7 +64,7 @@ def beam_model_from_mesh(
     --------
     >>> frame = beam_model_from_mesh("frame.msh", {"legs": Tube(0.05, 0.003)}, steel)  # doctest: +SKIP
     """
-    from kanefe_fem.read_mesh import read_mesh
+    from kanefe_fem.mesh_files import read_mesh
 
     if isinstance(mesh, (str, Path)):
         mesh = read_mesh(mesh)
@@ -102,7 +102,7 @@ def beam_model_from_mesh(
         groups={name: nodes.tolist() for name, nodes in points.items() if nodes.size},
         lines=_element_numbers(lines),
     )
-    source = {"source": "kanefe_fem.beams.body.beam_model_from_mesh", "mesh": mesh.source, **mesh.provenance}
+    source = {"source": "kanefe_fem.beam_model_from_mesh", "mesh": mesh.source, **mesh.provenance}
     return replace(model, provenance={**model.provenance, **source})
 
 

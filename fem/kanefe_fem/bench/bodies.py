@@ -24,7 +24,7 @@ from kanefe_fem.bench import steel_bar, swinging_arm
 from kanefe_fem.bench.runs import run
 from kanefe_fem.bench.scene import BenchScene, Setting
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.body import solid_body
 
 SETTING = Setting("auto", rtol=1e-9)

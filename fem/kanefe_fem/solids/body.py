@@ -22,7 +22,7 @@ from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 from kanefe_fem.mesh.shapes import MIDS, shape
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
-from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.preload import Preload, preloaded
 
 if TYPE_CHECKING:

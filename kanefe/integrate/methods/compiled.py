@@ -1,67 +1,16 @@
-"""Methods that are kernels (see `kanefe.kernels.stepping`): their functions, memory, coefficients and hooks."""
+"""Makes the steppers of compiled methods, importing what is compiled only when it is used."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-
-from kanefe.frames import Matrix
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from kanefe.integrate.dynamics import Dynamics
+    from kanefe.integrate.methods.kernel_set import Kernels
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
     from kanefe.integrate.stepper import StepControl
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Kernels:
-    """What a `KernelStepper` runs.
-
-    Attributes
-    ----------
-    advance, interpolate : function
-        Kernels.
-    rows, rows_per_speed, reals : int
-        Rows of vectors that it takes, further ones for every speed, and reals.
-    integers : dict of int to int
-        Its own integers at the start.
-    table : ndarray
-        Its coefficients.
-    is_implicit : bool
-        Whether it wants linearly implicit evaluations.
-    keeps_balance : bool
-        Whether it wants energy and momenta.
-    of_tolerance : function
-        The estimate that a step may have, for a relative tolerance.
-    prepare : function (stepper), optional
-        Writes what it has to know of the scene to the memory of a new stepper.
-    first_step : function (stepper) -> float, optional
-        The longest first step in s, at the start and after an event; else the method itself finds one.
-    """
-
-    advance: Callable[..., Any]
-    interpolate: Callable[..., Any]
-    rows: int
-    reals: int
-    rows_per_speed: int = 0
-    integers: dict[int, int]
-    table: Matrix = field(default_factory=lambda: np.zeros((1, 1)))
-    is_implicit: bool = False
-    keeps_balance: bool = False
-    of_tolerance: Callable[[float], float] = float
-    prepare: Callable[[KernelStepper], None] | None = None
-    first_step: Callable[[KernelStepper], float] | None = None
-
-    @cached_property
-    def pointers(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """The two functions as pointers of one type for all methods."""
-        from kanefe.kernels._numba import pointer
-
-        return pointer(self.advance), pointer(self.interpolate)
 
 
 @dataclass(frozen=True)

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.compiled import Compiled
+from kanefe.integrate.methods.kernel_set import Kernels, Memory
 from kanefe.integrate.methods.method import Method, serves_kept_states
-from kanefe.joints import Free
-
-if TYPE_CHECKING:
-    from kanefe.integrate.methods.kernel_stepper import KernelStepper
 
 
 @cache
@@ -32,16 +28,16 @@ def _kernels() -> Kernels:
     )
 
 
-def _prepare(stepper: KernelStepper) -> None:
+def _prepare(memory: Memory) -> None:
     """Write which frequencies the iteration has to know, and whether momenta are kept."""
     from kanefe.kernels.steppers.kept_quantities import FREQUENCIES
     from kanefe.kernels.stepping import KEEPS_MOMENTA
     from kanefe.tree.scales import modal_frequencies
 
-    model = stepper.dynamics.model
+    model = memory.dynamics.model
     n, m = model.coordinate_count, model.free_count
-    stepper.vectors[FREQUENCIES, n : n + m] = modal_frequencies(model)
-    stepper.integers[KEEPS_MOMENTA] = flies_freely(model)
+    memory.vectors[FREQUENCIES, n : n + m] = modal_frequencies(model)
+    memory.integers[KEEPS_MOMENTA] = flies_freely(model)
 
 
 def flies_freely(model: Model) -> bool:
@@ -49,7 +45,7 @@ def flies_freely(model: Model) -> bool:
     bodies = model.bodies
     roots = [body for body in bodies if body.parent < 0]
     return (
-        all(isinstance(body.joint, Free) and not (body.is_driven or body.joint_loads) for body in roots)
+        all(body.joint.is_free and not (body.is_driven or body.joint_loads) for body in roots)
         and not any(body.loads or body.field_loads for body in bodies)
         and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
         and all(marker.body >= 0 for load in model.loads for marker in load.ends)
@@ -60,8 +56,9 @@ def _serves(model: Model) -> str:
     cannot = {
         "does not close loops": bool(model.constraints),
         "keeps the energy of joints that move freely, and does not drive them": model.driven_count > 0,
-        "needs the order-n route, which bodies in the nodal form do not have": not model.route.has_sweeps,
     }
+    if model.route.obstacle:
+        cannot[f"needs the order-n route, which {model.route.obstacle.kind} do not have"] = True
     reasons = [f"{what}. Remedy: method='auto'" for what, is_so in cannot.items() if is_so]
     return serves_kept_states(model) or (reasons[0] if reasons else "")
 

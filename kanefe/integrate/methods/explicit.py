@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.compiled import Compiled
+from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import Method
 
 

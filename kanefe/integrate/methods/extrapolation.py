@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 from kanefe.equations.model import Model
-from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.compiled import Compiled
+from kanefe.integrate.methods.kernel_set import Kernels, Memory
 from kanefe.integrate.methods.method import Method, serves_reduced
-
-if TYPE_CHECKING:
-    from kanefe.integrate.methods.kernel_stepper import KernelStepper
 
 COLUMNS_OF_FIXED_STEPS = 6
 """Columns of an extrapolation with fixed steps: order 6."""
@@ -32,36 +29,36 @@ def _kernels() -> Kernels:
     )
 
 
-def _prepare(stepper: KernelStepper) -> None:
+def _prepare(memory: Memory) -> None:
     """Write what the estimate of errors has to know of forces, and the number of columns of fixed steps."""
     from kanefe.kernels.steppers.extrapolation_dense import AIM, HAS_KINKS
     from kanefe.kernels.stepping import IS_FIXED, IS_STIFF
 
-    integers, bodies = stepper.integers, stepper.dynamics.model.bodies
+    integers, bodies = memory.integers, memory.dynamics.model.bodies
     integers[IS_STIFF] = any(body.flexible is not None or body.has_coordinate_forces for body in bodies)
-    integers[HAS_KINKS] = stepper.dynamics.has_kinks
+    integers[HAS_KINKS] = memory.dynamics.has_kinks
     integers[AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
 
 
-def _first_step(stepper: KernelStepper) -> float:
+def _first_step(memory: Memory) -> float:
     """Return the first step: a long one would damp all vibrations, unseen by the estimate."""
     from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
     from kanefe.kernels.stepping import RELATIVE, SCALE, STATE, STOP, TIME
     from kanefe.tree.scales import modal_frequencies
 
-    reals, vectors = stepper.reals, stepper.vectors
+    reals, vectors = memory.reals, memory.vectors
     long = FIRST_SHARE * float(reals[STOP] - reals[TIME])
     tolerances = float(reals[RELATIVE]), vectors[SCALE]
-    if are_seen(stepper.dynamics, stepper.t, vectors[STATE], long, *tolerances):
-        return min(long, 1.0 / float(modal_frequencies(stepper.dynamics.model).max()))
+    if are_seen(memory.dynamics, memory.t, vectors[STATE], long, *tolerances):
+        return min(long, 1.0 / float(modal_frequencies(memory.dynamics.model).max()))
     return long
 
 
 def _serves(model: Model) -> str:
-    if not model.route.has_sweeps:
+    if model.route.obstacle:
+        kind, detail = model.route.obstacle
         return serves_reduced(model) or (
-            "needs the order-n route, which bodies in the nodal form (matrices of nodes that rotate) do not have. "
-            "Remedy: method='generalised-alpha'"
+            f"needs the order-n route, which {kind} ({detail}) do not have. Remedy: method='generalised-alpha'"
         )
     return serves_reduced(model)
 

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.compiled import Kernels
+from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.kernels._numba import direct
 from kanefe.kernels.stepping import (

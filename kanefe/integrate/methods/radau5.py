@@ -7,7 +7,8 @@ from functools import cache
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.integrate.methods.compiled import Compiled, Kernels
+from kanefe.integrate.methods.compiled import Compiled
+from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import Method, serves_kept_states
 
 

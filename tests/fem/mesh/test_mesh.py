@@ -13,7 +13,7 @@ from kanefe.fe_model.model import Cells
 from kanefe_fem.mesh.checks import MeshWarning
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.shapes import MIDS, measures, quadrature, shape
-from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.mesh_files import read_mesh
 from repository import ARM
 
 

@@ -17,7 +17,7 @@ from kanefe.fe_model.model import Cells
 from kanefe_fem.mesh.checks import MeshWarning, check_mesh
 from kanefe_fem.mesh.groups import check_interfaces
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
 
 TETRA = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -299,7 +299,7 @@ class TestGmshFiles:
         start = lines.index("$Elements")
         path.write_text("\n".join(lines[: start + 20] + lines[start + 40 :]) + "\n")
         script = (
-            "import sys\nfrom kanefe.errors import KanefeError\nfrom kanefe_fem.mesh.mesh import read_mesh\n"
+            "import sys\nfrom kanefe.errors import KanefeError\nfrom kanefe_fem.mesh_files import read_mesh\n"
             "try:\n    read_mesh(sys.argv[1])\nexcept KanefeError as error:\n    print(type(error).__name__)\n"
         )
         done = subprocess.run(

@@ -10,7 +10,7 @@ import pytest
 
 from fem_meshes import box
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.mesh_files import read_mesh
 
 meshio = pytest.importorskip("meshio")
 BAR = box("hexahedron", (4, 1, 1), (1.0, 0.1, 0.1))

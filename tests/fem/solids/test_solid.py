@@ -18,7 +18,7 @@ from kanefe_fem import _fenicsx
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.shapes import kind_of_order, quadrature, shape
-from kanefe_fem.read_mesh import read_mesh
+from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.body import is_straight, solid_body, solid_model
 from kanefe_fem.solids.forms import mass_degree, stiffness_degree
 from repository import ARM

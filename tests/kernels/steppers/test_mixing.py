@@ -14,7 +14,7 @@ from repository import surroundings
 SOLVE = """
 import json
 import numpy as np
-from kanefe.kernels.mixing import ROWS_OF_MIXING, mix
+from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING, mix
 
 rng = np.random.default_rng(0)
 n = 12
