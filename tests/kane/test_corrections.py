@@ -184,11 +184,9 @@ def deformed(amplitude: float = 0.1, speed: float = 1.0, **body: object) -> tupl
 
 def test_eq_35_needs_v_and_w_side_by_side() -> None:
     model, q, u = deformed()
-    columns = model.free_count + model.driven_count + model.fixed_count
-    full = model.all_speeds(0.0, u)
-    motions = sweep_outward(model, 0.0, q, full, columns)
-    body = model.bodies[1]
-    R = carrier_frame(model, body, body.flexible, motions, motions[1])
+    state, body = State(model, 0.0, q, u, is_wide=True), model.bodies[1]
+    motions = state.motions
+    R = carrier_frame(state, body, body.flexible, motions[1])
     frame = body.flexible.body.interface("root")
     G = motions[1]
     r = R.A_NF.T @ (G.p_NoFo_N + G.A_NF @ frame.position - R.p_NoFo_N)
@@ -201,7 +199,7 @@ def test_eq_35_needs_v_and_w_side_by_side() -> None:
     at_interface = J[:3] - skew(frame.position) @ J[3:6], J[3:6]
     motion = np.vstack(at_interface) + frame.motion @ J[6:]
     assert motion.T - reaction == pytest.approx(
-        coupling_force_columns(model, body, body.flexible, motions, q, full), abs=ROUND_OFF
+        coupling_force_columns(state, body, body.flexible), abs=ROUND_OFF
     )
     free = slice(0, model.free_count)
     assert abs(reaction[free]).max() > 0.1

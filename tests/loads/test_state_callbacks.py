@@ -119,7 +119,7 @@ def test_functions_of_time_and_of_state_may_stand_side_by_side() -> None:
         scene.add_torque(hub.frame(orientation=(0.9, 0.1, 0.2, 0.3)), load, follows=True)
         model = scene.freeze()
         assert [x.takes_state for x, _ in model.bodies[0].loads] == [load is loads[1]] * 2
-        sides.append(assemble(model, T, *random_state(model, 1))[1])
+        sides.append(assemble(State(model, T, *random_state(model, 1)))[1])
     assert sides[0] == pytest.approx(sides[1], abs=1e-15)
 
 
