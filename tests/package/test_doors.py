@@ -1,6 +1,7 @@
 """The doors: each heavy package is imported by one file only, and importing kanefe loads none of them."""
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -103,6 +104,15 @@ def test_ruff_bans_the_same_names():
     assert tidy["banned-module-level-imports"] == ["kanefe_fem"]
     opened = {path for path, rules in config["per-file-ignores"].items() if "TID251" in rules and path.endswith(".py")}
     assert opened == set().union(*DOORS.values())
+
+
+def test_the_page_for_contributors_lists_every_door():
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = [(packages.split(", "), path) for packages, path in re.findall(r"\| ([\w, ]+) \| `(\S+\.py)` \|", page)]
+    assert {path for _, path in rows} == set().union(*DOORS.values())
+    for packages, path in rows:
+        for package in packages:
+            assert path in DOORS[package]
 
 
 @pytest.mark.parametrize("package", ["kanefe", "kanefe_fem"])
