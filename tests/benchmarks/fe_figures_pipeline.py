@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
@@ -13,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.fe_meshes import bar
+from benchmarks.new_process import BrokenProcess, answer_of
 from kanefe_fem.bench.clocks import check_agreement
 from kanefe_fem.bench.goals import Figure, Goal, median
 from kanefe_fem.bench.peer_process import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
 
-TESTS = Path(__file__).resolve().parents[1]
 PEER = Path(__file__).with_name("peer_fe_body.py")
 MODES = 20
 """Normal modes with the ends held; the two ends bring 12 constraint modes."""
@@ -31,10 +29,6 @@ BODY_270K, MEMORY_270K = Goal("same, 270k dofs [s]", 35.0), Goal("same, 270k dof
 BODY_870K, MEMORY_870K = Goal("same, 870k dofs [s]", 240.0), Goal("same, 870k dofs, peak memory [GB]", 16.0)
 MATRICES = Goal("matrices alone, 300k dofs / dolfinx's own calls", 1.2)
 SECOND_RUN = Goal("second run of a scene, new process: start to first step, 270k dofs [s]", 1.0)
-
-
-class BrokenProcess(Exception):
-    """A process that was to be timed failed."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +52,14 @@ class Settings:
 
 def smallest_body(settings: Settings) -> list[Figure]:
     """Time a body of 25,000 degrees of freedom."""
-    runs = [_process("body", bar(settings.meshes, "25k"), MODES) for _ in range(settings.rounds)]
+    runs = [answer_of("fe_process", "body", bar(settings.meshes, "25k"), MODES) for _ in range(settings.rounds)]
     return [BODY_25K.figure(median([run["cpu"] for run in runs]), _told(runs[-1]))]
 
 
 def body_against_peer(settings: Settings) -> list[Figure]:
     """Time the same mesh with the peer; both must find the same frequencies."""
     mesh = bar(settings.meshes, "105k")
-    ours = _process("body", mesh, MODES)
+    ours = answer_of("fe_process", "body", mesh, MODES)
     python = peer_python(settings.peers, OF_MESHES, IMPORTS_OF_MESHES)
     done = subprocess.run(
         [str(python), str(PEER), str(mesh), str(MODES)], capture_output=True, text=True, env=surroundings(), check=False
@@ -81,19 +75,19 @@ def body_against_peer(settings: Settings) -> list[Figure]:
 
 def large_body(settings: Settings) -> list[Figure]:
     """Time and memory of a body of 270,000 degrees of freedom."""
-    run = _process("body", bar(settings.meshes, "270k"), MODES)
+    run = answer_of("fe_process", "body", bar(settings.meshes, "270k"), MODES)
     return [BODY_270K.figure(run["cpu"], _told(run)), MEMORY_270K.figure(run["gigabytes"])]
 
 
 def largest_body(settings: Settings) -> list[Figure]:
     """Time and memory of a body of 870,000 degrees of freedom."""
-    run = _process("body", bar(settings.meshes, "870k"), MODES)
+    run = answer_of("fe_process", "body", bar(settings.meshes, "870k"), MODES)
     return [BODY_870K.figure(run["cpu"], _told(run)), MEMORY_870K.figure(run["gigabytes"])]
 
 
 def matrices(settings: Settings) -> list[Figure]:
     """Compare our matrices with what dolfinx's own calls take for the same ones."""
-    run = _process("matrices", bar(settings.meshes, "300k"))
+    run = answer_of("fe_process", "matrices", bar(settings.meshes, "300k"))
     for name, ours, theirs in zip(("stiffness", "mass"), *run["traces"], strict=True):
         check_agreement(f"trace of the {name}", [ours], [theirs], 1e-12)
     ratio = median([a / b for a, b in zip(run["ours"], run["theirs"], strict=True)])
@@ -123,26 +117,8 @@ def _told(run: dict[str, Any]) -> str:
 def _scene(mesh: Path, cache: str) -> tuple[float, dict[str, Any]]:
     """Return the seconds by the clock from the start of a process to its first time step, and what it says."""
     start = time.time()
-    answer = _process("scene", mesh, MODES, KANEFE_CACHE="1", KANEFE_CACHE_DIR=cache)
+    answer = answer_of("fe_process", "scene", mesh, MODES, KANEFE_CACHE="1", KANEFE_CACHE_DIR=cache)
     return answer["at"] - start, answer
-
-
-def _process(what: str, *arguments: object, **surroundings: str) -> dict[str, Any]:
-    """Return what a new process of `benchmarks.fe_process` prints.
-
-    Raises
-    ------
-    BrokenProcess
-        If it fails, with its last lines.
-    """
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])}
-    command = [sys.executable, "-m", "benchmarks.fe_process", what, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, env={**environment, **surroundings}, check=False)
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-        raise BrokenProcess("\n".join([f"a new process failed: {lines[-1]}", *lines[-12:-1]]))
-    answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return answer
 
 
 GROUPS = {

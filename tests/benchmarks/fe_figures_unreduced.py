@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-from benchmarks.fe_figures_pipeline import BrokenProcess, Settings
+from benchmarks.fe_figures_pipeline import Settings
 from benchmarks.fe_meshes import bar
+from benchmarks.new_process import answer_of
 from kanefe_fem.bench.clocks import check_agreement
 from kanefe_fem.bench.goals import Figure, Goal, median
 from kanefe_fem.bench.peer_process import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
 
-TESTS = Path(__file__).resolve().parents[1]
 PEER = Path(__file__).with_name("peer_unreduced.py")
 
 STEP = 1e-3
@@ -44,9 +42,9 @@ def steps_against_peer(settings: Settings) -> list[Figure]:
         mesh = bar(settings.meshes, size)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "bar.npz"
-            nodes = _process("matrices", mesh, file)["nodes"]
+            nodes = answer_of("unreduced_process", "matrices", mesh, file)["nodes"]
             theirs = _peer(python, file, steps)
-            ours = _process("swing", mesh, steps * STEP, settings.rounds)
+            ours = answer_of("unreduced_process", "swing", mesh, steps * STEP, settings.rounds)
         check_agreement(f"bar of {nodes} nodes", ours["end"], theirs["end"], SAME_END)
         own, other = median(ours["seconds"]), theirs["seconds"] / steps
         remark = (
@@ -61,7 +59,7 @@ def iterations(settings: Settings) -> list[Figure]:
     """Time a Newton iteration, residual and solve, and a solve alone, in turn."""
     figures = []
     for size, (count, goal) in ITERATIONS.items():
-        run = _process("iterate", bar(settings.meshes, size), count)
+        run = answer_of("unreduced_process", "iterate", bar(settings.meshes, size), count)
         remark = (
             f"{run['dofs']} dofs, {1e3 * run['iteration']:.3g} ms against {1e3 * run['solve']:.3g} ms; "
             f"S is factored in {run['factoring']:.3g} s"
@@ -75,17 +73,6 @@ def _peer(python: Path, file: Path, steps: int) -> dict[str, Any]:
     done = subprocess.run(command, capture_output=True, text=True, env=surroundings(), check=False)
     if done.returncode != 0:
         raise NoPeers(f"the peer cannot run an unreduced body:\n{done.stderr[-800:]}")
-    answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return answer
-
-
-def _process(what: str, *arguments: object) -> dict[str, Any]:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])}
-    command = [sys.executable, "-m", "benchmarks.unreduced_process", what, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-        raise BrokenProcess("\n".join([f"a new process failed: {lines[-1]}", *lines[-12:-1]]))
     answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return answer
 

@@ -40,7 +40,8 @@ def arguments(given: Sequence[str] | None = None) -> argparse.Namespace:
 
 def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
-    from benchmarks.fe_figures_pipeline import LARGE, BrokenProcess, Settings
+    from benchmarks.fe_figures_pipeline import LARGE, Settings
+    from benchmarks.new_process import BrokenProcess
     from kanefe.errors import KanefeError
     from kanefe_fem.bench.peer_process import NoPeers
 

@@ -41,11 +41,12 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
     # numpy reads the number of threads when it is imported, which these do
     from benchmarks import against_peers, own_figures, start_up
+    from benchmarks.new_process import BrokenProcess
     from kanefe.errors import KanefeError
     from kanefe_fem.bench.peer_process import NoPeers, Peers, peer_python
 
     rounds = FEW_ROUNDS if options.quick else ROUNDS
-    failures = (NoPeers, Disagreement, start_up.BrokenProcess, KanefeError, ModuleNotFoundError)
+    failures = (NoPeers, Disagreement, BrokenProcess, KanefeError, ModuleNotFoundError)
     figures: list[Figure] = []
 
     def measure(name: str, goals: Sequence[Goal], group: Callable[[], list[Figure]]) -> None:

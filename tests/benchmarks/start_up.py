@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
-from pathlib import Path
 
+from benchmarks.new_process import completed
 from kanefe_fem.bench.clocks import Race
 from kanefe_fem.bench.goals import Figure, Goal, median
 
-HELPERS = Path(__file__).resolve().parents[1] / "shared"
 ANNOUNCED = "kanefe: compiling"
 SECONDS_OF_SILENCE = 2.0
 
@@ -50,10 +46,6 @@ COMPILED = Goal("all kernels compiled once, in an empty cache [s]", 20.0)
 SILENT = Goal("compilations without a line that says so", 0.0)
 
 
-class BrokenProcess(Exception):
-    """A process that was to be timed failed."""
-
-
 def imports(rounds: int) -> list[Figure]:
     """Compare the import of kanefe with that of numpy."""
     race = Race(lambda: _timed(IMPORT.format("kanefe"))[0], lambda: _timed(IMPORT.format("numpy"))[0], 2 * rounds)
@@ -80,13 +72,8 @@ def first_calls(rounds: int) -> list[Figure]:
 
 def _timed(code: str, cache: str | None = None) -> tuple[float, str]:
     """Return the seconds that a new process prints, and what it wrote to its error stream."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HELPERS), os.environ.get("PYTHONPATH", "")])}
-    if cache is not None:
-        environment["XDG_CACHE_HOME"] = cache
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-        raise BrokenProcess("\n".join([f"a new process failed: {lines[-1]}", *lines[-12:-1]]))
+    surroundings = {} if cache is None else {"XDG_CACHE_HOME": cache}
+    done = completed("-c", code, **surroundings)
     return float(done.stdout), done.stderr
 
 

@@ -15,18 +15,10 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import euler_parameters_from_matrix
-from loaded_scenes import STEP, T, add_connections, add_controls, tree
+from loaded_scenes import STEP, T, add_connections, everything, tree
 from order_n_rates import order_n
 from random_scenes import Recipe, random_model
 from scenes import derivatives, lattice_body, path, random_state
-
-
-def everything(seed: int) -> Model:
-    """Return a scene with every joint, force, drive, spring and control, and a flexible body."""
-    scene, bodies = tree(seed)
-    add_connections(scene, bodies, seed, ground=True)
-    add_controls(scene, bodies)
-    return scene.freeze()
 
 
 @pytest.fixture(scope="module")

@@ -18,12 +18,12 @@ from kanefe.imports.self_check import mass_properties
 from kanefe.reduction import flexible_body
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_model
+from steel_beams import STEEL, steel_beam
 
 LATTICE = lattice_model(0)
 GROUPS = {name: group.nodes.tolist() for name, group in LATTICE.groups.items()}
-BEAM = straight_beam(1.0, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=6)
+BEAM = steel_beam(6)
 
 
 def given(M: Any = None, K: Any = None, nodes: Any = None, **options: Any) -> kf.FiniteElementModel:
@@ -253,15 +253,13 @@ def test_a_truncated_npz_is_named(tmp_path: Path) -> None:
 
 def test_mechanisms_are_detected_in_large_models() -> None:
     # above 400 degrees of freedom the lowest eigenvalues come from a sparse solve
-    model = straight_beam(1.0, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=80)
+    model = steel_beam(80)
     with pytest.warns(NodalFormWarning):
         kf.model_from_matrices(model.mass, model.stiffness, model.nodes, components=model.components)
     K = model.stiffness.toarray()
     half = 6 * 40
     # cut the beam in two: the element between nodes 39 and 40 goes
-    element = straight_beam(
-        1.0 / 80, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=1
-    ).stiffness
+    element = straight_beam(1.0 / 80, Rectangle(0.02, 0.03), STEEL, elements=1).stiffness
     K[half - 6 : half + 6, half - 6 : half + 6] -= element.toarray()
     with pytest.raises(ModelError, match="leaves more than the 6 rigid motions free"):
         kf.model_from_matrices(model.mass, sp.csr_matrix(K), model.nodes, components=model.components)

@@ -25,13 +25,11 @@ from kanefe.imports import (
     write_matrices,
 )
 from kanefe.imports.from_matrices import NodalFormWarning
-from kanefe_fem.beams.body import straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_model
+from steel_beams import steel_beam
 
 SOLID = lattice_model(0)
-BEAM = straight_beam(1.0, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=4)
+BEAM = steel_beam(4)
 LABELS = np.array([3, 4, 10, 11, 17, 101, 102, 400, 9001])
 TIP = SOLID.groups["tip"].nodes
 

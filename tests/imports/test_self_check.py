@@ -14,13 +14,11 @@ from kanefe.errors import ModelError, UnitWarning
 from kanefe.fe_model.factorise import splu_factorise
 from kanefe.imports import self_check as home
 from kanefe.imports.self_check import self_check, wave_speed
-from kanefe_fem.beams.body import straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_model
+from steel_beams import steel_beam
 
 SOLID = lattice_model(0)
-BEAM = straight_beam(1.0, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=4)
+BEAM = steel_beam(4)
 
 
 def test_rotations_without_mass_keep_the_exact_inertia() -> None:
@@ -31,7 +29,7 @@ def test_rotations_without_mass_keep_the_exact_inertia() -> None:
 
 
 def test_large_models_are_counted_with_a_given_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = straight_beam(1.0, Rectangle(0.02, 0.03), Material(E=210e9, nu=0.3, rho=7850.0), elements=80)
+    model = steel_beam(80)
     calls = []
 
     def factorise(matrix: Any) -> Any:

@@ -20,7 +20,7 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.storage.digest import Unhashable, digest, digest_of_scene
 from loop_scenes import four_bar
-from run_scenes import double_pendulum, soft_arm
+from run_scenes import double_pendulum, falling_ball, floor, height_of_ball, soft_arm
 from scenes import lattice_body
 
 
@@ -31,20 +31,7 @@ def unreduced_arm() -> kf.System:
     return scene
 
 
-def bouncing() -> kf.System:
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    scene.add_point("ball", 0.1, joint=kf.Prismatic("z", position=1.0))
-    return scene
-
-
-def bounce(t: float, state: Any) -> np.ndarray:
-    y = state.vector
-    y[1] *= -0.8
-    return y
-
-
-FLOOR = kf.Event("floor", lambda t, state: state.position("ball")[2], direction=-1, action=bounce)
-
+FLOOR = floor(0.8)
 RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
     **{
         f"pendulum, {name}": (double_pendulum, {"method": name} | ({} if row.has_error_control else {"step": 1e-3}))
@@ -57,7 +44,7 @@ RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
     "four-bar, dop853": (four_bar, {"method": "dop853"}),
     "four-bar, generalised-alpha": (four_bar, {"method": "generalised-alpha", "rtol": 1e-4}),
     "unreduced arm": (unreduced_arm, {"rtol": 1e-4}),
-    "bouncing ball": (bouncing, {"events": [FLOOR], "method": "dop853"}),
+    "bouncing ball": (falling_ball, {"events": [FLOOR], "method": "dop853"}),
 }
 
 
@@ -158,16 +145,16 @@ def test_what_was_computed_before_an_error_is_kept(
 
 def test_a_failed_run_leaves_a_checkpoint_and_a_terminal_event_comes_again(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
-    ends = kf.Event("floor", lambda t, state: state.position("ball")[2], terminal=True)
-    first = bouncing().simulate((0.0, 1.0), events=[ends], checkpoint=path)
-    again = bouncing().simulate((0.0, 1.0), events=[ends], resume=path)
+    ends = kf.Event("floor", height_of_ball, terminal=True)
+    first = falling_ball().simulate((0.0, 1.0), events=[ends], checkpoint=path)
+    again = falling_ball().simulate((0.0, 1.0), events=[ends], resume=path)
     assert str(again.status) == str(first.status)
     np.testing.assert_array_equal(again.times, first.times)
     storm = kf.Event("floor", FLOOR.function, direction=-1, action=FLOOR.action)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", kf.SimulationWarning)
-        first = bouncing().simulate((0.0, 6.0), events=[storm], checkpoint=path)
-        again = bouncing().simulate((0.0, 6.0), events=[storm], resume=path)
+        first = falling_ball().simulate((0.0, 6.0), events=[storm], checkpoint=path)
+        again = falling_ball().simulate((0.0, 6.0), events=[storm], resume=path)
     assert first.status.kind == again.status.kind == "failed"
     assert again.status.time == pytest.approx(first.status.time, rel=1e-12)
 

@@ -11,15 +11,10 @@ import kanefe as kf
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.tree.scene_state import SceneState
 from loop_scenes import four_bar
+from run_scenes import bounced, falling_ball, floor, height_of_ball
 from scenes import lattice_body
 
 G = 9.81
-
-
-def ball(height: float = 1.0, speed: float = 0.0) -> kf.System:
-    scene = kf.System(gravity=(0.0, 0.0, -G))
-    scene.add_point("ball", 0.1, joint=kf.Prismatic("z", position=height, speed=speed))
-    return scene
 
 
 def spinner(rate: float = 1.0) -> kf.System:
@@ -29,21 +24,8 @@ def spinner(rate: float = 1.0) -> kf.System:
     return scene
 
 
-def height_of_ball(t: float, state: SceneState) -> float:
-    return float(state.position("ball")[2])
-
-
 def angle(state: SceneState) -> float:
     return float(state.joint_coordinates("wheel")[0])
-
-
-def bounced(restitution: float) -> Any:
-    def bounce(t: float, state: SceneState) -> np.ndarray:
-        y = state.vector
-        y[1] *= -restitution
-        return y
-
-    return bounce
 
 
 def options_of(method: str) -> dict[str, Any]:
@@ -58,8 +40,7 @@ WAYS = [
 
 @pytest.mark.parametrize(("method", "options"), WAYS)
 def test_a_bouncing_ball_bounces_when_it_should(method: str, options: dict[str, float]) -> None:
-    floor = kf.Event("floor", height_of_ball, direction=-1, action=bounced(0.8))
-    result = ball().simulate((0.0, 3.0), method=method, events=[floor], **options)
+    result = falling_ball().simulate((0.0, 3.0), method=method, events=[floor(0.8)], **options)
     assert result.status.is_finished
     first = np.sqrt(2.0 / G)
     flights = 2.0 * first * 0.8 ** np.arange(1, 7)
@@ -103,8 +84,8 @@ def test_a_function_that_is_zero_at_the_start_is_no_event_there() -> None:
 
 @pytest.mark.parametrize("method", own_methods())
 def test_a_terminal_event_ends_the_run_where_it_happens(method: str) -> None:
-    floor = kf.Event("floor", height_of_ball, terminal=True)
-    result = ball().simulate((0.0, 3.0), events=[floor], output_times=[0.1, 0.2, 2.0], **options_of(method))
+    landing = kf.Event("floor", height_of_ball, terminal=True)
+    result = falling_ball().simulate((0.0, 3.0), events=[landing], output_times=[0.1, 0.2, 2.0], **options_of(method))
     landing = np.sqrt(2.0 / G)
     assert result.status.kind == "stopped"
     assert str(result.status) == "the run was stopped at t = 0.451524 s: by the event 'floor'"
@@ -165,10 +146,9 @@ def test_events_of_one_moment_are_all_told_and_all_act() -> None:
 
 def test_very_short_flights_after_a_bounce_are_not_missed() -> None:
     """The step after a bounce is longer than the flights: the ball must not fall through the floor."""
-    floor = kf.Event("floor", height_of_ball, direction=-1, action=bounced(0.3))
     terminal = kf.Event("below", lambda t, state: state.position("ball")[2] + 1e-6, terminal=True)
     with pytest.warns(kf.SimulationWarning, match="'floor' acted .* a storm without end. Remedy: let its action bring"):
-        result = ball().simulate((0.0, 3.0), events=[floor, terminal])
+        result = falling_ball().simulate((0.0, 3.0), events=[floor(0.3), terminal])
     assert len(result.events["below"]) == 0
     last = np.sqrt(2.0 / G) * (1.0 + 2.0 * 0.3 / 0.7)  # where the flights end up
     assert result.status.time == pytest.approx(last, abs=1e-6)
@@ -261,7 +241,7 @@ def test_no_event_costs_no_evaluation_of_a_state(monkeypatch: pytest.MonkeyPatch
 
 
 def test_events_do_not_change_the_run_that_they_watch() -> None:
-    plain = ball().simulate((0.0, 1.0), method="dop853")
-    watched = ball().simulate((0.0, 1.0), method="dop853", events=kf.Event("floor", height_of_ball))
+    plain = falling_ball().simulate((0.0, 1.0), method="dop853")
+    watched = falling_ball().simulate((0.0, 1.0), method="dop853", events=kf.Event("floor", height_of_ball))
     np.testing.assert_array_equal(plain.position("ball"), watched.position("ball"))
     assert plain.statistics["steps"] == watched.statistics["steps"]

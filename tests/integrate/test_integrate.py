@@ -14,13 +14,9 @@ from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.kane.energy import kinetic_energy, momenta
 from kanefe.kane.state import State
-from kanefe_fem.beams.body import beam_body, straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
-from run_scenes import ADAPTIVE, SCENES, double_pendulum, soft_arm, tumbling
+from run_scenes import ADAPTIVE, PLUGGED, SCENES, double_pendulum, soft_arm, tumbling
 from scenes import lattice_body
-
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+from steel_beams import steel_bar
 
 
 def final(scene: kf.System, span: tuple[float, float] = (0.0, 1.0), **options: Any) -> np.ndarray:
@@ -53,14 +49,6 @@ def test_dop853_reaches_its_tolerance(scene: str) -> None:
     # some ten steps each add at most their tolerance
     assert np.all(errors < [1e-4, 1e-6, 1e-8])
     assert errors[2] < 1e-2 * errors[0]
-
-
-def steel_bar() -> kf.System:
-    model = straight_beam(0.3, Rectangle(0.01, 0.02), STEEL, elements=10)
-    body = beam_body(model, {"root": "clamped"})
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    scene.add_flexible_body("bar", body, joint=kf.Revolute("y"))
-    return scene
 
 
 def test_generalised_alpha_steps_over_elastic_modes_of_100_kilohertz() -> None:
@@ -276,7 +264,7 @@ def test_a_motion_that_turns_nan_is_named_with_its_time(which: str, method: str)
     assert result.status.kind == "failed"
 
 
-@pytest.mark.parametrize("method", ADAPTIVE)
+@pytest.mark.parametrize("method", [*ADAPTIVE, *PLUGGED])
 def test_an_error_of_a_user_s_function_comes_through_unchanged(method: str) -> None:
     scene = kf.System()
     wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))

@@ -198,9 +198,7 @@ def test_eq_35_needs_v_and_w_side_by_side() -> None:
     J = body_partial_velocities(body.flexible, G)
     at_interface = J[:3] - skew(frame.position) @ J[3:6], J[3:6]
     motion = np.vstack(at_interface) + frame.motion @ J[6:]
-    assert motion.T - reaction == pytest.approx(
-        coupling_force_columns(state, body, body.flexible), abs=ROUND_OFF
-    )
+    assert motion.T - reaction == pytest.approx(coupling_force_columns(state, body, body.flexible), abs=ROUND_OFF)
     free = slice(0, model.free_count)
     assert abs(reaction[free]).max() > 0.1
     assert (motion.T - reaction)[free] == pytest.approx(np.zeros((model.free_count, 6)), abs=ROUND_OFF)

@@ -14,7 +14,7 @@ from kanefe.kane.coupling import accelerations_and_coupling_forces, recovered_fo
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.reactions import joint_reactions
 from kanefe.kane.state import State
-from loaded_scenes import T, add_connections, add_controls, all_momenta, along, total_energy, tree
+from loaded_scenes import T, add_connections, add_controls, all_momenta, along, everything, total_energy, tree
 from scenes import random_state
 
 
@@ -30,13 +30,6 @@ def connected(seed: int) -> Model:
 
 def controlled(seed: int) -> Model:
     scene, bodies = tree(seed, joint_forces=False)
-    add_controls(scene, bodies)
-    return scene.freeze()
-
-
-def everything(seed: int) -> Model:
-    scene, bodies = tree(seed)
-    add_connections(scene, bodies, seed, ground=True)
     add_controls(scene, bodies)
     return scene.freeze()
 

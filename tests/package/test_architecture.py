@@ -1,4 +1,4 @@
-"""ARCHITECTURE.md is true: each room is named once, in the order of the layers, and files and words are where it says."""
+"""ARCHITECTURE.md is true: each room is named once, in the order of the layers; files and words are where it says."""
 
 from __future__ import annotations
 

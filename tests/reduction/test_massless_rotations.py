@@ -10,15 +10,11 @@ import scipy.sparse as sp
 import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.imports.from_matrices import NodalFormWarning
-from kanefe_fem.beams.body import straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
-
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+from steel_beams import steel_beam
 
 
 def lumped(elements: int, about_axis: float = 0.0) -> kf.FiniteElementModel:
-    beam = straight_beam(1.0, Rectangle(0.02, 0.03), STEEL, elements=elements)
+    beam = steel_beam(elements)
     shares = np.ones(elements + 1)
     shares[[0, -1]] = 0.5
     mass = sp.diags(np.kron(shares * 4.71 / elements, (1, 1, 1, about_axis, 0, 0)))

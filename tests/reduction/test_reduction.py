@@ -15,17 +15,10 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import NodeGroup
 from kanefe.fe_model.ties import tie_interfaces
 from kanefe.reduction import flexible_body, splu_factorise
-from kanefe_fem.beams.body import straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from scenes import lattice_body, lattice_model
+from steel_beams import steel_beam
 
 CLAMPED = {"root": "clamped", "tip": "rigid"}
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-
-
-def beam(elements: int = 20, **options: Any) -> kf.FiniteElementModel:
-    return straight_beam(1.0, Rectangle(0.02, 0.03), STEEL, elements=elements, **options)
 
 
 def exact_frequencies(model: kf.FiniteElementModel, interfaces: dict, held: str) -> np.ndarray:
@@ -39,7 +32,7 @@ def exact_frequencies(model: kf.FiniteElementModel, interfaces: dict, held: str)
 
 
 def test_modes_are_orthonormal_and_stiffness_is_diagonal() -> None:
-    body = flexible_body(beam(), CLAMPED, reduction=kf.CraigBampton(modes=8))
+    body = flexible_body(steel_beam(), CLAMPED, reduction=kf.CraigBampton(modes=8))
     k = body.free_count
     assert k == 8 + 6  # fixed-interface modes and the constraint modes of the tip
     K, M = body.stiffness[:k, :k], body.moments.elastic_mass[:k, :k]
@@ -50,7 +43,7 @@ def test_modes_are_orthonormal_and_stiffness_is_diagonal() -> None:
 
 
 def test_lowest_frequencies_are_those_of_the_whole_model() -> None:
-    model = beam()
+    model = steel_beam()
     body = flexible_body(model, CLAMPED, reduction=kf.CraigBampton(modes=12))
     exact = exact_frequencies(model, CLAMPED, "root")
     # Craig-Bampton is Rayleigh-Ritz: never below, and the low half of the modes is good to some 1e-4
@@ -59,7 +52,7 @@ def test_lowest_frequencies_are_those_of_the_whole_model() -> None:
 
 
 def test_frequencies_fall_to_the_exact_ones_with_the_number_of_modes() -> None:
-    model = beam()
+    model = steel_beam()
     exact = exact_frequencies(model, CLAMPED, "root")[:4]
     errors = [
         abs(flexible_body(model, CLAMPED, reduction=kf.CraigBampton(modes=n)).frequencies[:4] / exact - 1).max()
@@ -96,14 +89,14 @@ def test_static_deflection_under_interface_loads_is_exact_without_any_mode() -> 
 @pytest.mark.parametrize("size", [5, 80])  # LAPACK below 400 interior degrees of freedom, ARPACK above
 @pytest.mark.parametrize("limit", [30.0, 500.0, 5000.0])
 def test_modes_up_to_a_frequency(limit: float, size: int) -> None:
-    model = beam(size)
+    model = steel_beam(size)
     body = flexible_body(model, CLAMPED, reduction=kf.CraigBampton(up_to_frequency=limit))
     held = exact_frequencies(model, CLAMPED, "root tip")
     assert body.free_count - 6 == np.sum(held <= limit)
 
 
 def test_no_mode_below_the_frequency_leaves_the_constraint_modes() -> None:
-    body = flexible_body(beam(), CLAMPED, reduction=kf.CraigBampton(up_to_frequency=1e-3))
+    body = flexible_body(steel_beam(), CLAMPED, reduction=kf.CraigBampton(up_to_frequency=1e-3))
     assert body.free_count == 6
 
 
@@ -122,7 +115,7 @@ def test_one_factorisation_serves_everything(reduction: kf.CraigBampton, interfa
         calls.append(matrix.shape)
         return splu_factorise(matrix)
 
-    flexible_body(beam(100), interfaces, reduction=reduction, factorise=counted)
+    flexible_body(steel_beam(100), interfaces, reduction=reduction, factorise=counted)
     assert len(calls) == 1
 
 
@@ -130,7 +123,7 @@ def test_nothing_is_factored_without_reduction() -> None:
     def never(matrix: sp.csc_matrix) -> Any:
         raise AssertionError("an unreduced body needs no factorisation")
 
-    assert flexible_body(beam(3), CLAMPED, factorise=never).free_count == 3 * 6
+    assert flexible_body(steel_beam(3), CLAMPED, factorise=never).free_count == 3 * 6
 
 
 @pytest.mark.parametrize("reduction", [None, kf.CraigBampton(modes=6)], ids=str)
@@ -159,7 +152,7 @@ def test_floating_body_with_interfaces_loses_the_rigid_part_of_its_constraint_mo
 
 def test_the_same_model_gives_the_same_body() -> None:
     # ARPACK's start vector is fixed
-    one, two = (flexible_body(beam(80), CLAMPED, reduction=kf.CraigBampton(modes=6)) for _ in range(2))
+    one, two = (flexible_body(steel_beam(80), CLAMPED, reduction=kf.CraigBampton(modes=6)) for _ in range(2))
     assert np.array_equal(one.basis, two.basis)
 
 
@@ -231,7 +224,7 @@ def test_a_floating_body_must_be_free(reduction: Any) -> None:
 
 
 def test_massless_motion_is_named() -> None:
-    model = beam(5)
+    model = steel_beam(5)
     M = model.mass.toarray()
     M[3::6] = M[:, 3::6] = 0.0  # torsion carries no mass
     with pytest.raises(ModelError, match="some motion of the body has no mass"):

@@ -16,11 +16,9 @@ from kanefe.reduction import flexible_body
 from kanefe.reduction.basis import Basis
 from kanefe.reduction.load_cases import PRODUCTS, centrifugal_forces
 from kanefe.reduction.orthonormal import orthonormal_modes
-from kanefe_fem.beams.body import straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from reduction_cases import problem_of, tied_modes
 from scenes import lattice_model
+from steel_beams import steel_beam
 
 CLAMPED = {"root": "clamped", "tip": "rigid"}
 METHODS = [
@@ -32,15 +30,10 @@ METHODS = [
 SUPPORTS = [CLAMPED, {"root": "clamped"}, {"tip": "rigid"}, {"root": "rigid", "tip": "rigid"}, {}]
 
 
-def beam(elements: int = 20, **options: Any) -> kf.FiniteElementModel:
-    steel = Material(E=210e9, nu=0.3, rho=7850.0)
-    return straight_beam(1.0, Rectangle(0.02, 0.03), steel, elements=elements, **options)
-
-
 @pytest.mark.parametrize("interfaces", SUPPORTS, ids=str)
 @pytest.mark.parametrize("reduction", METHODS, ids=repr)
 def test_every_basis_is_orthonormal_with_diagonal_stiffness(reduction: Any, interfaces: dict) -> None:
-    body = flexible_body(beam(), interfaces, reduction=reduction)
+    body = flexible_body(steel_beam(), interfaces, reduction=reduction)
     k = body.free_count
     K, M = body.stiffness[:k, :k], body.moments.elastic_mass[:k, :k]
     # round-off of some hundred operations on eigenvectors
@@ -102,7 +95,7 @@ def test_columns_that_are_not_finite_are_refused() -> None:
 @pytest.mark.parametrize("size", [20, 100])  # LAPACK below 400 degrees of freedom, ARPACK above
 @pytest.mark.parametrize("interfaces", SUPPORTS, ids=str)
 def test_free_interface_modes_are_those_of_the_body_in_the_scene(interfaces: dict, size: int) -> None:
-    model = beam(size)
+    model = steel_beam(size)
     problem = problem_of(model, interfaces)
     moving = np.setdiff1d(np.arange(problem.size), problem.fixed)
     K, M = (m[moving][:, moving].toarray() for m in (problem.stiffness, problem.mass))
@@ -144,7 +137,7 @@ def test_a_floating_body_without_interfaces_is_solved_in_balance() -> None:
 
 @pytest.mark.parametrize("interfaces", SUPPORTS, ids=str)
 def test_named_loads_and_given_forces_act_statically_exact(interfaces: dict) -> None:
-    model = beam(8)
+    model = steel_beam(8)
     given = kf.LoadCase("push", np.random.default_rng(0).standard_normal(model.size))
     problem = problem_of(model, interfaces)
     names = ("gravity", "angular acceleration", "centrifugal", given)
@@ -197,7 +190,7 @@ def test_load_patterns_are_loads() -> None:
 @pytest.mark.parametrize("order", [1, 2])
 def test_krylov_matches_value_and_derivatives_at_its_frequency(frequency: float, order: int) -> None:
     # work of the loads on their own response: 2 order derivatives by w^2 agree, so its error falls with that power
-    problem = problem_of(beam(10), CLAMPED)
+    problem = problem_of(steel_beam(10), CLAMPED)
     modes = tied_modes(problem, kf.Krylov(frequencies=(frequency,), order=order, loads=("tip",)))
     squares = np.einsum("ij,ij->j", modes, problem.stiffness @ modes)
     moving = np.setdiff1d(np.arange(problem.size), problem.fixed)
@@ -219,7 +212,7 @@ def test_krylov_matches_value_and_derivatives_at_its_frequency(frequency: float,
 
 
 def test_krylov_at_a_resonance_gives_the_mode() -> None:
-    model = beam(10, planar=True)
+    model = steel_beam(10, planar=True)
     exact = flexible_body(model, {"root": "clamped"}).frequencies[0]
     problem = problem_of(model, {"root": "clamped"})
     modes = tied_modes(problem, kf.Krylov(frequencies=(exact * (1 + 1e-6),), order=1, loads=("gravity",)))
@@ -229,7 +222,7 @@ def test_krylov_at_a_resonance_gives_the_mode() -> None:
 
 
 def test_effective_masses_add_up() -> None:
-    model = beam(12)
+    model = steel_beam(12)
     body = flexible_body(model, {"root": "clamped"}, reduction=kf.CraigBampton(modes=72))
     table = body.provenance["reduction"]["effective_mass"]
     modes, total = np.array(table["modes"]), np.array(table["total"])

@@ -14,11 +14,9 @@ import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.reduction import flexible_body
 from kanefe.reduction.load_cases import some_groups
-from kanefe_fem.beams.body import straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from reduction_cases import crank_rod, exact_errors, hinged_bar, pendulum_beam, problem_of, tied_modes
 from scenes import lattice_model
+from steel_beams import steel_beam
 
 
 def floating_bar() -> tuple[kf.FiniteElementModel, dict, float]:
@@ -110,8 +108,7 @@ def test_a_smaller_tolerance_keeps_more() -> None:
 
 def test_modes_that_the_loads_do_not_excite_are_left_out() -> None:
     # a straight beam in space: gravity across it bends it in one plane; it neither twists nor bends in the other
-    steel = Material(E=210e9, nu=0.3, rho=7850.0)
-    model = straight_beam(1.0, Rectangle(0.02, 0.03), steel, elements=10)
+    model = steel_beam(10)
     push = kf.LoadCase("sag", model.mass @ model.rigid_modes()[:, 2])
     reduction = kf.CraigBampton(modes="auto", up_to_frequency=5.0, tol=1e-4, loads=(push,))
     record = flexible_body(model, {"root": "clamped"}, reduction=reduction).provenance["reduction"]
@@ -171,8 +168,7 @@ def test_dropped_modes_tell_what_they_cost() -> None:
 
 
 def test_loads_that_need_too_many_modes_are_refused() -> None:
-    steel = Material(E=210e9, nu=0.3, rho=7850.0)
-    model = straight_beam(1.0, Rectangle(0.02, 0.03), steel, elements=200, planar=True)
+    model = steel_beam(200, planar=True)
     push = np.zeros(model.size)
     push[30::3] = np.random.default_rng(0).standard_normal(191)  # a load of every wave length
     reduction = kf.CraigBampton(modes="auto", up_to_frequency=2e4, tol=1e-9, loads=(kf.LoadCase("noise", push),))

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from disk_faults import full_disk
 from kanefe.results import file as result_file
 from result_scenes import pendulum, robot, turntable
 
@@ -116,10 +117,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
 def test_a_full_disk_leaves_the_old_file(saved, monkeypatch):
     before = saved.read_bytes()
 
-    def full(_: int) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", full_disk)
     with pytest.raises(kf.FileError, match=r"run.h5: No space left.*untouched.*Remedy"):
         pendulum().save(saved)
     assert saved.read_bytes() == before

@@ -21,9 +21,16 @@ STEEL = Material(E=210e9, nu=0.3, rho=7850.0, name="steel")
 _KUHN = [np.cumsum([(0, 0, 0), *(np.eye(3, dtype=int)[list(walk)])], axis=0) for walk in permutations(range(3))]
 
 
+KINDS = ["tetra", "hexahedron", "triangle", "quad"]
+
+
 def box(kind: str, divisions: Sequence[int], size: Sequence[float], group: str = "bar") -> Mesh:
-    """Return a box (or a rectangle) of cells of order 1 with the facet groups "root" (x = 0) and "tip" (x = L)."""
-    d = len(divisions)
+    """Return a box (or a rectangle) of cells of order 1 with the facet groups "root" (x = 0) and "tip" (x = L).
+
+    Of triangles and quadrilaterals the divisions and sizes in x and y count.
+    """
+    d = 3 if kind in ("tetra", "hexahedron") else 2
+    divisions, size = divisions[:d], size[:d]
     counts = np.array(divisions) + 1
     axes = [np.linspace(0.0, length, n) for length, n in zip(size, counts, strict=True)]
     nodes = np.zeros((int(np.prod(counts)), 3))

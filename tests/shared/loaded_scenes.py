@@ -106,6 +106,14 @@ def add_controls(scene: kf.System, bodies: dict[str, Any]) -> None:
     scene.add_force(bodies["hub"], lambda t, state: state.position("nut", point=(1, 0, 0)) - state.position("bob"))
 
 
+def everything(seed: int) -> Model:
+    """Return a scene with every joint, force, drive, spring and control, and a flexible body."""
+    scene, bodies = tree(seed)
+    add_connections(scene, bodies, seed, ground=True)
+    add_controls(scene, bodies)
+    return scene.freeze()
+
+
 def along(model: Model, t: float, q: np.ndarray, u: np.ndarray) -> Callable[[Callable[..., Any]], np.ndarray]:
     """Return what differentiates ``quantity(model, t, q, u)`` by time along the motion at a state."""
     du = accelerations(State(model, t, q, u))

@@ -1,10 +1,25 @@
-"""Scenes that every method of integration runs, and the methods that choose their steps."""
+"""Scenes that every method of integration runs, and which methods there are."""
+
+from collections.abc import Callable
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
 
 import kanefe as kf
 from kanefe.integrate.methods.table import METHODS, own_methods
+from kanefe.tree.scene_state import SceneState
 from scenes import lattice_body
 
 ADAPTIVE = [name for name in own_methods() if METHODS[name].has_error_control]
+needs_sundials = pytest.mark.skipif(
+    find_spec("sksundae") is None, reason="scikit-sundae is not installed: pip install 'kanefe[sundials]'"
+)
+PLUGGED = [
+    pytest.param(name, marks=needs_sundials if name.startswith("sundials") else ())
+    for name, method in METHODS.items()
+    if method.is_plugged
+]
 
 
 def double_pendulum() -> kf.System:
@@ -32,3 +47,29 @@ def soft_arm() -> kf.System:
 
 
 SCENES = {"double pendulum": double_pendulum, "tumbling": tumbling, "soft arm": soft_arm}
+
+
+def falling_ball(height: float = 1.0, speed: float = 0.0) -> kf.System:
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    scene.add_point("ball", 0.1, joint=kf.Prismatic("z", position=height, speed=speed))
+    return scene
+
+
+def height_of_ball(t: float, state: SceneState) -> float:
+    return float(state.position("ball")[2])
+
+
+def bounced(restitution: float) -> Callable[[float, SceneState], np.ndarray]:
+    """Return the action of an event that turns the first speed of a scene round."""
+
+    def bounce(t: float, state: SceneState) -> np.ndarray:
+        y = state.vector
+        y[1] *= -restitution
+        return y
+
+    return bounce
+
+
+def floor(restitution: float) -> kf.Event:
+    """Return the event at which `falling_ball` bounces."""
+    return kf.Event("floor", height_of_ball, direction=-1, action=bounced(restitution))

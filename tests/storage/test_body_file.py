@@ -16,6 +16,7 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from body_makers import BODIES
+from disk_faults import full_disk
 from kanefe.errors import FileError
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
@@ -256,10 +257,6 @@ def test_a_missing_array_is_named(tmp_path: Path) -> None:
         np.savez(path, **{n: a for n, a in arrays.items() if n != name})
         with pytest.raises(FileError, match=r"arm\.npz .*Remedy: save the body again"):
             kf.FlexibleBody.load(str(path))
-
-
-def full_disk(*arguments: object, **options: object) -> None:
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 @pytest.mark.parametrize("where", ["fsync", "write", "replace"])

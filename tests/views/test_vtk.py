@@ -1,8 +1,6 @@
 """Series for ParaView, read back from the files themselves."""
 
 import dataclasses
-import errno
-import os
 import sys
 from pathlib import Path
 
@@ -10,6 +8,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from disk_faults import full_disk
 from kanefe.fe_model.model import Cells
 from kanefe.frames import rotation_matrix
 from kanefe.views import vtk
@@ -147,10 +146,7 @@ def test_options_without_sense_are_refused_before_anything_is_written(options, m
 
 
 def test_a_failure_of_the_disk_is_named(tmp_path, monkeypatch):
-    def full(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(vtk, "unstructuredGridToVTK", full)
+    monkeypatch.setattr(vtk, "unstructuredGridToVTK", full_disk)
     with pytest.raises(kf.FileError, match=r"a.pvd: No space left.*Remedy"):
         pendulum().to_vtk(tmp_path / "a.pvd")
     assert not (tmp_path / "a.pvd").exists()

@@ -65,7 +65,7 @@ def _serves(model: Model) -> str:
 
 METHOD = Method(
     name="energy-momentum",
-    about="keeps the balance of energy, and in free flight the momenta: long runs of trees",
+    about="keeps the balance of energy, in free flight the momenta: long runs",
     stepper=Compiled(_kernels),
     order=2,
     has_error_control=False,

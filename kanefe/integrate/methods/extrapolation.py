@@ -65,7 +65,7 @@ def _serves(model: Model) -> str:
 
 METHOD = Method(
     name="extrapolation",
-    about="linearly implicit in modes and joint springs, one order-n sweep a substep: stiff scenes",
+    about="linearly implicit, one order-n sweep a substep: stiff scenes",
     stepper=Compiled(_kernels),
     order=COLUMNS_OF_FIXED_STEPS,
     has_fixed_steps=True,

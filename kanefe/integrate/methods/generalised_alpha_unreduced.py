@@ -393,7 +393,7 @@ def _serves(model: Model) -> str:
 
 METHOD = Method(
     name="generalised-alpha",
-    about="the same for unreduced bodies, whose matrices are factored once for each size of steps",
+    about="the same for unreduced bodies, factored once for each size of steps",
     stepper=UnreducedStepper,
     order=2,
     refuses_step="unreduced bodies, whose run chooses its own. Remedy: rtol",

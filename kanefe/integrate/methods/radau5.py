@@ -60,7 +60,7 @@ def _kernels() -> Kernels:
 METHOD = Method(
     serves=serves_kept_states,
     name="radau5",
-    about="Radau IIA, Newton iterations with the exact Jacobian: stiff scenes whose vibrations are followed",
+    about="Radau IIA with the exact Jacobian: stiff scenes, vibrations followed",
     stepper=Compiled(_kernels),
     order=5,
     has_fixed_steps=True,

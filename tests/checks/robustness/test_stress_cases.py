@@ -33,6 +33,8 @@ def marked(case: StressCase) -> object:
 CASES = [marked(case) for case in (*OWN, *FEM_CASES)]
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(1200)  # the longest takes two and a half minutes of a core that it has for itself
 @pytest.mark.parametrize("case", CASES)
 def test_in_short_form(case: StressCase) -> None:
     check(case, Effort(is_quick=True))

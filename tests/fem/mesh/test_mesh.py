@@ -8,7 +8,7 @@ import threading
 import numpy as np
 import pytest
 
-from fem_meshes import box, write_msh2
+from fem_meshes import KINDS, box, write_msh2
 from kanefe.fe_model.model import Cells
 from kanefe_fem.mesh.checks import MeshWarning
 from kanefe_fem.mesh.mesh import Mesh
@@ -65,14 +65,13 @@ def test_quadrature_of_simplices_is_exact_to_its_degree(degree):
                 assert weights @ np.prod(points ** np.array(powers), axis=1) == pytest.approx(exact, rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["tetra", "hexahedron", "triangle", "quad"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_second_order_adds_each_side_once_and_goes_back(kind):
-    d = 3 if kind in ("tetra", "hexahedron") else 2
-    divisions = (3, 2, 2)[:d]
-    mesh = box(kind, divisions, (0.3, 0.1, 0.08)[:d])
+    mesh = box(kind, (3, 2, 2), (0.3, 0.1, 0.08))
+    d = mesh.dimension
     quadratic = mesh.with_order(2)
     # nodes of order 2 are those of a grid twice as fine (in a Kuhn grid too: all diagonals have their middle on it)
-    assert len(quadratic.nodes) == np.prod([2 * n + 1 for n in divisions])
+    assert len(quadratic.nodes) == np.prod([2 * n + 1 for n in (3, 2, 2)[:d]])
     assert len(np.unique(quadratic.nodes.round(12), axis=0)) == len(quadratic.nodes)
     assert volume(quadratic) == pytest.approx(np.prod((0.3, 0.1, 0.08)[:d]), rel=1e-13)
     tip = np.unique(quadratic.facets["tip"][0].nodes)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from fem_meshes import STEEL, box, deformed, shown
+from fem_meshes import KINDS, STEEL, box, deformed, shown
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.frames import skew
@@ -19,7 +19,6 @@ from kanefe_fem.mesh.shapes import measures
 from kanefe_fem.mesh.surfaces import facet_integrals
 from kanefe_fem.solids.body import solid_body, solid_model
 
-KINDS = ["tetra", "hexahedron", "triangle", "quad"]
 SIZE = (0.3, 0.1, 0.08)
 THICKNESS = 0.02
 SIDES = {
@@ -45,8 +44,7 @@ def bent(x):
 
 def skinned(kind, divisions=(3, 2, 2)):
     """Return a box with the groups "skin" (all outer facets), "top" (y = b) and "inside"; facets turn either way."""
-    d = 3 if kind in ("tetra", "hexahedron") else 2
-    mesh = box(kind, divisions[:d], SIZE[:d])
+    mesh = box(kind, divisions, SIZE)
     facet, sides = SIDES[kind]
     all_sides = np.concatenate([mesh.connectivity[:, list(side)] for side in sides])
     _, first, counts = np.unique(np.sort(all_sides, axis=1), axis=0, return_index=True, return_counts=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from fem_meshes import box, deformed
+from fem_meshes import KINDS, box, deformed
 from kanefe.fe_model.model import TRANSLATIONS, Elasticity
 from kanefe.results.channels import BodyShape
 from kanefe_fem.mesh.mesh import Mesh
@@ -21,7 +21,6 @@ from result_scenes import robot, turntable
 E, NU = 210e9, 0.3
 G = E / (2 * (1 + NU))
 SIZE = (0.3, 0.1, 0.08)
-KINDS = ["tetra", "hexahedron", "triangle", "quad"]
 
 
 def isotropic(dimension: int = 3) -> np.ndarray:
@@ -38,8 +37,7 @@ def isotropic(dimension: int = 3) -> np.ndarray:
 
 
 def mesh_of(kind: str, order: int, bent: bool = False) -> Mesh:
-    d = 3 if kind in ("tetra", "hexahedron") else 2
-    mesh = box(kind, (3, 2, 2)[:d], SIZE[:d]).with_order(order)
+    mesh = box(kind, (3, 2, 2), SIZE).with_order(order)
     if not bent:
         return mesh
 

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 import skfem
 from skfem.helpers import ddot, sym_grad, trace
 
-from fem_meshes import STEEL, box, deformed
+from fem_meshes import KINDS, STEEL, box, deformed
 from kanefe.fe_model.model import Cells
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.isotropic import Material
@@ -25,7 +25,6 @@ from repository import ARM
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
 
-KINDS = ["tetra", "hexahedron", "triangle", "quad"]
 SIZE = (0.3, 0.1, 0.08)
 
 
@@ -34,8 +33,7 @@ def plane_options(mesh, plane="stress"):
 
 
 def box_of(kind, geometry_order=1, divisions=(3, 2, 2)):
-    d = 3 if kind in ("tetra", "hexahedron") else 2
-    return box(kind, divisions[:d], SIZE[:d]).with_order(geometry_order)
+    return box(kind, divisions, SIZE).with_order(geometry_order)
 
 
 def bent(x):

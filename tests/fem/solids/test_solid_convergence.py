@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 
-from fem_meshes import STEEL, box
+from fem_meshes import KINDS, STEEL, box
 from kanefe_fem._petsc import factorise
 from kanefe_fem.solids.body import solid_model
 
@@ -64,16 +64,16 @@ def test_the_rate_of_convergence_of_the_clamped_bar(kind, order, divisions, leas
     assert np.all(rates[-1] > least), rates
 
 
-@pytest.mark.parametrize("kind", ["tetra", "hexahedron", "triangle", "quad"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_rate_of_convergence_of_a_smooth_vibration(kind, order):
     # Shear waves along x of a slab that moves in y only: f = c / (4 L), exact, without singularities. The error of a
     # frequency is of order 2 p.
     length, exact = 1.0, np.sqrt(STEEL.shear_modulus / STEEL.rho) / 4.0
-    d = 3 if kind in ("tetra", "hexahedron") else 2
     errors = []
     for n in (4, 8):
-        mesh = box(kind, (n, 1, 1)[:d], (length, 0.1, 0.1)[:d])
+        mesh = box(kind, (n, 1, 1), (length, 0.1, 0.1))
+        d = mesh.dimension
         options = {"plane": "strain", "thickness": 0.3} if d == 2 else {}
         model = solid_model(mesh, STEEL, order=order, **options)
         free = d * np.flatnonzero(model.nodes[:, 0] > 1e-9) + 1

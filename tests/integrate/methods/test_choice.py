@@ -6,25 +6,15 @@ import pytest
 
 import kanefe as kf
 from kanefe.integrate.choice import choose
-from kanefe_fem.beams.body import beam_body, straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
+from steel_beams import steel_bar
 
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 SLOWEST = 92.8
 """Frequency in Hz of the bar clamped at its root: 1.875^2 / (2 pi L^2) sqrt(E I / (rho A)), of 0.3 m by 1 cm."""
 
 
 def bar(gravity: float) -> kf.Model:
     """Return a bar on a hinge, straight at the start: gravity is what bends it."""
-    body = beam_body(
-        straight_beam(0.3, Rectangle(0.02, 0.01), STEEL, elements=10),
-        {"root": "clamped"},
-        reduction=kf.CraigBampton(modes=10),
-    )
-    scene = kf.System(gravity=(0.0, 0.0, -gravity))
-    scene.add_flexible_body("bar", body, joint=kf.Revolute("y"))
-    return scene.freeze()
+    return steel_bar(0.02, 0.01, gravity=gravity, reduction=kf.CraigBampton(modes=10)).freeze()
 
 
 @pytest.mark.parametrize(

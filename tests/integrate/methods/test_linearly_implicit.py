@@ -17,13 +17,9 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
 from kanefe.order_n.planar_route import PlanarRoute
-from kanefe_fem.beams.body import beam_body, straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from order_n_rates import order_n
 from scenes import chain_scene, floating_scene, random_state
-
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+from steel_beams import BAR_LENGTH, STEEL, steel_bar
 
 
 def sprung_chain(is_planar: bool) -> Model:
@@ -70,14 +66,6 @@ def test_a_sweep_solves_the_dense_equations_of_flexible_bodies(make: Callable[..
     check(model, np.concatenate(random_state(model, seed)))
 
 
-def swinging_bar() -> Model:
-    """Return a beam of steel on a hinge, with modes up to some 100 kHz, released in gravity."""
-    body = beam_body(straight_beam(0.3, Rectangle(0.01, 0.02), STEEL, elements=10), {"root": "clamped"})
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    scene.add_flexible_body("bar", body, joint=kf.Revolute("y"))
-    return scene.freeze()
-
-
 class Found(NamedTuple):
     """What a run stored, and its statistics."""
 
@@ -95,12 +83,12 @@ def run(model: Model, span: float, outputs: int, *, rtol: float = 1e-6, step: fl
 
 
 def test_modes_of_100_kilohertz_do_not_hold_the_step_down() -> None:
-    model = swinging_bar()
+    model = steel_bar().freeze()
     found = run(model, 1.0, 4, rtol=1e-5)
     # an explicit method would take 1 s * 2 pi * 1e5 Hz / 2 = 3e5 steps; here the swing alone sets the step
     assert found.statistics["evaluations"] < 2000
     pendulum = kf.System(gravity=(0.0, 0.0, -9.81))
-    m = STEEL.rho * 0.3 * 0.01 * 0.02
+    m = STEEL.rho * BAR_LENGTH * 0.01 * 0.02
     inertia = m * (0.3**2 + 0.02**2) / 12
     pendulum.add_rigid_body("bar", m, inertia, com=(0.15, 0, 0), joint=kf.Revolute("y"))
     stiff = pendulum.simulate((0.0, 1.0), rtol=1e-10, output_step=0.25, method="dop853").joint_coordinates("bar")[1:, 0]
@@ -129,7 +117,7 @@ def test_states_between_the_steps_are_as_good_as_at_their_ends() -> None:
 
 
 def test_a_run_goes_on_from_a_snapshot_to_the_bit() -> None:
-    model = swinging_bar()
+    model = steel_bar().freeze()
     whole, first, second = (METHOD.make(Dynamics(model), 0.0, 1.0, StepControl(1e-6, 1e-7, None)) for _ in range(3))
     times, states = np.array([1.0]), np.empty((1, len(whole.state())))
     assert whole.march(times, states, 10**6) == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from typing import Any
 
@@ -15,17 +14,8 @@ from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.kane.loop_closure import project_positions
 from loop_scenes import four_bar
-from run_scenes import SCENES, double_pendulum, soft_arm
+from run_scenes import PLUGGED, SCENES, double_pendulum, falling_ball, floor, soft_arm
 
-needs_sundials = pytest.mark.skipif(
-    importlib.util.find_spec("sksundae") is None,
-    reason="scikit-sundae is not installed: pip install 'kanefe[sundials]'",
-)
-PLUGGED = [
-    pytest.param(name, marks=needs_sundials if name.startswith("sundials") else ())
-    for name, method in METHODS.items()
-    if method.is_plugged
-]
 ALL_SCENES = {**SCENES, "four-bar": four_bar}
 
 
@@ -71,33 +61,9 @@ def test_loops_that_drift_do_not_have_it_begin_anew_at_every_step(method: str) -
 
 @pytest.mark.parametrize("method", PLUGGED)
 def test_events_stop_it_and_it_goes_on_behind(method: str) -> None:
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    scene.add_point("ball", 0.1, joint=kf.Prismatic("z", position=1.0))
-
-    def bounce(t: float, state: Any) -> np.ndarray:
-        y = state.vector
-        y[1] *= -0.5
-        return y
-
-    floor = kf.Event("floor", lambda t, state: state.position("ball")[2], direction=-1, action=bounce)
-    result = scene.simulate((0.0, 1.0), method=method, events=floor, rtol=1e-8)
+    result = falling_ball().simulate((0.0, 1.0), method=method, events=floor(0.5), rtol=1e-8)
     fall = np.sqrt(2.0 / 9.81)
     assert result.events["floor"] == pytest.approx([fall, 2.0 * fall], abs=1e-7)
-
-
-@pytest.mark.parametrize("method", PLUGGED)
-def test_an_error_of_a_user_s_function_comes_through_unchanged(method: str) -> None:
-    scene = kf.System()
-    wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))
-
-    def table(t: float) -> float:
-        if t > 0.3:
-            raise LookupError("the table ends at 0.3 s")
-        return 1.0
-
-    scene.add_torque(wheel, table)
-    with pytest.raises(LookupError, match="the table ends"):
-        scene.simulate((0.0, 1.0), method=method)
 
 
 @pytest.mark.parametrize("method", PLUGGED)

@@ -20,14 +20,10 @@ from kanefe.kernels.steppers import radau_polynomial as radau_layout
 from kanefe.kernels.steppers import radau_systems
 from kanefe.kernels.stepping import STATE, STEP
 from kanefe.tree.model_data import WORKS
-from kanefe_fem.beams.body import beam_body, straight_beam
-from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.materials.isotropic import Material
 from loop_scenes import four_bar
 from run_scenes import SCENES, soft_arm, tumbling
 from scenes import lattice_body
-
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+from steel_beams import steel_bar
 
 
 def reference(make: Callable[[], kf.System], times: np.ndarray) -> np.ndarray:
@@ -74,14 +70,7 @@ def test_the_error_follows_the_tolerance(scene: str) -> None:
 
 
 def test_damped_modes_of_100_kilohertz_are_stepped_over() -> None:
-    body = beam_body(
-        straight_beam(0.3, Rectangle(0.01, 0.02), STEEL, elements=10),
-        {"root": "clamped"},
-        damping=kf.ModalDamping(0.01),
-    )
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    scene.add_flexible_body("bar", body, joint=kf.Revolute("y"))
-    model = scene.freeze()
+    model = steel_bar(damping=kf.ModalDamping(0.01)).freeze()
     run = integrate(model, (0.0, 0.5), rtol=1e-3, method="radau5", output_step=0.05)
     # an explicit method would need 0.5 s * 2 pi * 1e5 Hz / 2 = 160,000 steps
     assert run.statistics["steps"] < 200
