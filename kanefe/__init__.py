@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from kanefe.linear import campbell as campbell
     from kanefe.linear import equilibrium as equilibrium
     from kanefe.linear import linearise as linearise
+    from kanefe.loads import *  # noqa: F403
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched
     from kanefe.reduction import FreeInterface as FreeInterface

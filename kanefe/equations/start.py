@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.equations.routes import starting_route
-from kanefe.loads import Load
+from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from kanefe.frames import Vector
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, interface_motion
 from kanefe.kane.state import State
-from kanefe.loads import PointLoad
+from kanefe.loads.point_load import PointLoad
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms
 
 

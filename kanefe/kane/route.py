@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +26,6 @@ from kanefe.loads.base import Load
 from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
 from kanefe.tree.route import Evaluation, Obstacle
 from kanefe.tree.scene_state import SceneState
-
-if TYPE_CHECKING:
-    from kanefe.kernels.stepping import Run
 
 
 class LiteralRoute:
@@ -138,11 +135,11 @@ class LiteralRoute:
         """Refused: there are no sweeps."""
         raise TypeError("the literal route has no sweeps")
 
-    def balance(self, run: Run, vectors: np.ndarray) -> None:
+    def balance(self, run: Any, vectors: np.ndarray) -> None:
         """Refused: there are no sweeps."""
         raise TypeError("the literal route has no sweeps")
 
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
+    def go_on(self, run: Any, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
         """Refused: nothing is compiled."""
         raise TypeError("the literal route is not compiled")
 

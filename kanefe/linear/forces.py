@@ -18,9 +18,11 @@ from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_partial_rates, elastic_state
 from kanefe.kane.state import State
-from kanefe.loads import FieldLoad, JointLoad, PointLoad
 from kanefe.loads.base import ValuedLoad
+from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant
+from kanefe.loads.joint_load import JointLoad
+from kanefe.loads.point_load import PointLoad
 from kanefe.tree.model_data import ModelData
 
 SPACE = 3

@@ -15,7 +15,8 @@ from kanefe.kane.state import State
 from kanefe.linear.drives import Drive
 from kanefe.linear.forces import carrier, scene_load_columns, scene_loads
 from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
-from kanefe.loads import FieldLoad, JointLoad
+from kanefe.loads.field_load import FieldLoad
+from kanefe.loads.joint_load import JointLoad
 
 KINDS = {"force": "N", "torque": "N m", "motor": "", "drive": "", "gravity": "m/s2", "load": ""}
 

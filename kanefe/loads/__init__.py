@@ -1,22 +1,8 @@
-"""Loads, one concept a file."""
+"""Loads, one concept a file. What is imported here is public: users write loads of their own by it."""
 
-from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
-from kanefe.loads.bushing import Bushing
-from kanefe.loads.field_load import FieldLoad
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
-from kanefe.loads.spring import SpringDamper
-
-__all__ = [
-    "Action",
-    "Bushing",
-    "End",
-    "FieldLoad",
-    "JointLoad",
-    "Load",
-    "LoadEvent",
-    "LoadKernel",
-    "PointLoad",
-    "SpringDamper",
-    "Tangent",
-]
+from kanefe.loads.base import Action as Action
+from kanefe.loads.base import End as End
+from kanefe.loads.base import Load as Load
+from kanefe.loads.base import LoadEvent as LoadEvent
+from kanefe.loads.base import LoadKernel as LoadKernel
+from kanefe.loads.base import Tangent as Tangent

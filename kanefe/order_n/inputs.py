@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels._numba import Part
-from kanefe.loads import FieldLoad, JointLoad, PointLoad
+from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import CompiledCallback
+from kanefe.loads.joint_load import JointLoad
+from kanefe.loads.point_load import PointLoad
 from kanefe.tree.model_data import ModelData
 
 ValuedLoad = PointLoad | JointLoad | FieldLoad

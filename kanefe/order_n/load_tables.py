@@ -9,7 +9,7 @@ from kanefe.kernels.force_elements.given import given
 from kanefe.kernels.force_elements.places import addresses
 from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, room_of
 from kanefe.kernels.markers import MARKER_NUMBERS
-from kanefe.loads import LoadKernel
+from kanefe.loads.base import LoadKernel
 from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
 

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.frames import numbers
-from kanefe.loads import FieldLoad
+from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant, callback
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
 

@@ -9,8 +9,11 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.loads import Bushing, JointLoad, PointLoad, SpringDamper
+from kanefe.loads.bushing import Bushing
 from kanefe.loads.functions import Constant, callback
+from kanefe.loads.joint_load import JointLoad
+from kanefe.loads.point_load import PointLoad
+from kanefe.loads.spring import SpringDamper
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 
 Load = Callable[..., Any] | Sequence[float] | float

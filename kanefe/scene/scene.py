@@ -13,7 +13,10 @@ from kanefe.bodies.rigid import RigidMass
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.joints import Joint
-from kanefe.loads import FieldLoad, JointLoad, Load, PointLoad
+from kanefe.loads.base import Load
+from kanefe.loads.field_load import FieldLoad
+from kanefe.loads.joint_load import JointLoad
+from kanefe.loads.point_load import PointLoad
 
 
 @dataclass(eq=False)

@@ -24,7 +24,10 @@ from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.joints import Joint, Motion
-from kanefe.loads import FieldLoad, JointLoad, Load, PointLoad
+from kanefe.loads.base import Load
+from kanefe.loads.field_load import FieldLoad
+from kanefe.loads.joint_load import JointLoad
+from kanefe.loads.point_load import PointLoad
 
 WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""

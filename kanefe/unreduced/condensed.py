@@ -24,7 +24,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State
-from kanefe.loads import FieldLoad
+from kanefe.loads.field_load import FieldLoad
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
 
