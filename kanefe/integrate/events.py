@@ -31,10 +31,10 @@ class Event:
     terminal : bool
         Whether the run ends there.
     action : callable, optional
-        ``f(t, state)`` -> the state ``(q, u)`` to go on with, shape (coordinates + free speeds,), such as a changed
-        copy of ``state.vector``; or None to go on with the same, after a load that looks at a switch was switched. The
-        speeds of loops are then made consistent. Energy that the change gives counts as work, energy that it takes as
-        dissipated. An action stops a body, but does not hold it: that takes a force.
+        ``f(t, state)`` -> the state ``(q, u, z)`` to go on with, such as a changed copy of ``state.vector``; or None to
+        go on with the same, after a load that looks at a switch was switched. The speeds of loops are then made
+        consistent. Energy that the change gives counts as work, energy that it takes as dissipated. An action stops a
+        body, but does not hold it: that takes a force.
 
     Raises
     ------
@@ -97,25 +97,26 @@ class Event:
             )
         return number
 
-    def changed(self, t: float, state: SceneState, size: int) -> Vector | None:
-        """Return the state after the action, shape (size,), None if it leaves it; a ModelError names what is wrong."""
+    def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
+        """Return the state after the action, None if it leaves y (size,) as it is; a ModelError names what is wrong."""
         if self.action is None:
             return None
         given = self.action(t, state)
         if given is None:
             return None
-        y = np.asarray(given, dtype=float)
-        if y.shape != (size,) or not np.all(np.isfinite(y)):
+        after = np.asarray(given, dtype=float)
+        if after.shape != y.shape or not np.all(np.isfinite(after)):
             raise ModelError(
-                f"the action of event {self.name!r} must return {size} finite numbers, the coordinates and the free "
-                f"speeds, or None; at t = {t:.6g} s it gave shape {y.shape}. Remedy: a changed copy of state.vector"
+                f"the action of event {self.name!r} must return {y.size} finite numbers, the coordinates, the free "
+                f"speeds and the states of loads, or None; at t = {t:.6g} s it gave shape {after.shape}. Remedy: a "
+                "changed copy of state.vector"
             )
-        return y
+        return after
 
 
-def checked_events(events: Sequence[Event] | Event) -> tuple[Event, ...]:
-    """Return the events of a call; a ModelError says what is wrong with them."""
-    found = (events,) if isinstance(events, Event) else tuple(events)
+def checked_events(events: Sequence[Event] | Event, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:
+    """Return the events of loads and those of a call; a ModelError says what is wrong with them."""
+    found = (*of_loads, *((events,) if isinstance(events, Event) else events))
     for event in found:
         if not isinstance(event, Event):
             raise ModelError(f"events must be a list of kanefe.Event, not of {type(event).__name__}")

@@ -277,7 +277,7 @@ class RunLoop:
     def _acted(self, event: Event, t: float, y: Vector) -> Vector:
         """Return the state after an action, its loops closed, and the energy of the change taken into account."""
         size = len(y) - WORKS
-        changed = event.changed(t, self._model.route.state(t, y), size)
+        changed = event.changed(t, self._model.route.state(t, y), y[:size])
         if changed is None:
             return y
         after = np.concatenate((changed, y[size:]))

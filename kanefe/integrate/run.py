@@ -18,6 +18,7 @@ from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
+from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.loop import Limits, RunLoop
 from kanefe.integrate.trajectory import Trajectory, checked_span, wanted_times
 from kanefe.tree.model_data import WORKS
@@ -58,7 +59,7 @@ def integrate(
     start, stop = checked_span(t_span)
     choice = choose(model, method, start, stop, rtol, step, atol)
     wanted = wanted_times(start, stop, output_step, output_times, step)
-    watched = checked_events(events)
+    watched = checked_events(events, events_of_loads(model))
     limits = _checked_limits(most_steps, most_seconds)
     _check_room(model, wanted)
     file, saved = None, None

@@ -23,6 +23,7 @@ from kanefe.kane.state import State, actions
 from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
+from kanefe.loads.checks import check_start
 from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
 from kanefe.tree.route import Evaluation, Obstacle
 from kanefe.tree.scene_state import SceneState
@@ -84,7 +85,10 @@ class LiteralRoute:
         """Return loads between frames as they start."""
         model = self.model.with_loads(loads)
         state = State(model, t, model.initial_coordinates, model.initial_speeds)
-        return tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
+        started = tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
+        for i, load in enumerate(started):
+            check_start(load, t, state.load_ends(i))
+        return started
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; near a singular position those of the nearest one whose loops are closed."""

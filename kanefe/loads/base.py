@@ -175,6 +175,9 @@ class Load(ABC):
         Such as "spring", for messages.
     columns : tuple of str
         Names of what `tell` returns, with units in brackets.
+    needs_rotation : bool
+        Whether it looks at the axes of its ends or gives moments: a scene refuses nodes of a mesh that have no rotation
+        of their own then.
 
     Examples
     --------
@@ -199,9 +202,10 @@ class Load(ABC):
     """
 
     name: str
-    ends: tuple[Marker, ...]
+    ends: tuple[Any, ...]
     kind: ClassVar[str] = "load"
     columns: ClassVar[tuple[str, ...]] = ()
+    needs_rotation: ClassVar[bool] = True
 
     @abstractmethod
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:

@@ -1,4 +1,4 @@
-"""What `System` can add besides bodies: forces, torques, motors, springs and bushings."""
+"""What `System` can add besides bodies: forces, torques, motors, springs, bushings, any load between frames."""
 
 from __future__ import annotations
 
@@ -9,21 +9,62 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.loads.base import Load
 from kanefe.loads.bushing import Bushing
+from kanefe.loads.checks import check_load
 from kanefe.loads.functions import Constant, callback
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
 from kanefe.loads.spring import SpringDamper
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 
-Load = Callable[..., Any] | Sequence[float] | float
+LoadValue = Callable[..., Any] | Sequence[float] | float
 
 
 class LoadMethods(Scene):
     """The part of `System` that adds loads."""
 
+    def add(self, load: Load) -> None:
+        """Add a load between frames, of kanefe or of a class of your own: see `kanefe.Load`.
+
+        Parameters
+        ----------
+        load : Load
+            Its `ends` are frames of this scene. The scene takes a copy: what it is given stays as it is.
+
+        Raises
+        ------
+        ModelError
+            Saying what it lacks; if its name is taken, or an end is not of this scene. What it does is looked at once
+            more at freeze, when its ends have places.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import kanefe as kf
+        >>> class Wind(kf.Load):
+        ...     def __init__(self, name, on, speed, drag):
+        ...         self.name, self.ends, self.speed, self.drag = name, (on,), np.array(speed), drag
+        ...     def action(self, t, ends, states):
+        ...         force = self.drag * (self.speed - ends[0].v)
+        ...         return kf.Action(np.append(force, np.zeros(3))[None], given=force @ ends[0].v)
+        >>> scene = kf.System()
+        >>> ball = scene.add_point("ball", 0.1)
+        >>> scene.add(Wind("wind", ball, (3, 0, 0), 0.2))
+        >>> result = scene.simulate((0.0, 0.5))
+        >>> float(result.velocity("ball")[-1, 0].round(3))  # m/s: 3 (1 - exp(-1))
+        1.896
+        """
+        check_load(load)
+        label = self._new_load(load.name, load.kind)
+        markers = [
+            self._marker(end, f"end {i} of {label}", needs_rotation=load.needs_rotation)
+            for i, end in enumerate(load.ends)
+        ]
+        self._loads.append(load.with_ends(tuple(markers)))
+
     def add_force(
-        self, target: Frame, force: Load, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
+        self, target: Frame, force: LoadValue, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
     ) -> None:
         """Apply a force.
 
@@ -55,7 +96,7 @@ class LoadMethods(Scene):
         where = target.at + target.axes @ three(point, f"point of {label}")
         entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
 
-    def add_torque(self, target: Frame, torque: Load, *, follows: bool = False) -> None:
+    def add_torque(self, target: Frame, torque: LoadValue, *, follows: bool = False) -> None:
         """Apply a torque.
 
         Parameters
@@ -86,7 +127,7 @@ class LoadMethods(Scene):
         load = _point_load(label, torque, True, np.zeros(3), follows, target)
         entry.loads.append((load, target.interface_frame))
 
-    def add_motor(self, body: Frame, force: Load, *, coordinate: int = 0) -> None:
+    def add_motor(self, body: Frame, force: LoadValue, *, coordinate: int = 0) -> None:
         """Apply the force of a motor along a coordinate of a body's joint: on the body and, reversed, on its parent.
 
         Parameters
@@ -113,7 +154,7 @@ class LoadMethods(Scene):
         self._target(body, "a motor")
         self._add_motor(body, force, coordinate, f"the motor of {body.label}", is_single=False)
 
-    def _add_motor(self, body: Frame, force: Load, coordinate: int, label: str, is_single: bool) -> None:
+    def _add_motor(self, body: Frame, force: LoadValue, coordinate: int, label: str, is_single: bool) -> None:
         entry = self._target(body, "a motor")
         joint = entry.joint
         motions = joint.motions if joint.rotation_at is None else ()
@@ -155,7 +196,7 @@ class LoadMethods(Scene):
         Parameters
         ----------
         name : str
-            Unique among springs and bushings.
+            Unique among springs, bushings and other loads between frames.
         a, b : Frame
             Bodies, interfaces, nodes, frames of them, or the ground.
         stiffness, damping : float
@@ -178,7 +219,7 @@ class LoadMethods(Scene):
         >>> ball = scene.add_point("ball", 0.1, at=(0, 0, -1))
         >>> scene.add_spring("rope", scene.ground, ball, stiffness=1e4, damping=2.0, rest_length=0.9)
         """
-        label = self._new_connection(name, "spring")
+        label = self._new_load(name, "spring")
         ends = self._marker(a, f"end a of {label}"), self._marker(b, f"end b of {label}")
         k = float(_not_negative(stiffness, (), f"stiffness of {label}"))
         c = float(_not_negative(damping, (), f"damping of {label}"))
@@ -212,7 +253,7 @@ class LoadMethods(Scene):
         Parameters
         ----------
         name : str
-            Unique among springs and bushings.
+            Unique among springs, bushings and other loads between frames.
         a, b : Frame
             Bodies, interfaces, frames of them, or the ground.
         stiffness, damping : array_like, shape (3,) or (6,)
@@ -234,7 +275,7 @@ class LoadMethods(Scene):
         >>> engine = scene.add_rigid_body("engine", 80.0, 2.0, joint=kf.Free())
         >>> scene.add_bushing("mount", scene.ground, engine, stiffness=(2e5, 2e5, 4e5), damping=(200, 200, 400))
         """
-        label = self._new_connection(name, "bushing")
+        label = self._new_load(name, "bushing")
         wide = numbers(stiffness).size == 6 or numbers(damping).size == 6 or law is not None
         ends = [
             self._marker(x, f"end {n} of {label}", needs_rotation=wide and n == "b") for x, n in ((a, "a"), (b, "b"))
@@ -252,8 +293,8 @@ class LoadMethods(Scene):
             raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or law")
         self._loads.append(Bushing(name, tuple(ends), constants[0], constants[1], law))
 
-    def _new_connection(self, name: str, kind: str) -> str:
-        """Return the label of a new spring or bushing; raise a ModelError if its name is none or taken."""
+    def _new_load(self, name: str, kind: str) -> str:
+        """Return the label of a new load between frames; raise a ModelError if its name is none or taken."""
         label = f"{kind} {name!r}"
         self._check_open(label)
         if not name or not isinstance(name, str):
@@ -271,7 +312,9 @@ class LoadMethods(Scene):
         return self._entries[target.number]
 
 
-def _point_load(label: str, load: Load, is_torque: bool, where: np.ndarray, follows: bool, target: Frame) -> PointLoad:
+def _point_load(
+    label: str, load: LoadValue, is_torque: bool, where: np.ndarray, follows: bool, target: Frame
+) -> PointLoad:
     """Return a checked force or torque; components of an offset frame are turned into those of what it is fixed in."""
     axes = target.axes if follows else np.eye(3)
     if not callable(load):

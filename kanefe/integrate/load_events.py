@@ -1,0 +1,76 @@
+"""Events of loads between frames: moments that a load itself looks for, such as that at which a rope breaks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.integrate.events import Event
+from kanefe.loads.base import LoadEvent
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scene_state import SceneState
+
+
+@dataclass(frozen=True, eq=False)
+class EventOfLoad(Event):
+    """An event of a load: its functions see the load's ends and states, its action changes its states alone.
+
+    Attributes
+    ----------
+    number : int
+        Of the load in the model.
+    of : LoadEvent
+    where : slice
+        Of the load's states in a state (q, u, z).
+    """
+
+    number: int = field(kw_only=True)
+    of: LoadEvent = field(kw_only=True)
+    where: slice = field(kw_only=True)
+
+    @property
+    def acts(self) -> bool:
+        """Whether it changes the states of its load."""
+        return self.of.action is not None
+
+    def value(self, t: float, state: SceneState) -> float:
+        """Return the value of the load's function."""
+        return self.function(t, state)
+
+    def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
+        """Return the state (q, u, z) with other states of the load; a ModelError says what is wrong with them."""
+        if self.of.action is None:
+            return None
+        given = np.asarray(self.of.action(t, state.load_ends(self.number), y[self.where]), dtype=float)
+        if given.shape != y[self.where].shape or not np.all(np.isfinite(given)):
+            raise ModelError(
+                f"the action of event {self.name!r} must return the {y[self.where].size} internal states of its load, "
+                f"finite; at t = {t:.6g} s it gave {given!r}"
+            )
+        after = y.copy()
+        after[self.where] = given
+        return after
+
+
+def events_of_loads(model: ModelData) -> tuple[Event, ...]:
+    """Return the events of all loads between frames, called by the load and by what happens."""
+    first = model.coordinate_count + model.free_count
+    found: list[Event] = []
+    for number, (load, states) in enumerate(zip(model.loads, model.load_states, strict=True)):
+        where = slice(first + states.start, first + states.stop)
+        for event in load.events:
+            name, function = f"{load.name} {event.name}", _Function(number, event)
+            found.append(EventOfLoad(name, function, event.direction, number=number, of=event, where=where))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Function:
+    number: int
+    event: LoadEvent
+
+    def __call__(self, t: float, state: SceneState) -> float:
+        return self.event.function(t, state.load_ends(self.number), state.load_states(self.number))

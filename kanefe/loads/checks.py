@@ -1,0 +1,99 @@
+"""What a load from outside the house must have: asked when it is added, and once more where it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+
+
+def check_load(load: object) -> None:
+    """Raise a ModelError that says what a load lacks, before a scene takes it."""
+    if not isinstance(load, Load):
+        what = f"the class {load.__name__}" if isinstance(load, type) else repr(load)
+        raise ModelError(
+            f"{what} is no load between frames. Remedy: an object of a subclass of kanefe.Load that "
+            "has `name`, `ends` and `action(t, ends, states)`; bodies have add_rigid_body and the like"
+        )
+    kind = type(load).__name__
+    name = getattr(load, "name", None)
+    if not isinstance(name, str) or not name:
+        raise ModelError(f"a load of {kind} needs a name, a text that is unique in the scene, not {name!r}")
+    label = f"{load.kind} {name!r}"
+    ends = getattr(load, "ends", None)
+    if not isinstance(ends, (tuple, list)) or not ends:
+        raise ModelError(f"{label} needs ends, a tuple of the frames that it acts on, not {ends!r}")
+    states = numbers(load.initial_states)
+    if states.ndim != 1 or not np.all(np.isfinite(states)):
+        raise ModelError(f"initial_states of {label} must be finite numbers, shape (states,), not {states!r}")
+    kernel: object = load.kernel
+    if kernel is not None:
+        _check_kernel(kernel, label)
+    names = [getattr(event, "name", None) for event in load.events]
+    if not all(isinstance(event, LoadEvent) for event in load.events) or len(set(names)) < len(names):
+        raise ModelError(
+            f"events of {label} must be kanefe.LoadEvent, each with a name of its own, not {load.events!r}"
+        )
+    if type(load).tell is Load.tell and load.columns:
+        raise ModelError(f"{label} has columns {load.columns!r} but does not say what stands in them. Remedy: tell()")
+
+
+def check_start(load: Load, t: float, ends: Sequence[End]) -> None:
+    """Raise a ModelError if what a load gives at the start of a scene (t in s) has another shape than it must have."""
+    label, z = f"{load.kind} {load.name!r}", load.initial_states
+    done: object = load.action(t, ends, z)
+    if not isinstance(done, Action):
+        raise ModelError(f"the action of {label} must be a kanefe.Action, not {done!r}")
+    for what, value, shape in (
+        ("wrenches", done.wrenches, (len(ends), 6)),
+        ("potential", done.potential, ()),
+        ("taken", done.taken, ()),
+        ("given", done.given, ()),
+        ("rates", done.rates, z.shape),
+    ):
+        _check_numbers(f"{what} of the action of {label}", value, shape)
+    if (done.taken or done.given) and not load.exchanges_energy:
+        raise ModelError(
+            f"{label} takes or gives power, but says that it exchanges no energy. Remedy: exchanges_energy"
+        )
+    if load.kernel is not None:
+        constants = load.kernel.numbers
+        _check_numbers(f"numbers of the kernel of {label}", constants, np.shape(constants)[:1])
+    if load.input_count:
+        _check_numbers(f"inputs of {label}", load.inputs(t, ends, z), (load.input_count,))
+    if load.columns:
+        _check_numbers(f"what {label} tells", load.tell(t, ends, z), (len(load.columns),), is_finite=False)
+    tangent: object = load.tangent(t, ends, z)
+    if tangent is not None:
+        if not isinstance(tangent, Tangent):
+            raise ModelError(f"the tangent of {label} must be a kanefe.Tangent or None, not {tangent!r}")
+        count = len(np.atleast_1d(tangent.stiffness))
+        _check_numbers(f"rows of the tangent of {label}", tangent.rows, (count, 6 * len(ends)))
+        _check_numbers(f"stiffness of the tangent of {label}", tangent.stiffness, (count,))
+        _check_numbers(f"damping of the tangent of {label}", tangent.damping, (count,))
+    for event in load.events:
+        _check_numbers(f"event {event.name!r} of {label}", event.function(t, ends, z), ())
+
+
+def _check_kernel(kernel: Any, label: str) -> None:
+    if not isinstance(kernel, LoadKernel):
+        raise ModelError(f"the kernel of {label} must be a kanefe.LoadKernel or None, not {kernel!r}")
+    for function in (kernel.real, kernel.complex_):
+        if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
+            raise ModelError(
+                f"a function of the kernel of {label} must be the address of a C function, such as numba.cfunc(...)"
+                f".address, not {function!r}"
+            )
+
+
+def _check_numbers(what: str, value: object, shape: tuple[int, ...], *, is_finite: bool = True) -> Vector:
+    array = numbers(value)
+    if array.shape != shape or (is_finite and not np.all(np.isfinite(array))):
+        wanted = f"numbers of shape {shape}" if shape else "one number"
+        raise ModelError(f"{what} must be {wanted}{', finite' if is_finite else ''}; got {value!r}")
+    return array
