@@ -6,3 +6,4 @@ from kanefe.loads.base import Load as Load
 from kanefe.loads.base import LoadEvent as LoadEvent
 from kanefe.loads.base import LoadKernel as LoadKernel
 from kanefe.loads.base import Tangent as Tangent
+from kanefe.loads.rope import Rope as Rope

@@ -1,0 +1,42 @@
+"""Ropes: one tension along a way over points, never a push (Eq. 11)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.force_elements.places import END_NUMBERS, POTENTIAL, TAKEN, WRENCH, WRENCHES, P, V
+from kanefe.kernels.vectors import dot, minus, three, times
+
+ENDS, STIFFNESS, DAMPING, LENGTH, CAN_BREAK = range(5)
+
+
+def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the pull on all points; `numbers` are those of `kanefe.loads.rope.Rope.kernel`."""
+    count = int(numbers[ENDS])
+    stretch = rate = 0.0 * ends[0]
+    stretch -= numbers[LENGTH]
+    for i in range(count - 1):
+        a, b = END_NUMBERS * i, END_NUMBERS * (i + 1)
+        line = minus(three(ends, b + P), three(ends, a + P))
+        length = np.sqrt(dot(line, line))
+        e = times(1.0 / length, line)
+        stretch += length
+        rate += dot(e, minus(three(ends, b + V), three(ends, a + V)))
+        for c in range(3):  # the gradient of the length, until the tension is known
+            out[WRENCHES + WRENCH * i + c] -= e[c]
+            out[WRENCHES + WRENCH * (i + 1) + c] += e[c]
+    elastic = numbers[STIFFNESS] * stretch
+    if stretch.real <= 0.0 or (numbers[CAN_BREAK] > 0.0 and states[0].real <= 0.0):
+        elastic = 0.0 * elastic
+        tension = elastic
+    else:
+        tension = elastic + numbers[DAMPING] * rate
+        if tension.real < 0.0:
+            tension = 0.0 * tension
+    out[POTENTIAL] = 0.5 * elastic * elastic / numbers[STIFFNESS]
+    out[TAKEN] = (tension - elastic) * rate
+    for i in range(count):
+        for c in range(3):
+            out[WRENCHES + WRENCH * i + c] *= -tension

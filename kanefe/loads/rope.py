@@ -1,0 +1,221 @@
+"""Ropes: they pull and do not push, over any number of points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError, SimulationError
+from kanefe.frames import Matrix, Vector, numbers
+from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
+
+
+class Path(NamedTuple):
+    """A rope's way: length (m) and rate (m/s), and by each end the derivative of the length by its place, in N."""
+
+    length: float
+    rate: float
+    gradient: Matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Rope(Load):
+    """A rope without mass from the first end over points on which it slides without friction to the last.
+
+    One tension T acts along the whole of it: with the way l along its points and the unstretched length l0,
+
+        T = max(0, EA (l - l0) / l0 + C dl/dt / l0) where l > l0, and 0 where it is slack,
+
+    so that it never pushes. Each point feels T times the sum of the directions to its neighbours (Eq. 11).
+
+    Attributes
+    ----------
+    name : str
+        Unique among the loads between frames of a scene.
+    ends : tuple of Frame
+        The first end, the points that it runs over in order, the last end: two or more.
+    axial_stiffness : float
+        EA, N.
+    damping : float
+        C, N s: tension for a rate of strain of 1/s.
+    length : float, optional
+        Unstretched, m. Longer than the way at the start: the rope begins slack.
+    preload : float, optional
+        Tension at the start, N, in place of the length; neither: taut without tension.
+    breaking_load : float, optional
+        Tension at which it breaks, N: it is gone from then on, and its energy counts as dissipated. The moment is the
+        event ``"<name> breaks"`` of the result.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong with the rope.
+
+    Examples
+    --------
+    A weight on a rope over a beam, and another that draws it up:
+
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> light = scene.add_point("light", 1.0, joint=kf.Prismatic("z", position=-1.0))
+    >>> heavy = scene.add_point("heavy", 2.0, joint=kf.Prismatic("z", position=-1.0), at=(1, 0, 0))
+    >>> beam = [scene.ground.frame(at=(x, 0, 0)) for x in (0.0, 1.0)]
+    >>> scene.add(kf.Rope("rope", (light, *beam, heavy), axial_stiffness=1e6, damping=2e3))
+    >>> result = scene.simulate((0.0, 0.4))
+    >>> float(result.load("rope")[-1, 2].round(1))  # N: 2 m1 m2 g / (m1 + m2)
+    13.1
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    axial_stiffness: float
+    damping: float = 0.0
+    length: float | None = None
+    preload: float | None = None
+    breaking_load: float | None = None
+
+    kind = "rope"
+    columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [-]")
+    needs_rotation = False
+
+    def __post_init__(self) -> None:
+        label = f"rope {self.name!r}"
+        if not isinstance(self.ends, (tuple, list)) or len(self.ends) < 2:
+            raise ModelError(f"{label} needs two ends or more: the first, points on its way, the last")
+        object.__setattr__(self, "ends", tuple(self.ends))
+        for what, value, least in (
+            ("axial_stiffness", self.axial_stiffness, ">"),
+            ("damping", self.damping, ">="),
+            ("length", self.length, ">"),
+            ("preload", self.preload, ">="),
+            ("breaking_load", self.breaking_load, ">"),
+        ):
+            number = numbers(0.0 if value is None else value)
+            is_right = number.shape == () and np.isfinite(number) and (number > 0 or (number == 0 and least == ">="))
+            if value is not None and not is_right:
+                raise ModelError(f"{what} of {label} must be one number, finite and {least} 0, not {value!r}")
+        if self.length is not None and self.preload is not None:
+            raise ModelError(f"{label} has a length and a preload. Remedy: one of them, the other follows")
+
+    @property
+    def slack_length(self) -> float:
+        """Length without tension, m; NaN: known where a scene starts."""
+        return math.nan if self.length is None else self.length
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Whether it takes energy from the scene."""
+        return bool(self.damping or self.breaking_load is not None)
+
+    @property
+    def initial_states(self) -> Vector:
+        """Of one that can break: 1 while it holds, then 0."""
+        return NO_STATES if self.breaking_load is None else np.ones(1)
+
+    @property
+    def has_rates(self) -> bool:
+        """It breaks at once."""
+        return False
+
+    @property
+    def events(self) -> tuple[LoadEvent, ...]:
+        """Its end, where it can break."""
+        if self.breaking_load is None:
+            return ()
+        breaks = _Breaking(self, self.breaking_load)
+        return (LoadEvent("breaks", breaks.reserve, -1, breaks.broken),)
+
+    def path(self, t: float, ends: Sequence[End]) -> Path:
+        """Return its way.
+
+        Raises
+        ------
+        SimulationError
+            If two points that follow each other are at one place.
+        """
+        gradient = np.zeros((len(ends), 3))
+        length = 0.0
+        for i, (a, b) in enumerate(pairwise(ends)):
+            line = b.p - a.p
+            part = float(np.linalg.norm(line))
+            if part == 0.0:
+                raise SimulationError(
+                    f"points {i} and {i + 1} of rope {self.name!r} are at one place at t = {t:.6g} s, and the rope has "
+                    "no direction there. Remedy: leave one of them out"
+                )
+            gradient[i] -= line / part
+            gradient[i + 1] += line / part
+            length += part
+        return Path(length, float(sum(g @ end.v for g, end in zip(gradient, ends, strict=True))), gradient)
+
+    def tension(self, path: Path, states: Vector) -> tuple[float, float]:
+        """Return the tension, N, and the part of it that its stretch gives."""
+        stretch = path.length - self.slack_length
+        if stretch <= 0.0 or (len(states) and states[0] <= 0.0):
+            return 0.0, 0.0
+        elastic = self.axial_stiffness / self.slack_length * stretch
+        return max(0.0, elastic + self.damping / self.slack_length * path.rate), elastic
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return its pull on all points; what a falling rope does not give back counts as taken."""
+        path = self.path(t, ends)
+        tension, elastic = self.tension(path, states)
+        wrenches = np.zeros((len(ends), 6))
+        wrenches[:, :3] = -tension * path.gradient
+        potential = 0.5 * elastic**2 * self.slack_length / self.axial_stiffness
+        return Action(wrenches, potential, taken=(tension - elastic) * path.rate, rates=np.zeros(len(states)))
+
+    def started(self, t: float, ends: Sequence[End]) -> Rope:
+        """Return the rope with its unstretched length."""
+        try:
+            way = self.path(t, ends).length
+        except SimulationError as error:
+            raise ModelError(str(error)) from None
+        if self.length is not None:
+            return self
+        strain = (self.preload or 0.0) / self.axial_stiffness
+        return replace(self, length=way / (1.0 + strain), preload=None)
+
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
+        """Return stiffness and damping along its way, none where it is slack."""
+        path = self.path(t, ends)
+        rows = np.zeros((len(ends), 6))
+        rows[:, :3] = path.gradient
+        held = float(self.tension(path, states)[0] > 0.0) / self.slack_length
+        values = held * np.array((self.axial_stiffness, self.damping))
+        return Tangent(rows.reshape(1, -1), values[:1], values[1:])
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return length (m), rate (m/s), tension (N) and whether it is slack (1) or not (0)."""
+        path = self.path(t, ends)
+        tension, elastic = self.tension(path, states)
+        return np.array((path.length, path.rate, tension, float(elastic == 0.0)))
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: how many ends, stiffness and damping (N/m and N s/m), unstretched length, whether it can break."""
+        from kanefe.kernels.force_elements.rope import rope
+
+        l0 = self.slack_length
+        constants = (len(self.ends), self.axial_stiffness / l0, self.damping / l0, l0)
+        return LoadKernel(rope, np.array((*constants, self.breaking_load is not None), dtype=float), rope)
+
+
+class _Breaking(NamedTuple):
+    """The end of a rope; an object, so that it pickles."""
+
+    rope: Rope
+    load: float
+
+    def reserve(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return what the tension is below the breaking load, N."""
+        return self.load - self.rope.tension(self.rope.path(t, ends), states)[0]
+
+    def broken(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the state of a rope that is gone."""
+        return np.zeros(1)
