@@ -32,8 +32,8 @@ def outcomes(
 ) -> Iterator[SomeRow | NotRun]:
     """Run a case and yield its rows as they come; an error that ends it is a row that did not pass.
 
-    ``ended(text)`` makes the finding that stands for an error; ``row(finding, seconds)`` the row of a finding and of the
-    time since the one before was known.
+    ``ended(text)`` makes the finding that stands for an error; ``row(finding, seconds)`` the row of a finding and of
+    the time since the one before was known.
     """
     findings = _started(run)
     while True:
