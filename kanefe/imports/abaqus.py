@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,6 +25,7 @@ from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports.abaqus_input import Keyword, keywords, node_table
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
 from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
+from kanefe.imports.self_check import Expected
 from kanefe.imports.text import numbers, read_text
 from kanefe.imports.units import Units
 
@@ -92,14 +92,8 @@ def read_abaqus(
         files = {"stiffness": stiffness, "mass": mass, "damping": damping}
         matrices = {what: _matrix(path, what, table) for what, path in files.items() if path is not None}
         source = Path(stiffness).name
-    expected: dict[str, Any] = {
-        "expected_mass": expected_mass,
-        "expected_center": expected_center,
-        "expected_inertia": expected_inertia,
-    }
-    return model_of_labelled(
-        matrices, table, groups=groups, units=units, expected=expected, factorise=factorise, source=f"Abaqus {source}"
-    )
+    expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
+    return model_of_labelled(matrices, table, groups=groups, units=units, expected=expected, source=f"Abaqus {source}")
 
 
 def _nodes(nodes: Nodes) -> NodeTable:

@@ -17,7 +17,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,6 +28,7 @@ from kanefe.imports import _mapdl
 from kanefe.imports.harwell_boeing import read_harwell_boeing
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
 from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
+from kanefe.imports.self_check import Expected
 from kanefe.imports.text import read_market, read_text
 from kanefe.imports.units import Units
 
@@ -98,18 +98,13 @@ def read_ansys(
                 "Remedy: write both from the same .full file (a file without mass of some nodes: LUMPM,OFF)"
             )
         matrices[what] = LabelledMatrix(freedoms, matrix)
-    expected: dict[str, Any] = {
-        "expected_mass": expected_mass,
-        "expected_center": expected_center,
-        "expected_inertia": expected_inertia,
-    }
+    expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
     return model_of_labelled(
         matrices,
         _nodes(nodes),
         groups=groups,
         units=units,
         expected=expected,
-        factorise=factorise,
         source=f"Ansys {Path(stiffness).name}",
     )
 

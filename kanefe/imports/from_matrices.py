@@ -26,7 +26,7 @@ from kanefe.fe_model.model import (
     StressStiffness,
 )
 from kanefe.frames import skew
-from kanefe.imports.self_check import ROUND_OFF, self_check
+from kanefe.imports.self_check import ROUND_OFF, Expected, self_check
 from kanefe.imports.text import read_market
 
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
@@ -154,13 +154,7 @@ def model_from_matrices(
     )
     for name, pattern in model.load_patterns.items():
         _check_pattern(model, name, pattern)
-    found = self_check(
-        model,
-        expected_mass=expected_mass,
-        expected_center=expected_center,
-        expected_inertia=expected_inertia,
-        factorise=factorise,
-    )
+    found = self_check(model, **Expected(expected_mass, expected_center, expected_inertia, factorise)._asdict())
     model = replace(model, provenance={**model.provenance, "self_check": found.as_dict()})
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(

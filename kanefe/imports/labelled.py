@@ -20,17 +20,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, TRANSLATIONS, FiniteElementModel
 from kanefe.frames import skew
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.node_table import NodeTable
+from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units, in_si, scales
 
 OTHER_FREEDOMS = {0: "a scalar or modal coordinate", 7: "warping", 8: "pressure", 9: "potential", 11: "temperature"}
@@ -81,10 +80,9 @@ def model_of_labelled(
     matrices: Mapping[str, LabelledMatrix],
     nodes: NodeTable,
     *,
-    groups: Mapping[str, int | Sequence[int]] | None = None,
-    units: Units = "m, kg, s",
-    expected: Mapping[str, Any] | None = None,
-    factorise: Factorise | None = None,
+    groups: Mapping[str, int | Sequence[int]] | None,
+    units: Units,
+    expected: Expected,
     source: str,
 ) -> FiniteElementModel:
     """Return the checked model of labelled matrices.
@@ -99,9 +97,8 @@ def model_of_labelled(
         Beside the sets of the table.
     units : str or (float, float)
         Of the matrices and nodes.
-    expected : dict, optional
-        `expected_mass`, `expected_center`, `expected_inertia` of `model_from_matrices`, in SI.
-    factorise : callable, optional
+    expected : Expected
+        In SI.
     source : str
         For provenance and messages.
 
@@ -153,9 +150,8 @@ def model_of_labelled(
             for name, members in {**named, **chosen}.items()
             if len(members)
         },
-        factorise=factorise,
         source=source,
-        **(expected or {}),
+        **expected._asdict(),
     )
     return replace(model, provenance={**model.provenance, "units": str(units), "following_rotations": followers})
 

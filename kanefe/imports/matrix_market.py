@@ -13,6 +13,7 @@ from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 from kanefe.imports.from_matrices import Order, model_from_matrices
 from kanefe.imports.labelled import mirrored
 from kanefe.imports.node_table import given_nodes
+from kanefe.imports.self_check import Expected
 from kanefe.imports.text import read_market
 from kanefe.imports.units import Units, in_si, scales
 
@@ -91,10 +92,7 @@ def read_matrix_market(
         damping=matrices.get("damping"),
         groups=numbered,
         order=order,
-        expected_mass=expected_mass,
-        expected_center=expected_center,
-        expected_inertia=expected_inertia,
-        factorise=factorise,
         source=f"Matrix Market {Path(stiffness).name}",
+        **Expected(expected_mass, expected_center, expected_inertia, factorise)._asdict(),
     )
     return replace(model, provenance={**model.provenance, "units": str(units)})

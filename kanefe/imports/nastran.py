@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +20,7 @@ from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
 from kanefe.imports.node_table import NodeTable
+from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units
 
 NAMES = {
@@ -93,18 +93,13 @@ def read_nastran(
         else:
             found |= _pyyeti.direct_matrices(path)
     source = ", ".join(path.name for path in files)
-    expected: dict[str, Any] = {
-        "expected_mass": expected_mass,
-        "expected_center": expected_center,
-        "expected_inertia": expected_inertia,
-    }
+    expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
     return model_of_labelled(
         _chosen(found, names or {}, source),
         table,
         groups=groups,
         units=units,
         expected=expected,
-        factorise=factorise,
         source=f"Nastran {source}",
     )
 

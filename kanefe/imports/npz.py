@@ -25,6 +25,7 @@ from kanefe.errors import FileError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import Cells, FiniteElementModel
 from kanefe.imports.from_matrices import model_from_matrices
+from kanefe.imports.self_check import Expected
 from kanefe.storage.files import write_whole
 
 FORMAT = "kanefe matrices 1"
@@ -101,7 +102,7 @@ def read_matrices(
         raise FileError(f"{path} has format {stated!r}, this kanefe reads {FORMAT!r}. Remedy: write it again")
     if matrices["stiffness"] is None or matrices["mass"] is None:
         raise FileError(f"{path} must hold both stiffness and mass. Remedy: write it again with write_matrices")
-    model = model_from_matrices(
+    return model_from_matrices(
         matrices["mass"],
         matrices["stiffness"],
         nodes,
@@ -109,13 +110,9 @@ def read_matrices(
         damping=matrices["damping"],
         groups={n.removeprefix("group_"): a.tolist() for n, a in arrays.items() if n.startswith("group_")},
         cells=[Cells(n.removeprefix("cells_"), a) for n, a in arrays.items() if n.startswith("cells_")],
-        expected_mass=expected_mass,
-        expected_center=expected_center,
-        expected_inertia=expected_inertia,
-        factorise=factorise,
         source=f"npz {path.name}",
+        **Expected(expected_mass, expected_center, expected_inertia, factorise)._asdict(),
     )
-    return model
 
 
 def _matrix(arrays: dict[str, np.ndarray], what: str) -> sp.csr_matrix | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -34,6 +34,15 @@ WAVE_SPEEDS = (1.0, 1e5)
 """Speeds of waves in m/s outside of which units look wrong: soft rubber has some 30, diamond 18,000."""
 
 MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
+
+
+class Expected(NamedTuple):
+    """What the user of a reader says of the body: the keywords of `self_check`, passed on as one."""
+
+    expected_mass: float | None
+    expected_center: Sequence[float] | None
+    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None
+    factorise: Factorise | None
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ WORDS_OF_WARNINGS = {"accuracy", "imported body", "mesh", "nodal form", "simulat
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
 # tables that are printed, of verification runs and of searches, and never of a scene or of the options of a body.
-SHARED_NAMES = {"NotRun", "Output", "Row", "Table", "_Search"}
+SHARED_NAMES = {"Output", "Row", "Table", "_Search"}
 
 PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
 

@@ -222,52 +222,54 @@ def solid_body(
     ...                  interfaces={"root": "clamped", "tip": "rigid"},
     ...                  reduction=kf.CraigBampton(modes=12))              # doctest: +SKIP
     """
-    # whatever parameters there are beside the mesh: none of them can be forgotten in the key of the cache
-    options = {name: value for name, value in locals().items() if name not in ("mesh", "cache", "progress")}
     from kanefe_fem.body_cache import cached_body
+
+    of_model = {
+        "materials": materials,
+        "order": order,
+        "plane": plane,
+        "thickness": thickness,
+        "surfaces": surfaces,
+        "cells": cells,
+        "densities": densities,
+        "lumped": lumped,
+        "preload": preload,
+    }
+    of_body = {"interfaces": interfaces, "reduction": reduction, "damping": damping, "stiffening": stiffening}
 
     def make(mesh: Mesh | str | Path) -> FlexibleBody:
         with stages(STAGES, progress) as done:
-            body = _made_body(mesh, cache=cache, **options)
+            body = _made_body(mesh, of_model, of_body, cache)
         return replace(body, provenance={**body.provenance, "stages": done.seconds})
 
-    return cached_body(mesh, options, make) if cache else make(mesh)
+    return cached_body(mesh, {**of_model, **of_body}, make) if cache else make(mesh)
 
 
 def _made_body(
-    mesh: Mesh | str | Path,
-    materials: Materials,
-    interfaces: Mapping[str, Any],
-    reduction: Any,
-    damping: Any,
-    stiffening: StiffeningLevel,
-    cache: bool,
-    **of: Any,
+    mesh: Mesh | str | Path, of_model: Mapping[str, Any], of_body: Mapping[str, Any], cache: bool
 ) -> FlexibleBody:
-    """Return the body, made anew; its model too, or from the cache."""
+    """Return the body, made anew with the options of `flexible_body`; its model too, or from the cache."""
     from kanefe.reduction import flexible_body
     from kanefe_fem._petsc import factorise
     from kanefe_fem.body_cache import cached_model
 
     def read_and_checked() -> Mesh:
         with stage("read the mesh"):
-            read = _as_mesh(mesh, of["cells"])
-        check_interfaces(read, interfaces)
+            read = _as_mesh(mesh, of_model["cells"])
+        check_interfaces(read, of_body["interfaces"])
         return read
 
     def assembled() -> FiniteElementModel:
-        return solid_model(read_and_checked(), materials, **of)
+        return solid_model(read_and_checked(), **of_model)
 
-    if cache and stiffening == "none" and of["preload"] is None:
-        model = cached_model(mesh, {"materials": materials, **of}, assembled)
+    if cache and of_body["stiffening"] == "none" and of_model["preload"] is None:
+        model = cached_model(mesh, of_model, assembled)
         is_found = model.stress_stiffness is None
-        if is_found and not has_groups(model, interfaces):
+        if is_found and not has_groups(model, of_body["interfaces"]):
             read_and_checked()
     else:
         model = assembled()
-    return flexible_body(
-        model, interfaces, reduction=reduction, damping=damping, stiffening=stiffening, factorise=factorise
-    )
+    return flexible_body(model, **of_body, factorise=factorise)
 
 
 def is_straight(mesh: Mesh) -> bool:

@@ -6,9 +6,10 @@ A plugin names a module in the entry-point group ``kanefe.robustness``; the modu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from importlib.metadata import entry_points
+from collections import Counter
+from operator import attrgetter
 
+from kanefe.checks.registry import Registry
 from kanefe.checks.robustness import (
     determinism,
     drift,
@@ -25,12 +26,21 @@ from kanefe.checks.robustness import (
 from kanefe.checks.robustness.case import StressCase
 from kanefe.errors import ModelError
 
-GROUP = "kanefe.robustness"
+REGISTRY = Registry("stress", "kanefe.robustness", StressCase, attrgetter("name"))
 
 OWN: tuple[StressCase, ...] = (
-    *drift.CASES, *flexible_extremes.CASES, *mass_extremes.CASES, *rotations.CASES, *loops.CASES,
-    *overconstrained.CASES, *spin.CASES, *steps.CASES, *events.CASES, *invariances.CASES, *determinism.CASES,
-)  # fmt: skip
+    *drift.CASES,
+    *flexible_extremes.CASES,
+    *mass_extremes.CASES,
+    *rotations.CASES,
+    *loops.CASES,
+    *overconstrained.CASES,
+    *spin.CASES,
+    *steps.CASES,
+    *events.CASES,
+    *invariances.CASES,
+    *determinism.CASES,
+)
 """In the order in which they are run and shown."""
 
 
@@ -42,37 +52,8 @@ def registered_cases() -> tuple[StressCase, ...]:
     ModelError
         If the module of a plugin has no cases, or two cases have one name.
     """
-    cases = OWN
-    for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name):
-        added = getattr(entry.load(), "CASES", None)
-        if not isinstance(added, tuple) or not all(isinstance(case, StressCase) for case in added):
-            raise ModelError(
-                f"the plugin {entry.value!r} of the group {GROUP!r} has no tuple CASES of stress cases. "
-                "Remedy: update or remove the package it comes from"
-            )
-        cases += added
-    names = [case.name for case in cases]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    cases = (*OWN, *REGISTRY.of_plugins())
+    twice = sorted(name for name, count in Counter(case.name for case in cases).items() if count > 1)
     if twice:
         raise ModelError(f"two stress cases are called {twice[0]!r}. Remedy: update or remove the package of one")
     return cases
-
-
-def select_cases(names: Sequence[str]) -> tuple[StressCase, ...]:
-    """Return the cases with these names, or all if there are none given.
-
-    Raises
-    ------
-    ModelError
-        If a name is unknown; the message lists those there are.
-    """
-    cases = registered_cases()
-    known = {case.name.casefold(): case for case in cases}
-    unknown = [name for name in names if name.casefold() not in known]
-    if unknown:
-        raise ModelError(
-            f"there is no stress case {', '.join(map(repr, unknown))}. "
-            f"Remedy: one or more of {', '.join(case.name for case in cases)}"
-        )
-    wanted = {name.casefold() for name in names} or set(known)
-    return tuple(case for case in cases if case.name.casefold() in wanted)

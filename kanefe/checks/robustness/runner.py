@@ -5,23 +5,13 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-
-from numpy.linalg import LinAlgError
+from functools import partial
 
 from kanefe.checks.robustness.case import Effort, Finding, StressCase
-from kanefe.checks.robustness.registry import select_cases
-from kanefe.checks.robustness.table import Row, Table, check_target, stress_report, write_json
-from kanefe.errors import KanefeError, MissingDependency
-
-
-@dataclass(frozen=True)
-class NotRun:
-    """A case, or the rest of one, that lacks a package."""
-
-    case: str
-    package: str
-    reason: str
+from kanefe.checks.robustness.registry import REGISTRY, registered_cases
+from kanefe.checks.robustness.table import Row, Table, stress_report
+from kanefe.checks.runner import NotRun, outcomes
+from kanefe.checks.table import check_target, write_json
 
 
 def stress(
@@ -67,52 +57,28 @@ def stress(
     """
     from kanefe.checks.robustness.runs import check_long_method
 
-    cases = select_cases(names)
+    cases = REGISTRY.select(registered_cases(), names)
     if method is not None:
         check_long_method(method)
-    for path in (json_path, html_path):
-        if path is not None:
-            check_target(path)
-    effort = Effort(quick, method)
+    check_target(json_path)
+    check_target(html_path)
     table = Table(sys.stderr if json_path == "-" else sys.stdout)
-    rows: list[Row] = []
-    not_run: list[NotRun] = []
     began = time.perf_counter()
     for case in cases:
-        for outcome in run_case(case, effort):
-            if isinstance(outcome, Row):
-                table.add(outcome)
-                rows.append(outcome)
-            else:
-                table.note(outcome.case, f"not run: needs {outcome.package}")
-                not_run.append(outcome)
-    table.summarise(rows, time.perf_counter() - began, [f"{n.case}: {n.reason}" for n in not_run])
+        for outcome in run_case(case, Effort(quick, method)):
+            table.add(outcome)
+    table.summarise(time.perf_counter() - began)
     if json_path is not None:
-        write_json(rows, json_path)
+        write_json(table.rows, json_path)
     if html_path is not None:
-        stress_report(rows, quick, [f"{n.case}: {n.reason}" for n in not_run]).to_html(html_path, pictures=False)
-    return int(not all(row.passed for row in rows) or (bool(names) and bool(not_run)))
+        stress_report(table, quick).to_html(html_path, pictures=False)
+    return table.exit_code(bool(names))
 
 
 def run_case(case: StressCase, effort: Effort) -> Iterator[Row | NotRun]:
     """Run one case and yield its rows as they come; an error that ends it is a row that did not pass."""
-    findings = _findings(case, effort)
-    while True:
-        began = time.perf_counter()
-        try:
-            finding = next(findings, None)
-        except MissingDependency as problem:
-            yield NotRun(case.name, problem.package, str(problem))
-            return
-        except (KanefeError, LinAlgError, ArithmeticError, ValueError) as problem:
-            text = f"ended by {type(problem).__name__}: {problem}"
-            finding = Finding(case.title, 1, text, float("nan"), 0.0, "a case runs to its end")
-            yield Row.of(case.name, finding, time.perf_counter() - began)
-            return
-        if finding is None:
-            return
-        yield Row.of(case.name, finding, time.perf_counter() - began)
 
+    def ended(text: str) -> Finding:
+        return Finding(case.title, 1, text, float("nan"), 0.0, "a case runs to its end")
 
-def _findings(case: StressCase, effort: Effort) -> Iterator[Finding]:
-    yield from case.run(effort)  # also starts a plain function at the first `next`, where its errors are caught
+    return outcomes(case.name, lambda: case.run(effort), ended, partial(Row.of, case.name))

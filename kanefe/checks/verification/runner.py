@@ -5,27 +5,15 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import chain, groupby
-from typing import TextIO
+from itertools import groupby
 
-from numpy.linalg import LinAlgError
-
-from kanefe.checks.verification.case import Case, Check, Reference
+from kanefe.checks.runner import NotRun, outcomes
+from kanefe.checks.table import check_target, write_json
+from kanefe.checks.verification.case import Case, Check
 from kanefe.checks.verification.references import load_references
-from kanefe.checks.verification.registry import select_cases
-from kanefe.checks.verification.report import Row, Table, check_json_path, write_json
+from kanefe.checks.verification.registry import REGISTRY, registered_cases
+from kanefe.checks.verification.report import Row, Table
 from kanefe.checks.verification.tolerance import tolerances_times
-from kanefe.errors import KanefeError, MissingDependency
-
-
-@dataclass(frozen=True)
-class NotRun:
-    """A case, or a part of one, that lacks a dependency."""
-
-    case: str
-    dependency: str
-    reason: str
 
 
 def verify(case_ids: Sequence[str] = (), json_path: str | None = None, factor: float = 1.0) -> int:
@@ -61,79 +49,33 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None, factor: f
     --------
     >>> verify(["E03"])  # doctest: +SKIP
     """
-    cases = select_cases(case_ids)
-    if json_path is not None:
-        check_json_path(json_path)
+    cases = REGISTRY.select(registered_cases(), case_ids)
+    check_target(json_path)
     table = Table(sys.stderr if json_path == "-" else sys.stdout)
-    rows: list[Row] = []
-    skipped: list[NotRun] = []
     started = time.perf_counter()
     with tolerances_times(factor):
         for name, parts in groupby(cases, key=lambda case: case.id):
             began = time.perf_counter()
-            for outcome in chain.from_iterable(map(run_case, parts)):
-                if isinstance(outcome, Row):
+            for part in parts:
+                for outcome in run_case(part):
                     table.add(outcome)
-                    rows.append(outcome)
-                else:
-                    table.note(outcome.case, f"not run: needs {outcome.dependency}")
-                    skipped.append(outcome)
             table.note(name, f"took {time.perf_counter() - began:.2f} s")
-    was_asked = bool(case_ids)
-    _summarise(table.stream, rows, skipped, was_asked, time.perf_counter() - started)
+    table.summarise(bool(case_ids), time.perf_counter() - started)
     if json_path is not None:
-        write_json(rows, json_path)
-    return int(not all(row.passed for row in rows) or (was_asked and bool(skipped)))
+        write_json(table.rows, json_path)
+    return table.exit_code(bool(case_ids))
 
 
 def run_case(case: Case) -> Iterator[Row | NotRun]:
     """Run one case and yield its rows as they come; an error of the run is a row that did not pass."""
     reference = load_references()[case.id]
-    checks = _checks(case, reference)
-    while True:
-        started = time.perf_counter()
-        try:
-            check = next(checks, None)
-        except MissingDependency as problem:
-            yield NotRun(case.id, problem.package, str(problem))
-            return
-        except (KanefeError, LinAlgError, ArithmeticError, ValueError) as problem:
-            quantity = f"ended by {type(problem).__name__}: {problem}"
-            yield _row(case, Check(quantity, float("nan"), float("nan"), float("nan"), 0.0), started)
-            return
-        if check is None:
-            return
-        if not reference.allows(check.tolerance):
+
+    def ended(text: str) -> Check:
+        return Check(text, float("nan"), float("nan"), float("nan"), 0.0)
+
+    def row(check: Check, seconds: float) -> Row:
+        if check.tolerance and not reference.allows(check.tolerance):
             raise ValueError(f"{case.id}, {check.quantity}: {check.tolerance:g} is not a tolerance of the reference")
-        yield _row(case, check, started)
+        return Row.of(case.id, check, seconds)
 
-
-def _checks(case: Case, reference: Reference) -> Iterator[Check]:
-    yield from case.run(reference)  # also starts a plain function at the first `next`, where its errors are caught
-
-
-def _row(case: Case, check: Check, started: float) -> Row:
-    return Row(
-        case=case.id,
-        quantity=check.quantity,
-        value=check.value,
-        reference=check.reference,
-        error=check.error,
-        tolerance=check.tolerance,
-        seconds=time.perf_counter() - started,
-        passed=check.passed,
-    )
-
-
-def _summarise(stream: TextIO, rows: Sequence[Row], skipped: Sequence[NotRun], was_asked: bool, seconds: float) -> None:
-    missed = [row for row in rows if not row.passed]
-    parts = [f"{len(rows) - len(missed)} of {len(rows)} quantities of {len({r.case for r in rows})} cases pass"]
-    if skipped:
-        names = ", ".join(dict.fromkeys(s.case for s in skipped))
-        counts = "asked for, so this counts as a miss" if was_asked else "not counted as a miss"
-        parts.append(f"not run or not wholly run: {names} ({counts})")
-    print(f"{'; '.join(parts)}; {seconds:.1f} s", file=stream)
-    for row in missed:
-        print(f"  missed: {row.case}, {row.quantity}", file=stream)
-    for reason in dict.fromkeys(s.reason for s in skipped):
-        print(f"  {reason}", file=stream)
+    return outcomes(case.id, lambda: case.run(reference), ended, row)

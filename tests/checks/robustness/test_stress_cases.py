@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
 from importlib.util import find_spec
 
 import pytest
 
 from kanefe.checks.robustness.case import Effort, StressCase
-from kanefe.checks.robustness.registry import GROUP, OWN
+from kanefe.checks.robustness.registry import OWN, REGISTRY
 from kanefe.checks.robustness.runner import run_case
 from kanefe.checks.robustness.table import Row
 
-FEM_CASES: tuple[StressCase, ...] = tuple(case for entry in entry_points(group=GROUP) for case in entry.load().CASES)
+FEM_CASES = tuple(REGISTRY.of_plugins())
 
 NEEDS_MESH = ("slivers", "aspect-ratio", "incompressible", "unit-systems")
 

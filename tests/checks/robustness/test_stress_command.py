@@ -12,7 +12,7 @@ import pytest
 
 from kanefe.checks.robustness import registry, runner
 from kanefe.checks.robustness.case import KNOWN_LIMIT, Effort, Finding, StressCase
-from kanefe.checks.robustness.table import HEADER, Row, Table
+from kanefe.checks.robustness.table import Row, Table
 from kanefe.errors import FileError, MissingDependency, ModelError, SimulationError
 
 
@@ -43,7 +43,7 @@ CASES = (
 @pytest.fixture(autouse=True)
 def _few_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "OWN", CASES)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [])
+    monkeypatch.setattr("kanefe.checks.registry.entry_points", lambda group: [])
 
 
 def test_a_figure_that_is_not_a_number_fails() -> None:
@@ -84,7 +84,7 @@ def test_long_texts_leave_the_figures_in_their_columns(capsys: pytest.CaptureFix
     table.add(row)
     header, line = capsys.readouterr().out.splitlines()
     for name in ("how many", "worst", "limit"):
-        assert line[: header.index(name) + len(name)].endswith(row.texts[HEADER.index(name)])
+        assert line[: header.index(name) + len(name)].endswith(row.texts[Table.header.index(name)])
 
 
 def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,7 +18,7 @@ CHECK = Check("length [m] (abs)", 1.0, 1.0, 0.0, 1e-14)
 
 
 def only(monkeypatch, *cases):
-    monkeypatch.setattr(runner, "select_cases", lambda ids: cases)
+    monkeypatch.setattr(runner, "registered_cases", lambda: cases)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_an_old_file_survives_a_failure_to_write(monkeypatch, tmp_path):
     def full(handle):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("kanefe.checks.verification.report.os.fsync", full)
+    monkeypatch.setattr("kanefe.storage.files.os.fsync", full)
     with pytest.raises(FileError, match="No space left"):
         runner.verify([], str(path))
     assert path.read_text() == "old"
