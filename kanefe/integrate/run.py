@@ -103,6 +103,8 @@ def integrate(
         statistics={
             "method": choice.name,
             "reason": choice.reason,
+            "route": model.route.name,
+            "route_reason": model.route.reason,
             **choice.control,
             **loop.statistics,
             "seconds": sum(clock.seconds.values()),

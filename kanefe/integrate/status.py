@@ -80,10 +80,12 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     --------
     >>> counts = {"steps": 214, "rejected": 3, "evaluations": 2390, "factorisations": 0, "jacobians": 0}
     >>> told = {"method": "dop853", "reason": "no stiff elastic modes", "rtol": 1e-6, **counts, "seconds": 0.0125}
+    >>> told |= {"route": "order n", "route_reason": "all parts of the scene have kernels"}
     >>> told["seconds_by_part"] = {"set-up": 0.0025, "steps": 0.01}
     >>> print(summary(RunStatus("finished", 5.0), told, {"floor": np.array([0.45, 1.2])}))
     the run finished at t = 5 s
       method  dop853 (no stiff elastic modes), rtol 1e-06
+      route   order n (all parts of the scene have kernels)
       counts  214 steps, 3 rejected, 2390 evaluations
       time    0.0125 s: set-up 0.0025, steps 0.01
       events  floor 2
@@ -98,6 +100,7 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     lines = [
         str(status),
         "  method  " + ", ".join((f"{statistics['method']} ({statistics['reason']})", *control)),
+        f"  route   {statistics['route']} ({statistics['route_reason']})",
         "  counts  " + ", ".join(counts),
         f"  time    {statistics['seconds']:.3g} s" + (f": {', '.join(parts)}" if parts else ""),
     ]

@@ -53,10 +53,11 @@ class Reader:
     def statistics(self) -> dict[str, Any]:
         """What did the run and what it cost; ``print(result)`` tells it in a few lines.
 
-        "method" and the "reason" why it was chosen, its "rtol" or "step"; how many "steps", "rejected" steps,
-        "evaluations" of the equations, "factorisations" and "jacobians" there were; "seconds" in all, and
-        "seconds_by_part": set-up, compiling (or reading compiled kernels), steps, outputs, events, checkpoints. Forces
-        and what else a result computes when it is asked for them are not among them.
+        "method" and the "reason" why it was chosen, its "rtol" or "step"; "route" of the equations and "route_reason"
+        likewise; how many "steps", "rejected" steps, "evaluations" of the equations, "factorisations" and "jacobians"
+        there were; "seconds" in all, and "seconds_by_part": set-up, compiling (or reading compiled kernels), steps,
+        outputs, events, checkpoints. Forces and what else a result computes when it is asked for them are not among
+        them.
         """
         return self._channels.statistics
 
