@@ -75,6 +75,7 @@ def sprung() -> kf.System:
     scene.add_spring("law", scene.ground.frame(at=(1, 0, 0)), bob.frame(at=(0, 0.1, 0)), force=law)
     scene.add_bushing("mount", cart, bob, stiffness=(1.0, 2.0, 3.0), damping=(0.1, 0.0, 0.2))
     scene.add_bushing("own", scene.ground, bob, law=bushing_law)
+    scene.add(kf.Rope("rope", (cart, scene.ground.frame(at=(1, 0, 1)), bob), axial_stiffness=1e3, breaking_load=50.0))
     scene.add_force(bob.frame(orientation=(1.0, 0.5, 0.0, 0.0)), push, follows=True)
     scene.add_force(bob, drag)
     scene.add_motor(cart, rate)
