@@ -71,8 +71,11 @@ def test_scenes_run_to_the_same_bits_in_another_process(tmp_path: Path) -> None:
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path / "scenes")],
-        capture_output=True, text=True, env=surroundings(), check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        env=surroundings(),
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [f"{name}: {fingerprint(scene)}" for name, scene in scenes.items()]
 
