@@ -14,9 +14,14 @@ for i in range(links):
     # each hangs along its -y axis; the chain starts straight, 60 degrees aside
     joint = kf.Revolute("z", position=math.pi / 3 if i == 0 else 0.0)
     link = scene.add_rigid_body(
-        f"link {i}", mass, mass * length**2 / 12, com=(0, -length / 2, 0),
-        parent=link, at=(0, -length, 0) if i else (0, 0, 0), joint=joint,
-    )  # fmt: skip
+        f"link {i}",
+        mass,
+        mass * length**2 / 12,
+        com=(0, -length / 2, 0),
+        parent=link,
+        at=(0, -length, 0) if i else (0, 0, 0),
+        joint=joint,
+    )
 scene.simulate((0.0, 10 * step), method="rk4", step=step)  # compiles the kernels, or loads them
 result = scene.simulate((0.0, 2.0), method="rk4", step=step)
 

@@ -57,9 +57,16 @@ def build(gmsh: Any) -> None:
     field = gmsh.model.mesh.field
     near = field.add("Cylinder")
     for name, value in (
-        ("VIn", FINE), ("VOut", SIZE), ("Radius", 1.3 * r), ("XCenter", t + r / 3), ("YCenter", 0.0),
-        ("ZCenter", -r / 3), ("XAxis", 0.0), ("YAxis", WIDTH), ("ZAxis", 0.0),
-    ):  # fmt: skip
+        ("VIn", FINE),
+        ("VOut", SIZE),
+        ("Radius", 1.3 * r),
+        ("XCenter", t + r / 3),
+        ("YCenter", 0.0),
+        ("ZCenter", -r / 3),
+        ("XAxis", 0.0),
+        ("YAxis", WIDTH),
+        ("ZAxis", 0.0),
+    ):
         field.setNumber(near, name, value)
     field.setAsBackgroundMesh(near)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)

@@ -15,8 +15,15 @@ from kanefe.fe_model.model import Cells
 from kanefe_fem.mesh.mesh import Mesh
 
 GROUP_DATA = (
-    "gmsh:physical", "medit:ref", "nastran:ref", "group", "cell_tags", "MaterialID", "CellEntityIds", "Label",
-)  # fmt: skip
+    "gmsh:physical",
+    "medit:ref",
+    "nastran:ref",
+    "group",
+    "cell_tags",
+    "MaterialID",
+    "CellEntityIds",
+    "Label",
+)
 """Names of integer cell data that number the groups, first come first served."""
 
 _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}

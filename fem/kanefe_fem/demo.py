@@ -94,8 +94,12 @@ def demo(
     written = time.perf_counter()
     _print_body(arm, is_known=mesh is None)
     _print_run(result, forces)
-    stages = {"arm built": built - began, "simulated": simulated - built, "coupling force": recovered - simulated,
-              "files written": written - recovered}  # fmt: skip
+    stages = {
+        "arm built": built - began,
+        "simulated": simulated - built,
+        "coupling force": recovered - simulated,
+        "files written": written - recovered,
+    }
     _row("time", ", ".join(f"{name} {seconds:.2f} s" for name, seconds in stages.items()))
     print(f"\nwritten under {out}/: " + ", ".join(names))
 

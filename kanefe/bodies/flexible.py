@@ -21,6 +21,7 @@ from kanefe.bodies.nodal_moments import NodalMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
+from kanefe.storage.pickled import PickledByFields
 
 if TYPE_CHECKING:
     from kanefe.report import Report
@@ -98,7 +99,7 @@ class InterfaceFrame:
 
 
 @dataclass(frozen=True, eq=False)
-class FlexibleBody:
+class FlexibleBody(PickledByFields):
     """A flexible body ready for the Kane assembler.
 
     Attributes

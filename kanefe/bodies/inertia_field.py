@@ -17,10 +17,11 @@ import scipy.sparse as sp
 
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, rigid_motion
 from kanefe.frames import Matrix, Vector, skew
+from kanefe.storage.pickled import PickledByFields
 
 
 @dataclass(frozen=True, eq=False)
-class InertiaField:
+class InertiaField(PickledByFields):
     """Mass points of a body with K coordinates, or its nodes in the nodal form.
 
     Attributes

@@ -82,6 +82,10 @@ def _horner(coefficients: tuple[float, ...], x: float) -> float:
     return value
 
 
+def _exponential_rotation(theta: Vector) -> Matrix:
+    return rotation_matrix(euler_parameters_from_rotation_vector(theta))
+
+
 def _exponential_tangent(theta: Vector) -> Matrix:
     a, b, _, _ = _exponential_coefficients(float(np.linalg.norm(theta)))
     t = skew(theta)
@@ -133,6 +137,10 @@ def _wrapped(angle: float) -> float:
     return math.remainder(angle, 2 * math.pi)
 
 
+def _tait_bryan_rotation(theta: Vector) -> Matrix:
+    return rotation_matrix(tait_bryan_euler_parameters(theta))
+
+
 def _tait_bryan_tangent(theta: Vector) -> Matrix:
     _, y, z = theta
     cy, sy, cz, sz = math.cos(y), math.sin(y), math.cos(z), math.sin(z)
@@ -149,14 +157,14 @@ def _tait_bryan_remainder(theta: Vector, dtheta: Vector) -> Vector:
 SLOPE_MEASURES = {
     "rotation-vector": SlopeMeasure(
         name="rotation-vector",
-        rotation=lambda theta: rotation_matrix(euler_parameters_from_rotation_vector(theta)),
+        rotation=_exponential_rotation,
         tangent=_exponential_tangent,
         remainder=_exponential_remainder,
         from_euler_parameters=rotation_vector,
     ),
     "tait-bryan": SlopeMeasure(
         name="tait-bryan",
-        rotation=lambda theta: rotation_matrix(tait_bryan_euler_parameters(theta)),
+        rotation=_tait_bryan_rotation,
         tangent=_tait_bryan_tangent,
         remainder=_tait_bryan_remainder,
         from_euler_parameters=tait_bryan_angles,

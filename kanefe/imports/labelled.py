@@ -267,8 +267,11 @@ def following_rotations(
             equation = len(weights)
             weights.append(typical * np.einsum("ja,ja->", r, r) / len(near))
             terms = [(int(node * width + place), 1.0)]
-            terms += [(j * width + t, -A[axis, a]) for j, A in zip(near, of_neighbours, strict=True)
-                      for a, t in enumerate(translations)]  # fmt: skip
+            terms += [
+                (j * width + t, -A[axis, a])
+                for j, A in zip(near, of_neighbours, strict=True)
+                for a, t in enumerate(translations)
+            ]
             terms += [(node * width + t, of_neighbours[:, axis, a].sum()) for a, t in enumerate(translations)]
             rows += [equation] * len(terms)
             columns += [c for c, _ in terms]

@@ -70,8 +70,16 @@ def moments_of_terms(terms: dict[str, Taylor], mass: float) -> MassMoments:
         If Oe is stiffened and no Gr of order 1 says what of it is inertia.
     """
     count = terms["Me"].m0.shape[0]
-    shapes = {"mdCM": (3, 1), "J": (3, 3), "Ct": (count, 3), "Cr": (count, 3), "Me": (count, count),
-              "Gr": (3, 3 * count), "Ge": (count, 3 * count), "Oe": (count, 6)}  # fmt: skip
+    shapes = {
+        "mdCM": (3, 1),
+        "J": (3, 3),
+        "Ct": (count, 3),
+        "Cr": (count, 3),
+        "Me": (count, count),
+        "Gr": (3, 3 * count),
+        "Ge": (count, 3 * count),
+        "Oe": (count, 6),
+    }
     for name, shape in shapes.items():
         if terms[name].m0.shape != shape:
             raise ModelError(

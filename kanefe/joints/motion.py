@@ -15,6 +15,17 @@ LEAST_POINTS = 4
 
 
 @dataclass(frozen=True)
+class _Line:
+    """``start + rate t``, as an object that can be pickled."""
+
+    start: float
+    rate: float
+
+    def __call__(self, t: float) -> float:
+        return self.start + self.rate * t
+
+
+@dataclass(frozen=True)
 class Motion:
     """A joint coordinate as a given function of time.
 
@@ -61,7 +72,7 @@ class Motion:
     @classmethod
     def steady(cls, rate: float, start: float = 0.0) -> Motion:
         """Return the motion ``start + rate t`` (rad/s or m/s)."""
-        motion = cls(lambda t: start + rate * t, lambda t: rate, lambda t: 0.0)
+        motion = cls(_Line(start, rate), _Line(rate, 0.0), _Line(0.0, 0.0))
         return motion._of_pieces(np.array([[0.0, start, rate, 0.0, 0.0]]))
 
     @classmethod

@@ -21,7 +21,12 @@ def state_space(linearisation: StateSpace) -> Any:
 
     lin = linearisation
     return control.ss(
-        lin.A, lin.B, lin.C, lin.D,
-        states=plain(lin.state_names), inputs=plain(lin.input_names), outputs=plain(lin.output_names),
+        lin.A,
+        lin.B,
+        lin.C,
+        lin.D,
+        states=plain(lin.state_names),
+        inputs=plain(lin.input_names),
+        outputs=plain(lin.output_names),
         remove_useless_states=False,
-    )  # fmt: skip
+    )

@@ -120,9 +120,15 @@ class Campbell:
             raise ModelError(f"orders must be multiples of the rotation, zero or more, not {orders!r}")
         critical = [(speed, order) for order in multiples.tolist() for speed, _ in self.critical_speeds(order)]
         curves = CampbellCurves(
-            self.speeds, self.eigenvalues, self.frequencies, self.damping_ratios, self.grows, self._labels(),
-            multiples, critical,
-        )  # fmt: skip
+            self.speeds,
+            self.eigenvalues,
+            self.frequencies,
+            self.damping_ratios,
+            self.grows,
+            self._labels(),
+            multiples,
+            critical,
+        )
         return campbell_picture(curves, path)
 
     def _labels(self) -> list[str]:

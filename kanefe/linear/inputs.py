@@ -88,8 +88,11 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
         ]
 
     makers: dict[str, Callable[[Target], list[Input]]] = {
-        "force": point, "torque": point, "motor": motor, "drive": drive,
-    }  # fmt: skip
+        "force": point,
+        "torque": point,
+        "motor": motor,
+        "drive": drive,
+    }
     found: list[Input] = []
     for name, text in asked_for(named):
         what, _, rest = text.strip().partition(" ") if isinstance(text, str) else ("", "", "")

@@ -17,10 +17,18 @@ from kanefe.linear.tangents import difference
 from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
 
 KINDS = {
-    "position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s",
-    "acceleration": "m/s2", "angular_acceleration": "rad/s2",
-    "joint_coordinates": "", "joint_speeds": "", "modal_coordinates": "", "modal_speeds": "", "deflection": "",
-}  # fmt: skip
+    "position": "m",
+    "rotation": "rad",
+    "velocity": "m/s",
+    "angular_velocity": "rad/s",
+    "acceleration": "m/s2",
+    "angular_acceleration": "rad/s2",
+    "joint_coordinates": "",
+    "joint_speeds": "",
+    "modal_coordinates": "",
+    "modal_speeds": "",
+    "deflection": "",
+}
 
 Measure = Callable[["Sweep"], float]
 

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 
@@ -38,6 +40,19 @@ class Constant:
     def __call__(self, t: float) -> Any:
         """Return the value."""
         return self.value
+
+
+@dataclass(frozen=True, eq=False)
+class Turned:
+    """Three components that a function gives, turned by a matrix (3, 3)."""
+
+    function: Callable[..., Any]
+    axes: Matrix
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Return them; a wrong shape is left alone, and named where the load is read."""
+        value = np.asarray(self.function(*arguments), dtype=float)
+        return self.axes @ value if value.shape == (3,) else value
 
 
 @dataclass(frozen=True, eq=False)

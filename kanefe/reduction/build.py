@@ -120,10 +120,15 @@ def flexible_body(
         load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
         elasticity=model.elasticity,
         **_inertia(model, full_basis),
-        provenance={**model.provenance, "reduction": record, "damping": damping_name(damping),
-                    "tie_errors": {} if reduction is None else tie_errors(problem, interfaces or {}),
-                    "stiffening": stiffening, "reduction_seconds": time.perf_counter() - started},
-    )  # fmt: skip
+        provenance={
+            **model.provenance,
+            "reduction": record,
+            "damping": damping_name(damping),
+            "tie_errors": {} if reduction is None else tie_errors(problem, interfaces or {}),
+            "stiffening": stiffening,
+            "reduction_seconds": time.perf_counter() - started,
+        },
+    )
     return body if stiffening == "none" else stiffened(body, second_order_motion(problem, basis, stiffening))
 
 

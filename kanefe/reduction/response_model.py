@@ -158,8 +158,12 @@ class ResponseModel:
             for name, share in shares.items():
                 if SAFETY * share.max() > worst["value"]:
                     at = self.points[int(share.argmax())]
-                    worst = {"value": SAFETY * float(share.max()), "load": group.name, "output": name,
-                             "frequency": float(at.imag / (2 * np.pi))}  # fmt: skip
+                    worst = {
+                        "value": SAFETY * float(share.max()),
+                        "load": group.name,
+                        "output": name,
+                        "frequency": float(at.imag / (2 * np.pi)),
+                    }
         return {**worst, "up_to_frequency": float(self.up_to_frequency), "loads": loads}
 
 

@@ -63,12 +63,16 @@ def unreduced_body(
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, basis) for name, pattern in model.load_patterns.items()),
         elasticity=model.elasticity,
-        provenance={**model.provenance, "reduction": {"method": "None"}, "damping": damping_name(damping),
-                    "reduction_seconds": time.perf_counter() - started},
+        provenance={
+            **model.provenance,
+            "reduction": {"method": "None"},
+            "damping": damping_name(damping),
+            "reduction_seconds": time.perf_counter() - started,
+        },
         damping_factors=factors,
         rigid_motions=problem.rigid_modes[order],
         factorise=factorise,
-    )  # fmt: skip
+    )
 
 
 def _in_order(matrix: sp.csr_matrix, order: np.ndarray) -> sp.csr_matrix:

@@ -115,10 +115,14 @@ def _worst_cells(quality: MeshQuality) -> list[Block]:
     jacobian = np.where(np.isfinite(quality.scaled_jacobian), quality.scaled_jacobian, np.inf)
     worst = np.argsort(jacobian, kind="stable")[:WORST]
     rows = [
-        [str(number), f"{jacobian[number]:.3f}", f"{quality.aspect_ratio[number]:.3f}",
-         ", ".join(f"{x:.4g}" for x in quality.centres[number])]
+        [
+            str(number),
+            f"{jacobian[number]:.3f}",
+            f"{quality.aspect_ratio[number]:.3f}",
+            ", ".join(f"{x:.4g}" for x in quality.centres[number]),
+        ]
         for number in worst
-    ]  # fmt: skip
+    ]
     return [Paragraph("The worst cells:"), Table(("cell", "scaled Jacobian", "aspect ratio", "centre in G [m]"), rows)]
 
 
@@ -130,10 +134,13 @@ def _mass(body: FlexibleBody) -> list[Block]:
         ["mass", f"{body.mass:.8g}", "kg"],
         ["centre of mass", ", ".join(f"{_clean(x, _size(body)):.6g}" for x in c), "m"],
         ["inertia about it: xx, yy, zz", ", ".join(f"{x:.6g}" for x in np.diag(inertia)), "kg m2"],
-        ["xy, xz, yz", ", ".join(f"{_clean(inertia[i, j], moments[2]):.6g}" for i, j in ((0, 1), (0, 2), (1, 2))),
-         "kg m2"],
+        [
+            "xy, xz, yz",
+            ", ".join(f"{_clean(inertia[i, j], moments[2]):.6g}" for i, j in ((0, 1), (0, 2), (1, 2))),
+            "kg m2",
+        ],
         ["principal moments", ", ".join(f"{x:.6g}" for x in moments), "kg m2"],
-    ]  # fmt: skip
+    ]
     rows += [[f"principal axis {number + 1}", _direction(axes[:, number]), ""] for number in range(3)]
     exact = (
         "The inertia is exact for the displacement field of the elements."

@@ -41,10 +41,19 @@ _REGULAR = {"triangle": 2.0 / np.sqrt(3.0), "quad": 1.0, "tetra": np.sqrt(2.0), 
 """Makes the scaled Jacobian of the regular cell one."""
 
 CORNER_KINDS = {
-    "line": "line", "line3": "line", "triangle": "triangle", "triangle6": "triangle", "quad": "quad", "quad8": "quad",
-    "quad9": "quad", "tetra": "tetra", "tetra10": "tetra", "hexahedron": "hexahedron", "hexahedron20": "hexahedron",
+    "line": "line",
+    "line3": "line",
+    "triangle": "triangle",
+    "triangle6": "triangle",
+    "quad": "quad",
+    "quad8": "quad",
+    "quad9": "quad",
+    "tetra": "tetra",
+    "tetra10": "tetra",
+    "hexahedron": "hexahedron",
+    "hexahedron20": "hexahedron",
     "hexahedron27": "hexahedron",
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,9 +40,12 @@ def _leaves(record: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
 
 
 def _is_table(value: Any) -> bool:
-    return isinstance(value, Sequence) and not isinstance(value, str) and len(value) > 0 and all(
-        isinstance(entry, Mapping) for entry in value
-    )  # fmt: skip
+    return (
+        isinstance(value, Sequence)
+        and not isinstance(value, str)
+        and len(value) > 0
+        and all(isinstance(entry, Mapping) for entry in value)
+    )
 
 
 def _words(name: str) -> str:

@@ -149,10 +149,8 @@ def _is_orthonormal(terms: FlexibleTerms) -> bool:
 
 def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
     """Return the shape of a body of a model."""
-    mesh: dict[str, Any] = {
-        "interfaces": (), "components": (), "nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0)),
-        "cells": (), "is_orthonormal": False, "provenance": {},
-    }  # fmt: skip
+    mesh: dict[str, Any] = {"interfaces": (), "components": (), "cells": (), "is_orthonormal": False, "provenance": {}}
+    mesh |= {"nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0))}
     mass, com, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
     if body.rigid is not None:
         mass, com, inertia = body.rigid.mass, body.rigid.com, body.rigid.inertia
@@ -395,4 +393,4 @@ _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = 
     "loop_force": RunChannels._loop_forces,
     "coupling_force": RunChannels._coupling,
     "load": RunChannels._loads,
-}  # fmt: skip
+}

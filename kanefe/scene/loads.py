@@ -12,7 +12,7 @@ from kanefe.frames import numbers
 from kanefe.loads.base import Load
 from kanefe.loads.bushing import Bushing
 from kanefe.loads.checks import check_load
-from kanefe.loads.functions import Constant, callback
+from kanefe.loads.functions import Constant, Turned, callback
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
 from kanefe.loads.spring import SpringDamper
@@ -321,13 +321,7 @@ def _point_load(
         constant = axes @ three(load, label)
         return PointLoad(label, Constant(constant), is_torque, where, follows)
     function, asks = callback(load, label)
-    if np.array_equal(axes, np.eye(3)):
-        return PointLoad(label, function, is_torque, where, follows, asks)
-
-    def turned(*arguments: Any) -> Any:
-        value = np.asarray(function(*arguments), dtype=float)
-        return axes @ value if value.shape == (3,) else value  # a wrong shape is named where the load is read
-
+    turned = function if np.array_equal(axes, np.eye(3)) else Turned(function, axes)
     return PointLoad(label, turned, is_torque, where, follows, asks)
 
 

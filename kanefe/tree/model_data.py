@@ -28,6 +28,7 @@ from kanefe.loads.base import Load
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
+from kanefe.storage.pickled import PickledByFields
 
 WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
@@ -187,7 +188,7 @@ class BodyTerms:
 
 
 @dataclass(frozen=True, eq=False)
-class ModelData:
+class ModelData(PickledByFields):
     """A frozen scene.
 
     Attributes

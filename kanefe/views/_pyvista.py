@@ -50,10 +50,19 @@ def draw_field(
 ) -> np.ndarray:
     """Return a picture of a mesh with a field (n,) in colours."""
     bar = {
-        "title": label, "color": INK, "vertical": True, "position_x": 0.87, "position_y": 0.15, "height": 0.7,
-        "width": 0.05, "title_font_size": 22, "label_font_size": 20, "fmt": "%.3g", "n_labels": 6,
+        "title": label,
+        "color": INK,
+        "vertical": True,
+        "position_x": 0.87,
+        "position_y": 0.15,
+        "height": 0.7,
+        "width": 0.05,
+        "title_font_size": 22,
+        "label_font_size": 20,
+        "fmt": "%.3g",
+        "n_labels": 6,
         "font_family": "arial",
-    }  # fmt: skip
+    }
     finite = values[np.isfinite(values)]
     low, high = min(0.0, float(finite.min(initial=0.0))), float(finite.max(initial=0.0)) if limit is None else limit
     with plotter_of(size) as plotter:

@@ -122,9 +122,10 @@ def drawn(drawings: Sequence[Drawing]) -> list[bytes]:
         if done.returncode != 0 or not all(file.is_file() for file in files):
             last = done.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["it stopped without a word"]
             raise MissingDependency(
-                "a graphics library that VTK can draw with", "a picture of a mesh",
+                "a graphics library that VTK can draw with",
+                "a picture of a mesh",
                 f"sudo apt-get install libegl1 libgl1-mesa-dri, or pip install -U vtk ({last[0]})",
-            )  # fmt: skip
+            )
         return [file.read_bytes() for file in files]
 
 

@@ -37,8 +37,10 @@ LARGEST_LEGEND = 12
 def draw(result: Reader, what: str, names: Sequence[str], path: str | Path | None) -> Figure:
     """Return the picture that `Result.plot` describes, and write it to `path` if given."""
     pictures: dict[str, Callable[[Reader], Figure]] = {
-        "overview": _overview, "energy": _energy_picture, "momentum": _momentum_picture,
-    }  # fmt: skip
+        "overview": _overview,
+        "energy": _energy_picture,
+        "momentum": _momentum_picture,
+    }
     if what in pictures:
         if names:
             raise ModelError(f"the picture {what!r} is of the whole scene and takes no names, not {', '.join(names)}")

@@ -18,8 +18,10 @@ from kanefe_fem.bench.peer_process import IMPORTS_OF_MESHES, OF_MESHES, NoPeers,
 PEER = Path(__file__).with_name("peer_unreduced.py")
 
 STEP = 1e-3
-STEPS = {"0.7k": (20, Goal("unreduced bar on a hinge, 240 nodes: time of a step / Exudyn's", 0.02)),
-         "1.5k": (6, Goal("same, 520 nodes", 0.02))}  # fmt: skip
+STEPS = {
+    "0.7k": (20, Goal("unreduced bar on a hinge, 240 nodes: time of a step / Exudyn's", 0.02)),
+    "1.5k": (6, Goal("same, 520 nodes", 0.02)),
+}
 """Steps of 1 ms that the peer is asked for, the run of its own scene; they take it 20 to 300 ms each."""
 
 ITERATIONS = {

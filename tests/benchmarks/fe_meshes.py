@@ -6,9 +6,15 @@ import os
 from pathlib import Path
 
 SIZES = {
-    "0.7k": 0.155, "1.5k": 0.0935, "3k": 0.035, "25k": 0.0177, "105k": 0.01015, "270k": 0.00715, "300k": 0.0069,
+    "0.7k": 0.155,
+    "1.5k": 0.0935,
+    "3k": 0.035,
+    "25k": 0.0177,
+    "105k": 0.01015,
+    "270k": 0.00715,
+    "300k": 0.0069,
     "870k": 0.00475,
-}  # fmt: skip
+}
 """Size of the elements in m, by the degrees of freedom of quadratic displacements."""
 
 

@@ -79,9 +79,16 @@ def matrices(path: str) -> dict[str, Any]:
         theirs.append(time.process_time() - start)
     x = model.nodes[:, 0].repeat(3)
     energies = [float(x @ model.stiffness @ x), float(x @ model.mass @ x)]
-    return {"ours": ours[1:], "theirs": theirs[1:], "dofs": len(lifted.nodes) * 3, "energies": energies,
-            "traces": [[model.stiffness.diagonal().sum(), model.mass.diagonal().sum()],
-                       [K.diagonal().sum(), M.diagonal().sum()]]}  # fmt: skip
+    return {
+        "ours": ours[1:],
+        "theirs": theirs[1:],
+        "dofs": len(lifted.nodes) * 3,
+        "energies": energies,
+        "traces": [
+            [model.stiffness.diagonal().sum(), model.mass.diagonal().sum()],
+            [K.diagonal().sum(), M.diagonal().sum()],
+        ],
+    }
 
 
 def dolfinx_matrices(mesh: Any) -> tuple[Any, Any]:

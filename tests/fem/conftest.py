@@ -31,8 +31,9 @@ GEO_GROUPS = (
 def geo(tmp_path: Path) -> Callable[..., Path]:
     """Return a function that writes a gmsh source of a box of 0.3 x 0.1 x 0.08 m."""
 
-    def write(name: str = "box.geo", *, hexes: bool = False, prisms: bool = False, groups: str = GEO_GROUPS,
-              options: str = "") -> Path:  # fmt: skip
+    def write(
+        name: str = "box.geo", *, hexes: bool = False, prisms: bool = False, groups: str = GEO_GROUPS, options: str = ""
+    ) -> Path:
         path = tmp_path / name
         text = GEO_BOX.format(
             h=0.05,

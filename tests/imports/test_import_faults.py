@@ -150,10 +150,13 @@ def test_bad_arguments_are_named(tmp_path: Path) -> None:
         read_abaqus(tmp_path / "none.inp", *paths[1:])
 
 
-@pytest.mark.parametrize(("package", "reader", "extra"), [
-    ("pyyeti", "read_nastran('a.bdf', 'a.pch')", "nastran"),
-    ("mapdl_archive", "read_ansys('a.cdb', 'K', 'M', 'K.mapping')", "ansys"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("package", "reader", "extra"),
+    [
+        ("pyyeti", "read_nastran('a.bdf', 'a.pch')", "nastran"),
+        ("mapdl_archive", "read_ansys('a.cdb', 'K', 'M', 'K.mapping')", "ansys"),
+    ],
+)
 def test_missing_packages_name_the_extra(package: str, reader: str, extra: str, tmp_path: Path) -> None:
     write.ansys_job(tmp_path, SOLID, LABELS)
     code = f"""
@@ -166,7 +169,13 @@ try:
 except MissingDependency as error:
     print(error)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, cwd=tmp_path,
-                          env={"PYTHONPATH": str(Path(kf.__file__).parents[1])})  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(Path(kf.__file__).parents[1])},
+    )
     assert f"pip install 'kanefe[{extra}]'" in done.stdout, done.stderr
     assert issubclass(MissingDependency, KanefeError)

@@ -159,9 +159,13 @@ def test_npz(tmp_path: Path) -> None:
     assert_same(model, SOLID)
     assert set(model.groups) == set(SOLID.groups)
     np.savez(
-        path, format="kanefe matrices 1", nodes=SOLID.nodes, components=["x", "y", "z"],
-        stiffness=SOLID.stiffness.toarray(), mass=SOLID.mass.toarray(),
-    )  # fmt: skip
+        path,
+        format="kanefe matrices 1",
+        nodes=SOLID.nodes,
+        components=["x", "y", "z"],
+        stiffness=SOLID.stiffness.toarray(),
+        mass=SOLID.mass.toarray(),
+    )
     assert_same(read_matrices(path), SOLID)
 
 
@@ -210,8 +214,10 @@ def test_rotations_of_solid_nodes_follow_their_neighbours(tmp_path: Path) -> Non
     for name, m in (("K", K), ("M", M)):
         lines = [
             f"{names[i][0]},{names[i][1]},{names[j][0]},{names[j][1]},{float(m[i, j])!r}"
-            for i in kept for j in kept if j <= i and m[i, j]
-        ]  # fmt: skip
+            for i in kept
+            for j in kept
+            if j <= i and m[i, j]
+        ]
         paths.append(tmp_path / f"{name}.mtx")
         paths[-1].write_text("\n".join(lines) + "\n")
     with pytest.warns(NodalFormWarning):

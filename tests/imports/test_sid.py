@@ -22,8 +22,9 @@ from kanefe.imports.sid_terms import SidWarning, terms_of_moments
 from scenes import lattice_model
 
 MODEL = lattice_model(3)
-HELD = kf.flexible_body(MODEL, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=3),
-                        damping=kf.ModalDamping(0.02))  # fmt: skip
+HELD = kf.flexible_body(
+    MODEL, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=3), damping=kf.ModalDamping(0.02)
+)
 FLOATING = kf.flexible_body(MODEL, {"tip": "rigid"}, reduction=kf.CraigBampton(modes=2))
 NAMES = {"root": "1", "tip": "2"}
 
@@ -240,7 +241,7 @@ def scaled_term(name: str, factor: float) -> Callable[[str], str]:
         (scaled_term("J", 1e-4), ModelError, "contradict|not those of a body"),
         (lambda t: re.sub(r"mass = \S+", "mass = -1.0", t), ModelError, "mass in .* is -1 kg"),
     ],
-)  # fmt: skip
+)
 def test_bad_files_are_named(edit: Callable[[str], str], error: type[Exception], message: str, tmp_path: Path) -> None:
     with pytest.raises(error, match=f"(?s){message}.*"):
         round_trip(HELD, tmp_path, edit)

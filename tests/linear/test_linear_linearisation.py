@@ -120,8 +120,11 @@ def test_a_drive_as_an_input():
         cart_and_rod(kf.Motion.steady(0.0)), inputs="drive cart", outputs=["position cart x", "joint_speeds rod"]
     )
     names = (
-        "rod: angle [rad]", "cart: driven distance [m]", "rod: rate [rad/s]", "cart: driven rate [m/s]",
-    )  # fmt: skip
+        "rod: angle [rad]",
+        "cart: driven distance [m]",
+        "rod: rate [rad/s]",
+        "cart: driven rate [m/s]",
+    )
     assert small.state_names == names
     assert small.input_names == ("drive cart [m/s2]",)
     expected = np.zeros((4, 4))

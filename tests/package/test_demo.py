@@ -13,8 +13,12 @@ def test_geometry_is_that_of_the_mesh_source():
     source = runpy.run_path(str(ROOT / "meshes" / "arm.py"), run_name="arm")
     geometry = demo.GEOMETRY
     assert (geometry.length, geometry.root_width, geometry.tip_width, geometry.thickness, geometry.holes) == (
-        source["LENGTH"], source["ROOT_WIDTH"], source["TIP_WIDTH"], source["THICKNESS"], source["HOLES"]
-    )  # fmt: skip
+        source["LENGTH"],
+        source["ROOT_WIDTH"],
+        source["TIP_WIDTH"],
+        source["THICKNESS"],
+        source["HOLES"],
+    )
     # two closed forms of the same volume: round-off
     assert geometry.mass_properties(1.0)[0] == pytest.approx(source["VOLUME"], rel=1e-14)
 

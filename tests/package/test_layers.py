@@ -17,8 +17,12 @@ from repository import ROOT
 
 PACKAGES = {"kanefe": ROOT / "kanefe", "kanefe_fem": ROOT / "fem" / "kanefe_fem"}
 CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
-SANCTIONED = {tuple(edge.split(" -> ")) for contract in CONTRACTS if contract["type"] == "layers"
-              for edge in contract.get("ignore_imports", [])}  # fmt: skip
+SANCTIONED = {
+    tuple(edge.split(" -> "))
+    for contract in CONTRACTS
+    if contract["type"] == "layers"
+    for edge in contract.get("ignore_imports", [])
+}
 
 # What lies flat in the root of a package may be imported from anywhere by its name, so it is kept to what has no room.
 MOST_ROOT_FILES = {"kanefe": 9, "kanefe_fem": 10}
@@ -30,9 +34,13 @@ def lint(*folders: Path) -> tuple[bool, str]:
     plain = {"NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "200"}
     done = subprocess.run(
         [sys.executable, "-c", code, "--no-cache", "--config", str(ROOT / "pyproject.toml")],
-        cwd=folders[0], env={**os.environ, **plain, "PYTHONPATH": os.pathsep.join(map(str, folders))},
-        capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
+        cwd=folders[0],
+        env={**os.environ, **plain, "PYTHONPATH": os.pathsep.join(map(str, folders))},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     said = done.stdout + done.stderr
     return done.returncode == 0, said[max(said.find("Broken contracts"), 0) :]
 

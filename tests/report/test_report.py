@@ -114,10 +114,23 @@ class TestText:
     def test_it_tells_what_the_body_is(self):
         text = str(cantilever().report())
         for words in (
-            "Mesh quality", "30 line", "Mass properties", "0.785", "Effective masses", "Interfaces", "root",
-            "x, y, z, rx, ry, rz", "Reduction", "CraigBampton", "Conditioning", "What was skipped",
-            "motion-induced stiffening", "Where it comes from", "kanefe_fem.beam_model", "and 10 more modes",
-        ):  # fmt: skip
+            "Mesh quality",
+            "30 line",
+            "Mass properties",
+            "0.785",
+            "Effective masses",
+            "Interfaces",
+            "root",
+            "x, y, z, rx, ry, rz",
+            "Reduction",
+            "CraigBampton",
+            "Conditioning",
+            "What was skipped",
+            "motion-induced stiffening",
+            "Where it comes from",
+            "kanefe_fem.beam_model",
+            "and 10 more modes",
+        ):
             assert words in text, words
         first = re.search(r"^ +1 +(\S+) +2$", text, flags=re.MULTILINE)
         assert float(first[1]) == pytest.approx(cantilever().frequencies[0], rel=1e-5)

@@ -34,9 +34,13 @@ def test_the_reaction_of_a_pendulum_is_the_force_its_centre_needs():
     angle, rate = result.joint_coordinates("rod")[:, 0], result.joint_speeds("rod")[:, 0]
     alpha = -9.81 * 0.5 * np.cos(angle) * 2.0 / (2 / 12 + 2.0 * 0.25)
     np.testing.assert_allclose(result.angular_acceleration("rod")[:, 2], alpha, rtol=1e-12, atol=1e-12)
-    expected = np.column_stack((
-        2.0 * (-0.5 * rate**2 + 9.81 * np.sin(angle)), 2.0 * (0.5 * alpha + 9.81 * np.cos(angle)), 0 * angle,
-    ))  # fmt: skip
+    expected = np.column_stack(
+        (
+            2.0 * (-0.5 * rate**2 + 9.81 * np.sin(angle)),
+            2.0 * (0.5 * alpha + 9.81 * np.cos(angle)),
+            0 * angle,
+        )
+    )
     np.testing.assert_allclose(result.joint_reaction("rod")[:, :3], expected, atol=1e-10)
     np.testing.assert_allclose(result.joint_reaction("rod")[:, 3:], 0.0, atol=1e-10)
 

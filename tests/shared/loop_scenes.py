@@ -31,9 +31,14 @@ def parallelogram(angle: float = 0.0) -> kf.System:
         for i in range(2)
     ]
     coupler = scene.add_rigid_body(
-        "coupler", 1, ROD, com=(0.5, 0, 0), parent=cranks[0], at=(0, 1, 0),
+        "coupler",
+        1,
+        ROD,
+        com=(0.5, 0, 0),
+        parent=cranks[0],
+        at=(0, 1, 0),
         joint=kf.Revolute("z", position=-angle, speed=1.0),
-    )  # fmt: skip
+    )
     scene.add_loop_joint("pin", kf.Revolute("z"), coupler.frame(at=(1, 0, 0)), cranks[1].frame(at=(0, 1, 0)))
     return scene
 
@@ -66,9 +71,13 @@ def sprung_loop(seed: int) -> Model:
     """Return a loop with a flexible arm, and a spring in a joint."""
     scene = spatial_loop(seed)
     scene.add_rigid_body(
-        "weight", 0.3, 0.02, com=(0.1, 0, 0), parent=scene.ground,
+        "weight",
+        0.3,
+        0.02,
+        com=(0.1, 0, 0),
+        parent=scene.ground,
         joint=kf.Revolute("z", forces=kf.CoordinateForce(stiffness=200.0)),
-    )  # fmt: skip
+    )
     return scene.freeze()
 
 

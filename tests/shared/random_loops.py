@@ -21,9 +21,20 @@ from scenes import random_state, unit_axis
 Pose = tuple[np.ndarray, np.ndarray]
 
 KINDS = (
-    "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "fixed", "screw", "translation",
-    "distance", "gear", "wheel", "ball",
-)  # fmt: skip
+    "revolute",
+    "prismatic",
+    "cylindrical",
+    "universal",
+    "spherical",
+    "planar",
+    "fixed",
+    "screw",
+    "translation",
+    "distance",
+    "gear",
+    "wheel",
+    "ball",
+)
 
 
 class LoopScene(RandomScene):

@@ -25,8 +25,17 @@ from loaded_scenes import force_of, place
 from scenes import lattice_model, random_inertia, swing, unit_axis
 
 JOINTS = (
-    "revolute", "prismatic", "screw", "cylindrical", "universal", "planar", "translation", "fixed", "spherical", "free",
-)  # fmt: skip
+    "revolute",
+    "prismatic",
+    "screw",
+    "cylindrical",
+    "universal",
+    "planar",
+    "translation",
+    "fixed",
+    "spherical",
+    "free",
+)
 
 TIP = {"root": "clamped", "tip": "rigid"}
 FLOATING = {"root": "rigid", "tip": "rigid"}

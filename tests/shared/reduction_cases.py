@@ -43,9 +43,14 @@ def crank_rod(elements: int = 6) -> tuple[kf.FiniteElementModel, dict, float]:
     """Return C06's rod in the frame of its chord, its supports, and twice the frequency of its crank in Hz."""
     steel = Material(E=200e9, nu=0.3, rho=7870.0)
     model = straight_beam(
-        0.3, Rectangle(width=0.008, height=0.008), steel, elements=elements,
-        theory="euler-bernoulli", rotary_inertia=False, planar=True,
-    )  # fmt: skip
+        0.3,
+        Rectangle(width=0.008, height=0.008),
+        steel,
+        elements=elements,
+        theory="euler-bernoulli",
+        rotary_inertia=False,
+        planar=True,
+    )
     held = kf.Interface(fixed=("x", "y"))
     return model, {"root": held, "tip": held}, 150.0 / np.pi
 
@@ -87,9 +92,10 @@ def exact_errors(
                 kinds = {"translation": ((0, 1, 2), 1.0), "rotation": ((3, 4, 5), 1.0 / extent)}
                 for kind, (numbers, scale) in kinds.items():
                     rows = [
-                        r for r, c in zip(tie.rows, tie.components, strict=True)
+                        r
+                        for r, c in zip(tie.rows, tie.components, strict=True)
                         if c in numbers and r in problem.released
-                    ]  # fmt: skip
+                    ]
                     if rows:
                         moved = max(np.linalg.norm(exact[rows], axis=0).max(), 0.1 * own * scale)
                         shares[f"{tie.name} {kind}"] = np.linalg.norm(error[rows], axis=0).max() / moved

@@ -60,8 +60,13 @@ FREE: dict[str, Any] = {"reduction": kf.CraigBampton(modes=2)}
 SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
     "elastic code without flexible bodies": (
         [
-            "march.modal_dissipation", "march.add_field_loads", "outward.modal_state", "outward._interface",
-            "inertia.set_flexible", "inward.eliminate_modes", "accelerations.modal_accelerations",
+            "march.modal_dissipation",
+            "march.add_field_loads",
+            "outward.modal_state",
+            "outward._interface",
+            "inertia.set_flexible",
+            "inward.eliminate_modes",
+            "accelerations.modal_accelerations",
         ],
         chain,
         lambda: chain(flexible_beside),
@@ -70,10 +75,12 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
     "constraints": (["march.hold"], chain, lambda: chain(loop_beside)),
     "driving forces": (["march.put_driving_forces"], chain, lambda: chain(drive_beside)),
     "damping product": (
-        ["march.total", "elastic._subtract_product"], lambda: chain(**FREE), lambda: chain(**DAMPED),
+        ["march.total", "elastic._subtract_product"],
+        lambda: chain(**FREE),
+        lambda: chain(**DAMPED),
     ),
     "second-order displacement": (["elastic._bend"], lambda: chain(**FREE), lambda: chain(**FREE, is_bent=True)),
-}  # fmt: skip
+}
 
 
 def rates(model: Model) -> np.ndarray:

@@ -29,9 +29,21 @@ from scenes import lattice_model
 
 # These words are in files that users have: more may come, but none may change.
 WORDS = {
-    "cells", "elasticity", "finite element model", "flexible body", "inertia field", "interface frame", "load pattern",
-    "mass field", "mass moments", "model record", "nodal moments", "nodal pattern", "node group", "unreduced body",
-}  # fmt: skip
+    "cells",
+    "elasticity",
+    "finite element model",
+    "flexible body",
+    "inertia field",
+    "interface frame",
+    "load pattern",
+    "mass field",
+    "mass moments",
+    "model record",
+    "nodal moments",
+    "nodal pattern",
+    "node group",
+    "unreduced body",
+}
 WORDS_OF_WARNINGS = {"accuracy", "imported body", "mesh", "nodal form", "simulation", "tie", "units"}
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of

@@ -53,9 +53,11 @@ def lattice(length: float, mass: float) -> kf.FlexibleBody:
         groups={name: replace(group, position=length * group.position) for name, group in model.groups.items()},
     )
     return flexible_body(
-        whole, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=3),
+        whole,
+        {"root": "clamped", "tip": "rigid"},
+        reduction=kf.CraigBampton(modes=3),
         damping=kf.RayleighDamping(0.1, 1e-5),
-    )  # fmt: skip
+    )
 
 
 def flexible_arm(length: float, mass: float) -> kf.System:

@@ -36,9 +36,20 @@ def bench(
 ) -> None:
     """Measure error against CPU time, on one core and one thread; exit 1 if a figure misses its goal."""
     options = Options(
-        scenes=_names(scenes), methods=_names(methods), quick=quick, peer=peer, figures=figures, skips=skips,
-        bodies=bodies, json=_file(json), csv=_file(csv), png=_file(png), env=_file(env), tests=_file(tests), core=core,
-    )  # fmt: skip
+        scenes=_names(scenes),
+        methods=_names(methods),
+        quick=quick,
+        peer=peer,
+        figures=figures,
+        skips=skips,
+        bodies=bodies,
+        json=_file(json),
+        csv=_file(csv),
+        png=_file(png),
+        env=_file(env),
+        tests=_file(tests),
+        core=core,
+    )
     check(options)
     # the number of threads is read when numpy is loaded, which has happened here
     surroundings = {name: value for name, value in os.environ.items() if name != "KANEFE_JIT"} | ONE_THREAD

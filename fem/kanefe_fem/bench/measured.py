@@ -101,8 +101,14 @@ def _scene_points(
     if AUTO in methods:
         curves.append(steps_of(scene, AUTO, limits.quick))
     found = [p for settings in curves for p in curve(scene, settings, exact, limits)]
-    row = {"name": scene.name, "title": scene.title, "quantity": scene.quantity, "unit": scene.unit,
-           "reference": list(exact.methods), "agreement": exact.agreement}  # fmt: skip
+    row = {
+        "name": scene.name,
+        "title": scene.title,
+        "quantity": scene.quantity,
+        "unit": scene.unit,
+        "reference": list(exact.methods),
+        "agreement": exact.agreement,
+    }
     if peers is not None:
         try:
             variants = peer_scenes(peers, scene, exact)

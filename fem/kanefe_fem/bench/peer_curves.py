@@ -82,8 +82,11 @@ def peer_scenes(peers: Peers, scene: BenchScene, exact: Reference) -> list[PeerS
     """
     kind = scene.name.partition("-")[0]
     makers: dict[str, Callable[[Peers, BenchScene, Reference], list[PeerScene]]] = {
-        "S1": _chain, "S2": _beams, "S3": _hinged, "S4": _tumbling,
-    }  # fmt: skip
+        "S1": _chain,
+        "S2": _beams,
+        "S3": _hinged,
+        "S4": _tumbling,
+    }
     return makers[kind](peers, scene, exact) if kind in makers else []
 
 
@@ -105,9 +108,16 @@ def peer_point(peers: Peers, variant: PeerScene, scene: BenchScene, setting: Set
     """Return error and median time of a run of the peer."""
     method = f"{setting.method}{variant.label}"
     made = partial(
-        Point, scene=scene.name, side=PEER, method=method, setting=setting.size, rtol=setting.rtol, step=setting.step,
-        chosen=method, counts={},
-    )  # fmt: skip
+        Point,
+        scene=scene.name,
+        side=PEER,
+        method=method,
+        setting=setting.size,
+        rtol=setting.rtol,
+        step=setting.step,
+        chosen=method,
+        counts={},
+    )
     try:
         judged = peer_run(peers, variant, scene, setting, variant.every)
         error = variant.error(judged)
@@ -157,10 +167,15 @@ def _chain(peers: Peers, scene: BenchScene, exact: Reference) -> list[PeerScene]
 def beam_scene(peers: Peers, scene: BenchScene, elements: int) -> PeerScene:
     """Build the arm of S2 as geometrically exact beams; its error is not yet defined."""
     beam = {
-        "length": spin_up.LENGTH, "EA": spin_up.EA, "GA": spin_up.GA, "EI": spin_up.EI,
-        "line_mass": spin_up.LINE_MASS, "line_inertia": spin_up.LINE_INERTIA,
-        "start_time": spin_up.START_TIME, "final_rate": spin_up.FINAL_RATE,
-    }  # fmt: skip
+        "length": spin_up.LENGTH,
+        "EA": spin_up.EA,
+        "GA": spin_up.GA,
+        "EI": spin_up.EI,
+        "line_mass": spin_up.LINE_MASS,
+        "line_inertia": spin_up.LINE_INERTIA,
+        "start_time": spin_up.START_TIME,
+        "final_rate": spin_up.FINAL_RATE,
+    }
     name = f"{scene.name} {elements}"
     peers.ask("build_beam", name=name, elements=elements, beam=beam)
     settings = of_steps(GENERALISED_ALPHA, 0.32, 2e-3)
@@ -199,10 +214,15 @@ def _hinged(peers: Peers, scene: BenchScene, exact: Reference) -> list[PeerScene
     told = _with_matrices(
         steel_bar.HINGED_CELLS,
         lambda file: peers.ask(
-            "build_hinged", name=scene.name, file=file, modes=modes, ratio=steel_bar.RATIO,
-            gravity=list(steel_bar.GRAVITY), corner=list(steel_bar.CORNER),
+            "build_hinged",
+            name=scene.name,
+            file=file,
+            modes=modes,
+            ratio=steel_bar.RATIO,
+            gravity=list(steel_bar.GRAVITY),
+            corner=list(steel_bar.CORNER),
         ),
-    )  # fmt: skip
+    )
     _check_body(scene, scene.build(), told)
     variant = PeerScene(scene.name, of_steps(GENERALISED_ALPHA, 0.08, 5e-4), lambda answer: np.nan)
     coarse, fine = (
@@ -228,10 +248,15 @@ def free_scene(peers: Peers, scene: BenchScene) -> PeerScene:
     told = _with_matrices(
         steel_bar.FREE_CELLS,
         lambda file: peers.ask(
-            "build_free", name=scene.name, file=file, modes=steel_bar.FREE_MODES, velocity=velocity, omega=omega,
+            "build_free",
+            name=scene.name,
+            file=file,
+            modes=steel_bar.FREE_MODES,
+            velocity=velocity,
+            omega=omega,
             corner=list(steel_bar.CORNER),
         ),
-    )  # fmt: skip
+    )
     _check_body(scene, scene.build(), told)
     # its methods with error control follow the highest mode and take longer than these
     settings = of_steps(GENERALISED_ALPHA, 2e-2, 5e-5) + of_steps("rk4", 1.2e-4, 2e-5)

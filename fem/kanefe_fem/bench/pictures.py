@@ -38,18 +38,35 @@ def work_precision_picture(
     for panel, scene in zip(panels, scenes, strict=False):
         found = points[scene.name]
         for i, name in enumerate(names):
-            line = _curve(panel, [p for p in found if p.side == OURS and p.method == name], color=colors[name],
-                          marker=MARKERS[i % len(MARKERS)])  # fmt: skip
+            line = _curve(
+                panel,
+                [p for p in found if p.side == OURS and p.method == name],
+                color=colors[name],
+                marker=MARKERS[i % len(MARKERS)],
+            )
             _keep(handles, name, line)
         for name, of, width in ((f"{AUTO}, over tolerances", "rtol", 4.5), (f"{AUTO}, over fixed steps", "step", 2.5)):
             auto = [p for p in found if p.method == AUTO and getattr(p, of) is not None]
-            line = _curve(panel, auto, color="black", marker="", linewidth=width, alpha=0.22 if of == "rtol" else 0.6,
-                          linestyle="-" if of == "rtol" else ":")  # fmt: skip
+            line = _curve(
+                panel,
+                auto,
+                color="black",
+                marker="",
+                linewidth=width,
+                alpha=0.22 if of == "rtol" else 0.6,
+                linestyle="-" if of == "rtol" else ":",
+            )
             _keep(handles, name, line)
         for i, name in enumerate(peers):
             side = next(p.side for s in scenes for p in points[s.name] if p.method == name and p.side != OURS)
-            line = _curve(panel, [p for p in found if p.side != OURS and p.method == name], color=PEER_COLOR,
-                          marker=MARKERS[i % len(MARKERS)], linestyle="--", markerfacecolor="white")  # fmt: skip
+            line = _curve(
+                panel,
+                [p for p in found if p.side != OURS and p.method == name],
+                color=PEER_COLOR,
+                marker=MARKERS[i % len(MARKERS)],
+                linestyle="--",
+                markerfacecolor="white",
+            )
             _keep(handles, f"{side}: {name}", line)
         _dress(panel, scene.title, f"error of {_short(scene.quantity)} [{scene.unit}]")
     for panel in panels[len(scenes) :]:
@@ -80,8 +97,14 @@ def bodies_picture(scenes: Sequence[tuple[str, str, Mapping[str, Sequence[Any]]]
             # numbers of modes lie close: the first and the last tell the rest
             for trial in trials if not trials[0].label.isdigit() else (trials[0], trials[-1]):
                 if trial.error > 0.0:
-                    panel.annotate(trial.label, (trial.seconds, trial.error), textcoords="offset points",
-                                   xytext=(6, 4), fontsize=7.5, color=COLORS[i])  # fmt: skip
+                    panel.annotate(
+                        trial.label,
+                        (trial.seconds, trial.error),
+                        textcoords="offset points",
+                        xytext=(6, 4),
+                        fontsize=7.5,
+                        color=COLORS[i],
+                    )
         _dress(panel, title, ylabel, "CPU time of body and run [s]")
         panel.legend(frameon=False, fontsize=8.5, loc="best")
         panel.margins(x=0.16, y=0.1)

@@ -78,9 +78,13 @@ def _pair(scene: BenchScene) -> tuple[Setting, Setting]:
 
 def _path(scene: BenchScene, first: Setting, second: Setting) -> Path:
     key = digest(
-        name=scene.name, quantity=scene.quantity, end=scene.end, outputs=scene.outputs,
-        parameters=scene.parameters, runs=[first.text, second.text],
-    )  # fmt: skip
+        name=scene.name,
+        quantity=scene.quantity,
+        end=scene.end,
+        outputs=scene.outputs,
+        parameters=scene.parameters,
+        runs=[first.text, second.text],
+    )
     return cache_folder() / "bench" / f"{scene.name}-{key}.json"
 
 
@@ -97,8 +101,12 @@ def _read(path: Path, rates: np.ndarray) -> Reference | None:
 
 
 def _write(path: Path, found: Reference, rates: np.ndarray) -> None:
-    kept = {"methods": found.methods, "agreement": found.agreement, "rates": rates.tolist(),
-            "values": found.values.tolist()}  # fmt: skip
+    kept = {
+        "methods": found.methods,
+        "agreement": found.agreement,
+        "rates": rates.tolist(),
+        "values": found.values.tolist(),
+    }
     try:
         write_whole(path, lambda file: file.write(json.dumps(kept).encode()))
     except FileError as error:  # it is made again in the next run

@@ -122,9 +122,14 @@ def point(
         If a run takes more seconds than these by the clock on the wall.
     """
     made = partial(
-        Point, scene=scene.name, side=OURS, method=setting.method, setting=setting.size, rtol=setting.rtol,
+        Point,
+        scene=scene.name,
+        side=OURS,
+        method=setting.method,
+        setting=setting.size,
+        rtol=setting.rtol,
         step=setting.step,
-    )  # fmt: skip
+    )
     kept: list[Trajectory] = []
     try:
         first = seconds(lambda: kept.append(run(model, scene, setting, most_seconds)))

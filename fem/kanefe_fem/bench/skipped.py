@@ -289,9 +289,16 @@ def skips_table(rows: Sequence[Skip]) -> str:
     lines = [("skipped", "of", "with the skip", "without", "saved", "results differ by", "")]
     for row in rows:
         lines.append(
-            (row.what, row.timed, _time(row.sparing), _time(row.full), f"{100 * (1 - row.sparing / row.full):.0f} %",
-             f"{row.difference:.1e}", "" if row.agrees else "NO")
-        )  # fmt: skip
+            (
+                row.what,
+                row.timed,
+                _time(row.sparing),
+                _time(row.full),
+                f"{100 * (1 - row.sparing / row.full):.0f} %",
+                f"{row.difference:.1e}",
+                "" if row.agrees else "NO",
+            )
+        )
     widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
     return "\n".join("  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)).rstrip() for line in lines)
 

@@ -102,9 +102,18 @@ class Orthotropic:
         """
         across = check_numbers(f"material {name!r}" if name else "material", ("E2",), (E2,), "moduli in Pa")[0]
         return cls(
-            E1=E1, E2=E2, E3=E2, nu12=nu12, nu13=nu12, nu23=nu23, G12=G12, G13=G12,
-            G23=across / (2.0 * (1.0 + nu23)), rho=rho, name=name,
-        )  # fmt: skip
+            E1=E1,
+            E2=E2,
+            E3=E2,
+            nu12=nu12,
+            nu13=nu12,
+            nu23=nu23,
+            G12=G12,
+            G13=G12,
+            G23=across / (2.0 * (1.0 + nu23)),
+            rho=rho,
+            name=name,
+        )
 
     @property
     def compliance(self) -> np.ndarray:

@@ -137,10 +137,12 @@ def _owners(mesh: Mesh, name: str, corners: np.ndarray, cells: np.ndarray) -> np
     """Return the one cell that each facet bounds."""
     count = len(mesh.nodes)
     on_facet, on_cell = (
-        sp.csr_matrix((np.ones(table.size), (np.repeat(np.arange(len(table)), table.shape[1]), table.ravel())),
-                      shape=(len(table), count))
+        sp.csr_matrix(
+            (np.ones(table.size), (np.repeat(np.arange(len(table)), table.shape[1]), table.ravel())),
+            shape=(len(table), count),
+        )
         for table in (corners, cells)
-    )  # fmt: skip
+    )
     shared = (on_facet @ on_cell.T).tocoo()
     bounds = shared.data == corners.shape[1]
     facet, owner = shared.row[bounds], shared.col[bounds]

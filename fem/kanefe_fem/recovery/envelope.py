@@ -75,9 +75,12 @@ SCALARS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 
 
 TITLES = {
-    "von_mises": "von Mises stress", "tresca": "Tresca stress", "max_principal": "greatest principal stress",
-    "min_principal": "least principal stress", "max_shear": "greatest shear stress",
-}  # fmt: skip
+    "von_mises": "von Mises stress",
+    "tresca": "Tresca stress",
+    "max_principal": "greatest principal stress",
+    "min_principal": "least principal stress",
+    "max_shear": "greatest shear stress",
+}
 
 
 @dataclass(frozen=True, eq=False)

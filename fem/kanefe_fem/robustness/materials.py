@@ -33,14 +33,20 @@ def incompressible(effort: Effort) -> Iterator[Finding]:
         locked = np.abs(frequencies[:, :2] / frequencies[0, :2] - 1.0).max(axis=1)
         what = f"free rubber bar of {mesh.cell_count} quadratic {kind} cells, nu = 0.4 ... 0.499999"
         yield Finding.of(
-            what, locked, "bending frequencies against nu = 0.4, relative", 0.03,
+            what,
+            locked,
+            "bending frequencies against nu = 0.4, relative",
+            0.03,
             "slender bending does not feel nu: what it does is shear, some percent, and locking",
-        )  # fmt: skip
+        )
         yield Finding(
-            what, 1, "last change on the way to 0.5, relative",
-            float(np.abs(frequencies[-1, :2] / frequencies[-2, :2] - 1.0).max()), 1e-3,
+            what,
+            1,
+            "last change on the way to 0.5, relative",
+            float(np.abs(frequencies[-1, :2] / frequencies[-2, :2] - 1.0).max()),
+            1e-3,
             "the limit is finite: what locks goes on growing",
-        )  # fmt: skip
+        )
     named = 0
     for nu in (0.5, 0.6, -1.0, float("nan")):
         try:

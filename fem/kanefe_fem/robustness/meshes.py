@@ -81,9 +81,14 @@ def slivers(effort: Effort) -> Iterator[Finding]:
     yield Finding.of(what, errors, "frequencies 1-6, relative", 0.02, reason, note)
     yield Finding.of(what, masses, "mass, relative", 1e-12, "round-off", note)
     yield Finding(
-        what, len(tries), f"refused though not flatter than {ALWAYS:g}", float(early), 0.0,
-        "known limit: from aspect ratios of 1e8 on K is round-off, which the check of its rigid motions finds", note,
-    )  # fmt: skip
+        what,
+        len(tries),
+        f"refused though not flatter than {ALWAYS:g}",
+        float(early),
+        0.0,
+        "known limit: from aspect ratios of 1e8 on K is round-off, which the check of its rigid motions finds",
+        note,
+    )
 
 
 def _blocks(mesh: Mesh) -> tuple[Cells, ...]:
@@ -103,9 +108,12 @@ def aspect_ratios(effort: Effort) -> Iterator[Finding]:
     reference = _clamped(_layered(0.5)).frequencies
     errors = [float(np.abs(_clamped(_layered(share)).frequencies / reference - 1.0).max()) for share in LAYERS]
     yield Finding.of(
-        "clamped block with two layers of cells, 10 ... 1e6 times as long as thick", errors,
-        "frequencies 1-8, relative", 0.01, "its meshes differ by half a percent",
-    )  # fmt: skip
+        "clamped block with two layers of cells, 10 ... 1e6 times as long as thick",
+        errors,
+        "frequencies 1-8, relative",
+        0.01,
+        "its meshes differ by half a percent",
+    )
     bends, twins, count = [], [], 2
     for slender in SLENDER:
         found = _clamped(_bar(slender, count), BAR).frequencies
@@ -115,9 +123,12 @@ def aspect_ratios(effort: Effort) -> Iterator[Finding]:
     what = f"square bar of {count} cells, {SLENDER[0]:g} ... {SLENDER[-1]:g} times as long as thick"
     yield Finding.of(what, bends, "first frequency, relative", 0.02, "shear in the thickest")
     yield Finding.of(
-        what, twins, "two bending modes of one frequency, relative", 1e-3,
+        what,
+        twins,
+        "two bending modes of one frequency, relative",
+        1e-3,
         "round-off of K over its condition, the fourth power of the slenderness",
-    )  # fmt: skip
+    )
     silent = 0
     for slender in TOO_SLENDER:
         try:
@@ -128,9 +139,12 @@ def aspect_ratios(effort: Effort) -> Iterator[Finding]:
             silent += abs(body.frequencies[0] / (_bernoulli(slender) * 1.0508) - 1.0) > 0.02
     yield Finding(
         f"square bar of {count} cells, {TOO_SLENDER[0]:g} ... {TOO_SLENDER[-1]:g} times as long as thick",
-        len(TOO_SLENDER), "wrong without a word", float(silent), 0.0,
+        len(TOO_SLENDER),
+        "wrong without a word",
+        float(silent),
+        0.0,
         "known limit: the condition of K passes 1e16, and the body is refused; beams do it",
-    )  # fmt: skip
+    )
 
 
 def _clamped(mesh: Mesh, material: Material = STEEL) -> FlexibleBody:

@@ -65,13 +65,19 @@ def softening(effort: Effort) -> Iterator[Finding]:
         bounded.append(_largest(spun(stiff, spin), 1.5) / START)
     what = f"rotating bar, {len(SHARES)} spins of 0 ... 5 times the first frequency,"
     yield Finding.of(
-        f"{what} without stiffening", rates, "growth rate against sqrt(spin2 - f2), over f", 1e-3,
+        f"{what} without stiffening",
+        rates,
+        "growth rate against sqrt(spin2 - f2), over f",
+        1e-3,
         "at the critical speed itself the rate is the root of round-off",
-    )  # fmt: skip
+    )
     yield Finding.of(
-        f"{what} without stiffening, run", growths, "growth in time against prediction, log", 0.01,
+        f"{what} without stiffening, run",
+        growths,
+        "growth in time against prediction, log",
+        0.01,
         "second and higher modes, and the stretch, take part by some 1e-3",
-    )  # fmt: skip
+    )
     yield Finding.of(f"{what} with stiffening", signs, "growth rate over f", 1e-6, "stable at every spin")
     yield Finding.of(
         f"{what} with stiffening, run", bounded, "deflection over its start", 1.05, "swings and never grows"

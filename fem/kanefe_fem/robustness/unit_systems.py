@@ -104,9 +104,12 @@ def two_systems(effort: Effort) -> Iterator[Finding]:
             limit, reason = turned * limit, f"{reason}, and times the first mode's phase of {turned:.0f} rad"
         figures = [float(np.abs(a - b).max() / np.abs(a).max()) for a, b in zip(*values, strict=True)]
         yield Finding.of(
-            f"{what}: tip, root force and energy of a swing of {span:g} s", figures, "relative", limit,
+            f"{what}: tip, root force and energy of a swing of {span:g} s",
+            figures,
+            "relative",
+            limit,
             f"{reason}; rtol 1e-11 a step",
-        )  # fmt: skip
+        )
 
 
 CASES = (StressCase("unit-systems", "mm, t, s and m, kg, s of one model", two_systems),)

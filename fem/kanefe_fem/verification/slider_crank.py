@@ -29,9 +29,14 @@ PEAK = 1.6e-3
 def slider_crank(interfaces: Mapping[str, Interface], stiffening: StiffeningLevel = "none") -> Model:
     """Return the slider-crank with a rod whose ends are held in G as the interfaces say."""
     model = straight_beam(
-        ROD, Rectangle(width=0.008, height=0.008), STEEL, elements=ELEMENTS,
-        theory="euler-bernoulli", rotary_inertia=False, planar=True,
-    )  # fmt: skip
+        ROD,
+        Rectangle(width=0.008, height=0.008),
+        STEEL,
+        elements=ELEMENTS,
+        theory="euler-bernoulli",
+        rotary_inertia=False,
+        planar=True,
+    )
     body = beam_body(model, interfaces, reduction=CraigBampton(modes=4), stiffening=stiffening)
     scene = System()
     crank = scene.add_rigid_body("crank", 0.1, 1e-4, joint=Revolute("z", motion=Motion.steady(RATE)))

@@ -40,9 +40,14 @@ SEGMENTS = 8
 def thin_beam(elements: int, length: float = 1.0) -> FiniteElementModel:
     """Return the planar Euler-Bernoulli beam with EI = rho A = 1, as good as inextensible."""
     return straight_beam(
-        length, THIN_SECTION, THIN_MATERIAL, elements=elements,
-        theory="euler-bernoulli", planar=True, rotary_inertia=False,
-    )  # fmt: skip
+        length,
+        THIN_SECTION,
+        THIN_MATERIAL,
+        elements=elements,
+        theory="euler-bernoulli",
+        planar=True,
+        rotary_inertia=False,
+    )
 
 
 def rotating_cantilever(reference: Reference) -> Iterator[Check]:
@@ -147,9 +152,11 @@ def whirling_beam(reference: Reference) -> Iterator[Check]:
 def elastica(reference: Reference) -> Iterator[Check]:
     """G05, at its small end: a cantilever cut into linear bodies, each stiffened by what hangs on its tip."""
     body = beam_body(
-        thin_beam(2, 1.0 / SEGMENTS), {"root": "clamped", "tip": "rigid"},
-        reduction=CraigBampton(modes=0), stiffening="full",
-    )  # fmt: skip
+        thin_beam(2, 1.0 / SEGMENTS),
+        {"root": "clamped", "tip": "rigid"},
+        reduction=CraigBampton(modes=0),
+        stiffening="full",
+    )
     scene = System()
     last = scene.add_flexible_body("0", body)
     for number in range(1, SEGMENTS):

@@ -39,9 +39,13 @@ def determinism(effort: Effort) -> Iterator[Finding]:
     first, again = fingerprints(seeds), fingerprints(seeds)
     what = f"random scenes with every method ({', '.join(own_methods())}), built and run"
     yield Finding(
-        f"{what} again in one process", len(first), "runs that differ in a bit",
-        float(sum(a != b for a, b in zip(first, again, strict=True))), 0.0, "the same input, the same bits",
-    )  # fmt: skip
+        f"{what} again in one process",
+        len(first),
+        "runs that differ in a bit",
+        float(sum(a != b for a, b in zip(first, again, strict=True))),
+        0.0,
+        "the same input, the same bits",
+    )
     code = f"from kanefe.checks.robustness.determinism import fingerprints; print(*fingerprints({seeds!r}))"
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     # of one thread each: a library that shares out its sums adds them in another order
@@ -54,9 +58,13 @@ def determinism(effort: Effort) -> Iterator[Finding]:
             raise SimulationError(f"a second process failed: {done.stderr.strip().splitlines()[-1:]}")
         others.append(done.stdout.split())
     yield Finding(
-        f"{what} in two new processes of one thread", len(others[0]), "runs that differ in a bit",
-        float(sum(a != b for a, b in zip(*others, strict=True))), 0.0, "the same input, the same bits",
-    )  # fmt: skip
+        f"{what} in two new processes of one thread",
+        len(others[0]),
+        "runs that differ in a bit",
+        float(sum(a != b for a, b in zip(*others, strict=True))),
+        0.0,
+        "the same input, the same bits",
+    )
 
 
 CASES = (StressCase("determinism", "same input, same bits, one thread", determinism),)

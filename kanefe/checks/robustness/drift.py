@@ -29,13 +29,21 @@ def tumbling_pair() -> Model:
     """Return two rigid bodies of three different moments of inertia on a ball joint, tumbling freely at 3 rad/s."""
     scene = System()
     first = scene.add_rigid_body(
-        "first", 2.0, (0.1, 0.2, 0.25), com=(0.05, 0.0, 0.02),
+        "first",
+        2.0,
+        (0.1, 0.2, 0.25),
+        com=(0.05, 0.0, 0.02),
         joint=Free(angular_velocity=(0.2, 3.0, 0.1)),
-    )  # fmt: skip
+    )
     scene.add_rigid_body(
-        "second", 1.0, (0.03, 0.05, 0.06), com=(0.2, 0.05, 0.0), parent=first, at=(0.3, 0.0, 0.1),
+        "second",
+        1.0,
+        (0.03, 0.05, 0.06),
+        com=(0.2, 0.05, 0.0),
+        parent=first,
+        at=(0.3, 0.0, 0.1),
         joint=Spherical(angular_velocity=(1.0, -0.5, 0.7)),
-    )  # fmt: skip
+    )
     return at_rest(scene.freeze())
 
 
@@ -95,15 +103,25 @@ def _drifts(name: str, model: Model, step: float, method: str, count: int) -> It
     }
     for what, drift in drifts.items():
         yield Finding(
-            f"free flight of {name}, {count:.0e} steps of {step:g} s", count, f"drift of {what}, relative",
-            float(drift.max()), LIMIT, REASON, method,
-        )  # fmt: skip
+            f"free flight of {name}, {count:.0e} steps of {step:g} s",
+            count,
+            f"drift of {what}, relative",
+            float(drift.max()),
+            LIMIT,
+            REASON,
+            method,
+        )
     # the first tenth has the ripple of a method that keeps energy on average; growth shows in the rest
     early, late = (drifts["energy"][part].mean() for part in (slice(1, SAMPLES // 10), slice(-SAMPLES // 10, None)))
     yield Finding(
-        f"free flight of {name}, growth over {count:.0e} steps", count, "late less early drift, relative",
-        float(late - early), LIMIT, "a drift that grows passes the goal some time later", method,
-    )  # fmt: skip
+        f"free flight of {name}, growth over {count:.0e} steps",
+        count,
+        "late less early drift, relative",
+        float(late - early),
+        LIMIT,
+        "a drift that grows passes the goal some time later",
+        method,
+    )
 
 
 CASES = (StressCase("drift", "energy and momentum drift over 1e6 steps", free_flight),)

@@ -75,9 +75,14 @@ def impacts(effort: Effort) -> Iterator[Finding]:
         if not is_accurate(method):
             limit, reason = 0.2, "order 2, and a kink of the force at every impact"
         yield Finding(
-            what, count, "energy, relative", float(np.abs(energy.balance_error).max() / energy.total[0]), limit,
-            reason, note,
-        )  # fmt: skip
+            what,
+            count,
+            "energy, relative",
+            float(np.abs(energy.balance_error).max() / energy.total[0]),
+            limit,
+            reason,
+            note,
+        )
     for method in controlled_methods(rattler()):
         yield from _resting(method, 1e-7)
         if is_accurate(method):
@@ -97,9 +102,14 @@ def _resting(method: str, rtol: float) -> Iterator[Finding]:
     what = f"ball that bounces on a damped stop until it lies, rtol {rtol:g}"
     note = f"{method}, {run.statistics['steps']} steps"
     yield Finding(
-        what, bounces, "depth at rest [m]", sunk, 1e-6,
-        "a hundredth of the depth of 1e-4 m", note,
-    )  # fmt: skip
+        what,
+        bounces,
+        "depth at rest [m]",
+        sunk,
+        1e-6,
+        "a hundredth of the depth of 1e-4 m",
+        note,
+    )
     energy = Result(model, run).energy
     limit, reason = 1e-3, "the tolerance at every jump"
     if method == "extrapolation":
@@ -107,9 +117,14 @@ def _resting(method: str, rtol: float) -> Iterator[Finding]:
     elif not is_accurate(method):
         limit, reason = 0.02, "order 2, and a jump of the force at every landing"
     yield Finding(
-        what, bounces, "energy, relative",
-        float(np.abs(energy.balance_error).max() / energy.kinetic.max()), limit, reason, note,
-    )  # fmt: skip
+        what,
+        bounces,
+        "energy, relative",
+        float(np.abs(energy.balance_error).max() / energy.kinetic.max()),
+        limit,
+        reason,
+        note,
+    )
 
 
 RATE, TORQUE = 1000.0, 1e3
@@ -142,8 +157,13 @@ def _switching(method: str, effort: Effort) -> Iterator[Finding]:
         reason = "1e-8 rad a jump; the error of speed is its root: twice the deviation of their sum"
     yield Finding(
         f"torque of 1000 N m on 1 kg m2 that changes its sign 1000 times a second: {runs} runs of {SWITCHES} changes",
-        runs * SWITCHES, figure, worst, limit, reason, f"{method}, {steps} steps",
-    )  # fmt: skip
+        runs * SWITCHES,
+        figure,
+        worst,
+        limit,
+        reason,
+        f"{method}, {steps} steps",
+    )
 
 
 def _switched_angle(t: np.ndarray, phase: float) -> np.ndarray:
@@ -182,15 +202,25 @@ def named_events(effort: Effort) -> Iterator[Finding]:
         note = f"{method}, {len(found)} found"
         missed = abs(len(found[found > 0.1 * half]) - len(exact))
         yield Finding(
-            "mass between two stops: its passages of the middle", len(exact), "passages missed or made up",
-            float(missed), 0.0, "each is a change of sign", note,
-        )  # fmt: skip
+            "mass between two stops: its passages of the middle",
+            len(exact),
+            "passages missed or made up",
+            float(missed),
+            0.0,
+            "each is a change of sign",
+            note,
+        )
         if not missed:
             error = float(np.abs(found[found > 0.1 * half] - exact).max())
             yield Finding(
-                "mass between two stops: its passages of the middle", len(exact), "time of a passage [s]", error, 1e-5,
-                "a hundredth of half the gap at 1 m/s, as its place", note,
-            )  # fmt: skip
+                "mass between two stops: its passages of the middle",
+                len(exact),
+                "time of a passage [s]",
+                error,
+                1e-5,
+                "a hundredth of half the gap at 1 m/s, as its place",
+                note,
+            )
         yield _restitution(method)
     yield _endless()
 
@@ -221,9 +251,14 @@ def _restitution(method: str) -> Finding:
     found = run.events["floor"]
     error = float(np.abs(found - exact).max()) if len(found) == count else float("nan")
     return Finding(
-        f"ball that bounces {count} times without loss, by an event that turns its speed", count, "time [s]", error,
-        1e-6, "its flights are parabolas: the time of each landing, twice a bounce", f"{method}, {len(found)} found",
-    )  # fmt: skip
+        f"ball that bounces {count} times without loss, by an event that turns its speed",
+        count,
+        "time [s]",
+        error,
+        1e-6,
+        "its flights are parabolas: the time of each landing, twice a bounce",
+        f"{method}, {len(found)} found",
+    )
 
 
 def _endless() -> Finding:
@@ -235,10 +270,14 @@ def _endless() -> Finding:
     end = math.sqrt(2.0 / 9.81) * (1.0 + 2.0 * 0.8 / (1.0 - 0.8))
     is_there = abs(float(run.times[-1]) - end) < 1e-3 and all_finite(run)
     return Finding(
-        f"ball that bounces ever faster, infinitely often before {end:.3f} s", len(run.events["floor"]),
-        "not stopped there with advice", float(not (told and is_there)), 0.0,
-        "a storm of events is named, not followed for ever", "" if status is None else str(status)[:120],
-    )  # fmt: skip
+        f"ball that bounces ever faster, infinitely often before {end:.3f} s",
+        len(run.events["floor"]),
+        "not stopped there with advice",
+        float(not (told and is_there)),
+        0.0,
+        "a storm of events is named, not followed for ever",
+        "" if status is None else str(status)[:120],
+    )
 
 
 def storms(effort: Effort) -> Iterator[Finding]:

@@ -48,9 +48,12 @@ def stiffness_ratios(effort: Effort) -> Iterator[Finding]:
     what = "mass on three bars, 1 Hz beside 100 Hz ... 1 MHz,"
     yield Finding.of(f"{what} bars along x, y and z", aligned, "frequencies, relative", 1e-9, "K is exact: round-off")
     yield Finding.of(
-        f"{what} turned in space", turned, "frequencies, relative", 1e-3,
+        f"{what} turned in space",
+        turned,
+        "frequencies, relative",
+        1e-3,
         "K has the round-off of its largest number: 1e12 times 2e-16 of the softest",
-    )  # fmt: skip
+    )
     for method in implicit_methods():
         yield from _soft_motion(method, effort)
         yield from _struck(method, effort)
@@ -98,19 +101,32 @@ def _struck(method: str, effort: Effort) -> Iterator[Finding]:
         )
         if follows:
             yield Finding.of(
-                what, steps, "steps a period of the fastest mode", MOST_A_PERIOD,
+                what,
+                steps,
+                "steps a period of the fastest mode",
+                MOST_A_PERIOD,
                 "known limit: vibrations above the tolerance are followed, where damping is zero for ever; an estimate "
-                "of order 3 takes a hundred", method,
-            )  # fmt: skip
+                "of order 3 takes a hundred",
+                method,
+            )
             yield Finding(
-                what, len(STIFF), "neither finished nor told with advice", float(untold), 0.0,
-                f"some end at {MOST_STEPS} steps a second, which is said", method,
-            )  # fmt: skip
+                what,
+                len(STIFF),
+                "neither finished nor told with advice",
+                float(untold),
+                0.0,
+                f"some end at {MOST_STEPS} steps a second, which is said",
+                method,
+            )
         else:
             yield Finding.of(
-                what, missing, f"time not run in {MOST_STEPS} steps a second, relative", 0.0,
-                "vibrations of 1e-8 m at 1 MHz need not be followed, or die out", method,
-            )  # fmt: skip
+                what,
+                missing,
+                f"time not run in {MOST_STEPS} steps a second, relative",
+                0.0,
+                "vibrations of 1e-8 m at 1 MHz need not be followed, or die out",
+                method,
+            )
         yield Finding.of(what, growth, "energy gained, relative", 1e-3, "rtol 1e-6 a step, thousands of steps", method)
         yield Finding.of(what, changes, "angular momentum, relative", 0.01, "rtol 1e-6 rad a step", method)
 

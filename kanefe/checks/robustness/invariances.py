@@ -95,8 +95,12 @@ def invariances(effort: Effort) -> Iterator[Finding]:
         # far from N's origin positions have the round-off of the distance: 100 m 2e-16, grown by some tens
         yield Finding.of(
             f"random scenes of up to 6 bodies, {name}, {SPAN:g} s",
-            errors, "largest difference [m, 1]", LIMIT, REASON, f"scene {int(np.argmax(errors))} is the worst",
-        )  # fmt: skip
+            errors,
+            "largest difference [m, 1]",
+            LIMIT,
+            REASON,
+            f"scene {int(np.argmax(errors))} is the worst",
+        )
 
 
 CASES = (StressCase("invariance", "translation, rotation, units, order of bodies, cuts", invariances),)

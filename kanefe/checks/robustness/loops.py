@@ -63,9 +63,13 @@ def _thrown(method: str, effort: Effort) -> Finding:
             cranks = [Result(model, run).joint_coordinates(f"crank {i}")[:, 0] for i in range(3)]
             spreads.append(float(np.ptp(cranks, axis=0).max()))
     return Finding.of(
-        f"N-four-bar, N = 2, thrown at 1e-4 ... 8 rad/s, rtol {tried}", spreads, "cranks out of parallel [rad]",
-        1e-6, "another branch would be a turn away", method,
-    )  # fmt: skip
+        f"N-four-bar, N = 2, thrown at 1e-4 ... 8 rad/s, rtol {tried}",
+        spreads,
+        "cranks out of parallel [rad]",
+        1e-6,
+        "another branch would be a turn away",
+        method,
+    )
 
 
 def _findings(model: Model, run: Trajectory, count: int, span: float, method: str) -> Iterator[Finding]:
@@ -76,15 +80,24 @@ def _findings(model: Model, run: Trajectory, count: int, span: float, method: st
     what = f"N-four-bar (A02), N = {count}, {span:g} s"
     spread = float(np.ptp(cranks, axis=0).max())
     yield Finding(
-        what, passes, "cranks out of parallel [rad]", spread, 1e-6, "another branch would be a turn away",
+        what,
+        passes,
+        "cranks out of parallel [rad]",
+        spread,
+        1e-6,
+        "another branch would be a turn away",
         f"{method}; counted: singular positions passed",
-    )  # fmt: skip
+    )
     energy = result.energy
     yield Finding(
-        what, passes, "energy over its range, relative",
-        float(np.abs(energy.balance_error).max() / np.ptp(energy.kinetic)), 1e-4 if is_accurate(method) else 1e-2,
-        "rtol 1e-6 beside a singular position, ten passes" if is_accurate(method) else COARSE, method,
-    )  # fmt: skip
+        what,
+        passes,
+        "energy over its range, relative",
+        float(np.abs(energy.balance_error).max() / np.ptp(energy.kinetic)),
+        1e-4 if is_accurate(method) else 1e-2,
+        "rtol 1e-6 beside a singular position, ten passes" if is_accurate(method) else COARSE,
+        method,
+    )
     openings = [loop_opening(model, t, q) for t, q in zip(run.times.tolist(), run.coordinates, strict=True)]
     reason = "projected to round-off, whose root is left at a singular position"
     yield Finding.of(

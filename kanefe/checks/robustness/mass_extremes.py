@@ -115,9 +115,12 @@ def mass_ratios(effort: Effort) -> Iterator[Finding]:
         energy = Result(model, run).energy
         drifts.append(float(np.abs(energy.balance_error).max() / np.abs(energy.kinetic).max()))
     yield Finding.of(
-        f"double pendulum, mass ratio 1e-8 ... 1e8, 2 s at rtol {RTOL:g}", drifts, "energy error, relative", 1e-6,
+        f"double pendulum, mass ratio 1e-8 ... 1e8, 2 s at rtol {RTOL:g}",
+        drifts,
+        "energy error, relative",
+        1e-6,
         "hundreds of steps of rtol; at a ratio of 1e8 an rtol below 1e-10 is below round-off, and ends with advice",
-    )  # fmt: skip
+    )
 
 
 def massless_frames(effort: Effort) -> Iterator[Finding]:
@@ -143,14 +146,20 @@ def massless_frames(effort: Effort) -> Iterator[Finding]:
     methods = controlled_methods(_slider_crank(True))
     errors = [_error_of_rod(method) for method in methods if is_accurate(method)]
     yield Finding.of(
-        "slider-crank whose rod has no mass, held by its loop alone, 2 s, by methods of high order", errors,
-        "angle of the crank against a distance held [rad]", 1e-6, "rtol 1e-8 a step over some hundred steps",
-    )  # fmt: skip
+        "slider-crank whose rod has no mass, held by its loop alone, 2 s, by methods of high order",
+        errors,
+        "angle of the crank against a distance held [rad]",
+        1e-6,
+        "rtol 1e-8 a step over some hundred steps",
+    )
     errors = [_error_of_rod(method) for method in methods if not is_accurate(method)]
     yield Finding.of(
-        "slider-crank whose rod has no mass, held by its loop alone, 2 s, by methods of order 2", errors,
-        "angle of the crank against a distance held [rad]", 1e-2, "rtol 1e-6 a step over a thousand steps",
-    )  # fmt: skip
+        "slider-crank whose rod has no mass, held by its loop alone, 2 s, by methods of order 2",
+        errors,
+        "angle of the crank against a distance held [rad]",
+        1e-2,
+        "rtol 1e-6 a step over a thousand steps",
+    )
 
 
 def _slider_crank(has_rod: bool) -> Model:
@@ -298,9 +307,13 @@ def zero_axes(effort: Effort) -> Iterator[Finding]:
         scene.add_rigid_body("thing", loose.mass, loose.inertia, com=loose.com, joint=loose.joint)
         not_named += "nothing has inertia along thing" not in failure_of(scene.freeze(), 0.1)
     yield Finding(
-        "scenes with nothing that has inertia along a free speed", len(LOOSE), "not refused by name",
-        float(not_named), 0.0, "they have no solution; the error names the speeds",
-    )  # fmt: skip
+        "scenes with nothing that has inertia along a free speed",
+        len(LOOSE),
+        "not refused by name",
+        float(not_named),
+        0.0,
+        "they have no solution; the error names the speeds",
+    )
 
 
 CASES = (

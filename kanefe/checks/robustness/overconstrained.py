@@ -68,9 +68,14 @@ def parallel_cranks(count: int) -> Model:
         for i in range(count)
     ]
     bar = scene.add_rigid_body(
-        "bar", 2.0, 0.3, com=(0.5 * (count - 1), 0, 0), parent=cranks[0], at=(0, 1, 0),
+        "bar",
+        2.0,
+        0.3,
+        com=(0.5 * (count - 1), 0, 0),
+        parent=cranks[0],
+        at=(0, 1, 0),
         joint=Revolute("z", position=-0.3, speed=2.0),
-    )  # fmt: skip
+    )
     for i in range(1, count):
         scene.add_loop_joint(f"pin {i}", Revolute("z"), bar.frame(at=(i, 0, 0)), cranks[i].frame(at=(0, 1, 0)))
     return scene.freeze()
@@ -90,10 +95,15 @@ def bennett() -> Model:
     for i, ((length, twist), angle) in enumerate(zip(links[:3], start[:3], strict=True)):
         before = links[i - 1] if i else (0.0, 0.0)
         last = scene.add_rigid_body(
-            f"link {i}", 1.0, 0.1, com=(0.5 * length, 0.0, 0.0), parent=last, at=(before[0], 0.0, 0.0),
+            f"link {i}",
+            1.0,
+            0.1,
+            com=(0.5 * length, 0.0, 0.0),
+            parent=last,
+            at=(before[0], 0.0, 0.0),
             orientation=_turn(before[1]),
             joint=Revolute("z", position=angle, speed=1.0 if i == 0 else 0.0),
-        )  # fmt: skip
+        )
         end = last.frame(at=(length, 0.0, 0.0), orientation=_turn(twist))
     # the fourth link is the ground: its hinge axis, seen from the first one, is one link back
     (length, twist) = links[3]
@@ -136,10 +146,14 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
     run = _run(braced, span)
     energy = Result(braced, run).energy
     yield Finding(
-        f"four-bar with a plate held by a fixed joint and 3 fixed loop joints, {span:g} s", 18, "energy, relative",
-        float(np.abs(energy.balance_error).max() / energy.kinetic.max()), 1e-6, "1e-9 a step over some hundred steps",
+        f"four-bar with a plate held by a fixed joint and 3 fixed loop joints, {span:g} s",
+        18,
+        "energy, relative",
+        float(np.abs(energy.balance_error).max() / energy.kinetic.max()),
+        1e-6,
+        "1e-9 a step over some hundred steps",
         "counted: rows too many",
-    )  # fmt: skip
+    )
 
     yield _in_other_units(span)
     counts = (3, 6, 12) if not effort.is_quick else (3,)
@@ -151,9 +165,12 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
         spreads.append(float(np.ptp(cranks, axis=0).max()))
         freedoms.append(abs(constraint_report(model).degrees_of_freedom - 1))
     yield Finding.of(
-        f"bar on {', '.join(map(str, counts))} parallel cranks with spatial pins, {span:g} s", spreads,
-        "cranks out of parallel [rad]", 1e-8, "projected to round-off",
-    )  # fmt: skip
+        f"bar on {', '.join(map(str, counts))} parallel cranks with spatial pins, {span:g} s",
+        spreads,
+        "cranks out of parallel [rad]",
+        1e-8,
+        "projected to round-off",
+    )
 
     model = bennett()
     freedoms.append(abs(constraint_report(model).degrees_of_freedom - 1))
@@ -164,17 +181,27 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
         exact = np.array([bennett_angles(float(a)) for a in angles[:, 0]])[:, :3]
         wrapped = np.abs(np.angle(np.exp(1j * (angles - exact))))
         yield Finding(
-            f"Bennett's linkage, {span:g} s", len(angles), "angles against its formula [rad]", float(wrapped.max()),
-            1e-8, "projected to round-off; rows depend on each other everywhere, by the geometry alone", method,
-        )  # fmt: skip
+            f"Bennett's linkage, {span:g} s",
+            len(angles),
+            "angles against its formula [rad]",
+            float(wrapped.max()),
+            1e-8,
+            "projected to round-off; rows depend on each other everywhere, by the geometry alone",
+            method,
+        )
         energy = Result(model, run).energy
         limit, reason = (
             (1e-6, "1e-9 a step") if is_accurate(method) else (1e-2, "1e-6 a step, some hundred steps, order 2")
         )
         yield Finding(
-            f"Bennett's linkage, {span:g} s", 1, "energy, relative",
-            float(np.abs(energy.balance_error).max() / energy.kinetic.max()), limit, reason, method,
-        )  # fmt: skip
+            f"Bennett's linkage, {span:g} s",
+            1,
+            "energy, relative",
+            float(np.abs(energy.balance_error).max() / energy.kinetic.max()),
+            limit,
+            reason,
+            method,
+        )
     yield Finding.of("constraint_report of all of these", freedoms, "degrees of freedom off", 0.0, "each has one")
 
 
@@ -184,16 +211,23 @@ def _in_other_units(span: float) -> Finding:
     for pin, copies, braces in ((Revolute("z"), 1, 0), (Revolute("z"), 2, 0), (Spherical(), 1, 3)):
         angles = [
             follow(
-                four_bar(pin, copies, braces, units), span * units.time, rtol=1e-12, atol=1e-15, method="dop853",
+                four_bar(pin, copies, braces, units),
+                span * units.time,
+                rtol=1e-12,
+                atol=1e-15,
+                method="dop853",
                 output_step=span * units.time / 60,
             ).coordinates
             for units in (SI, MILLIMETRES, Units(1e-3, 1e3, 1e-3))
-        ]  # fmt: skip
+        ]
         errors += [float(np.abs(other - angles[0]).max()) for other in angles[1:]]
     return Finding.of(
-        f"four-bars with rows too many, written in mm, t, s and in km, g, ks, {span:g} s", errors,
-        "angles against m, kg, s [rad]", 1e-9, "rtol 1e-12 a step over some hundred steps",
-    )  # fmt: skip
+        f"four-bars with rows too many, written in mm, t, s and in km, g, ks, {span:g} s",
+        errors,
+        "angles against m, kg, s [rad]",
+        1e-9,
+        "rtol 1e-12 a step over some hundred steps",
+    )
 
 
 def _run(model: Model, span: float) -> Trajectory:

@@ -161,9 +161,18 @@ def _halves(part: Part, rng: np.random.Generator) -> list[Part]:
     first = replace(part, mass=(1.0 - share) * part.mass, com=part.com - share * away, inertia=(1.0 - share) * inertia)
     com = part.com + (1.0 - share) * away
     other = Part(
-        f"{part.name} other", part.name, "fixed", at, e / np.linalg.norm(e), part.axes, np.zeros(6), np.zeros(6),
-        share * part.mass, A.T @ (com - at), share * A.T @ inertia @ A,
-    )  # fmt: skip
+        f"{part.name} other",
+        part.name,
+        "fixed",
+        at,
+        e / np.linalg.norm(e),
+        part.axes,
+        np.zeros(6),
+        np.zeros(6),
+        share * part.mass,
+        A.T @ (com - at),
+        share * A.T @ inertia @ A,
+    )
     return [first, other]
 
 
@@ -206,10 +215,13 @@ def random_description(seed: int, bodies: int = 6, flexible: float = 0.3) -> Des
         if other != name:
             springs.append(
                 Spring(
-                    other, name, rng.uniform(0.5, 1.5, 3), rng.uniform(-0.3, 0.3, 3),
+                    other,
+                    name,
+                    rng.uniform(0.5, 1.5, 3),
+                    rng.uniform(-0.3, 0.3, 3),
                     *(float(x) for x in rng.uniform((1.0, 0.1, 0.2), (5.0, 0.5, 0.8))),
                 )
-            )  # fmt: skip
+            )
     return Description(rng.uniform(-5, 5, 3), tuple(parts), tuple(pulls), tuple(springs))
 
 
@@ -291,6 +303,9 @@ def _add_loads(scene: Description, system: System, frames: dict[str, Frame]) -> 
             frames[spring.b].frame(at=listed(spring.at_b * units.length)),
         )
         system.add_spring(
-            f"s{i}", *ends, stiffness=spring.stiffness * units.stiffness, damping=spring.damping * units.damping,
+            f"s{i}",
+            *ends,
+            stiffness=spring.stiffness * units.stiffness,
+            damping=spring.damping * units.damping,
             rest_length=spring.rest * units.length,
-        )  # fmt: skip
+        )

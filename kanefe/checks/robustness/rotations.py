@@ -52,10 +52,13 @@ def revolutions(effort: Effort) -> Iterator[Finding]:
         # its state is that of the hinge: only the angle of the hub, 2 pi count + a, is another one
         change = abs(model.rhs(count + 0.137, model.initial_state)[-1] / first - 1.0)
         yield Finding(
-            f"pendulum on a hub that has been driven through {count} revolutions", count, "acceleration, relative",
-            float(change), 1e-15 * RATE * count + 1e-14,
+            f"pendulum on a hub that has been driven through {count} revolutions",
+            count,
+            "acceleration, relative",
+            float(change),
+            1e-15 * RATE * count + 1e-14,
             "known limit: in a plane the angles are added up, to the last bit of the largest",
-        )  # fmt: skip
+        )
 
 
 def _symmetric_top(turns: int, label: str) -> Finding:
@@ -78,9 +81,13 @@ def _symmetric_top(turns: int, label: str) -> Finding:
         exact = axis_rotation(z, precession * t) @ axis_rotation(x, tilt) @ axis_rotation(z, own * t)
         errors.append(float(np.abs(rotation_matrix(q[3:7]) - exact).max()))
     return Finding(
-        f"free symmetric top, {label}, rtol 1e-12", turns, "direction cosines", max(errors),
-        1e-7 * max(turns / 1e4, 0.1), "some ten steps a revolution, 1e-12 each, all on one side",
-    )  # fmt: skip
+        f"free symmetric top, {label}, rtol 1e-12",
+        turns,
+        "direction cosines",
+        max(errors),
+        1e-7 * max(turns / 1e4, 0.1),
+        "some ten steps a revolution, 1e-12 each, all on one side",
+    )
 
 
 def slopes(effort: Effort) -> Iterator[Finding]:
@@ -184,9 +191,14 @@ def _through_singular_slopes(name: str, target: float) -> Finding:
     drift = float(np.ptp(energy) / abs(energy[0])) if passes else float("nan")
     degrees = round(math.degrees(target))
     return Finding(
-        f"interface that turns through {degrees} deg with slopes={name!r}, rtol 1e-12", passes, "energy, relative",
-        drift, 1e-10, "a hundred steps of 1e-12", f"{run.statistics['steps']} steps",
-    )  # fmt: skip
+        f"interface that turns through {degrees} deg with slopes={name!r}, rtol 1e-12",
+        passes,
+        "energy, relative",
+        drift,
+        1e-10,
+        "a hundred steps of 1e-12",
+        f"{run.statistics['steps']} steps",
+    )
 
 
 def _routes_beside(name: str, target: float, effort: Effort) -> Finding:
@@ -199,9 +211,12 @@ def _routes_beside(name: str, target: float, effort: Effort) -> Finding:
         errors.append(float(np.abs(swept - dense).max() / np.abs(dense).max()))
     degrees = round(math.degrees(target))
     return Finding.of(
-        f"interface turned to {degrees} deg and 0.1 ... 1e-15 rad beside it, slopes={name!r}: both routes", errors,
-        "accelerations, relative", 1e-9, "round-off times the condition of the mass matrix",
-    )  # fmt: skip
+        f"interface turned to {degrees} deg and 0.1 ... 1e-15 rad beside it, slopes={name!r}: both routes",
+        errors,
+        "accelerations, relative",
+        1e-9,
+        "round-off times the condition of the mass matrix",
+    )
 
 
 CASES = (

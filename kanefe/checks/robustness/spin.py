@@ -44,9 +44,13 @@ def spinning_point(effort: Effort) -> Iterator[Finding]:
     swept = np.linspace(0.0, 400.0, effort.count(4001, 161)) + 0.05
     wrong = sum((spin_eigenvalues(point_on_springs(s)).real.max(initial=0.0) > 1e-6) != is_unstable(s) for s in swept)
     yield Finding(
-        "D04b: point on springs, spins from 0 to 400 rad/s, critical between 100 and 120", len(swept),
-        "eigenvalues on the wrong side", float(wrong), 0.0, "predicted in closed form",
-    )  # fmt: skip
+        "D04b: point on springs, spins from 0 to 400 rad/s, critical between 100 and 120",
+        len(swept),
+        "eigenvalues on the wrong side",
+        float(wrong),
+        0.0,
+        "predicted in closed form",
+    )
     for method in controlled_methods():
         errors, growths = [], []
         for spin in SPINS:
@@ -90,9 +94,12 @@ def sleeping_top(effort: Effort) -> Iterator[Finding]:
         exact = start * np.abs(np.cosh(growth * run.times) - 1j * turning * np.sinh(growth * run.times) / growth)
         errors.append(float(np.abs(tilt - exact).max() / exact.max()))
     yield Finding.of(
-        f"upright top at 0 ... 2 times the critical {critical:.0f} rad/s, tilted by {start:g} rad", errors,
-        "tilt against linear theory, relative", 1e-3, "the square of the tilt, which grows to 0.02 rad",
-    )  # fmt: skip
+        f"upright top at 0 ... 2 times the critical {critical:.0f} rad/s, tilted by {start:g} rad",
+        errors,
+        "tilt against linear theory, relative",
+        1e-3,
+        "the square of the tilt, which grows to 0.02 rad",
+    )
 
 
 def spins(effort: Effort) -> Iterator[Finding]:

@@ -105,9 +105,14 @@ def _tried(method: str, what: str, tries: list[tuple[float, dict[str, Any]]]) ->
                 names.append(f"{name} {options.get('step', options.get('rtol'))}: {verdict}")
     note = f"{method}, {failed} end with advice" + (f"; {names[0]}" if names else "")
     return Finding(
-        f"scenes of all kinds, {what}", count, "neither finite nor told with advice", float(wrong), 0.0,
-        "no NaN, no hang, no error without a remedy", note,
-    )  # fmt: skip
+        f"scenes of all kinds, {what}",
+        count,
+        "neither finite nor told with advice",
+        float(wrong),
+        0.0,
+        "no NaN, no hang, no error without a remedy",
+        note,
+    )
 
 
 def _verdict(model: Model, span: float, method: str, options: dict[str, Any]) -> str:

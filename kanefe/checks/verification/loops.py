@@ -58,9 +58,14 @@ SS, SA, SB, SC, SD, TA, TB = 35e-3, 1874e-5, 1043e-5, 18e-3, 2e-2, 2308e-5, 916e
 U_, UA, UB, ZF, ZT, FA = 4e-2, 1228e-5, 449e-5, 2e-2, 4e-2, 1421e-5
 STIFFNESS, REST, MOMENT = 4530.0, 7785e-5, 33e-3
 START = (
-    -0.0617138900142764496358948458001, 0.0, 0.455279819163070380255912382449, 0.222668390165885884674473185609,
-    0.487364979543842550225598953530, -0.222668390165885884674473185609, 1.23054744454982119249735015568,
-)  # fmt: skip
+    -0.0617138900142764496358948458001,
+    0.0,
+    0.455279819163070380255912382449,
+    0.222668390165885884674473185609,
+    0.487364979543842550225598953530,
+    -0.222668390165885884674473185609,
+    1.23054744454982119249735015568,
+)
 ANDREWS = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 """Bodies, each called by the angle of its joint, in the order of the reference."""
 
@@ -123,9 +128,14 @@ def slider_crank(reference: Reference) -> Iterator[Check]:
         "crank", 1.0, ROD * crank_length**2, com=(crank_length / 2, 0, 0), joint=Revolute("z", position=np.pi / 4)
     )
     rod = scene.add_rigid_body(
-        "rod", 1.5, 1.5 * ROD * rod_length**2, com=(rod_length / 2, 0, 0),
-        parent=crank, at=(crank_length, 0, 0), joint=Revolute("z"),
-    )  # fmt: skip
+        "rod",
+        1.5,
+        1.5 * ROD * rod_length**2,
+        com=(rod_length / 2, 0, 0),
+        parent=crank,
+        at=(crank_length, 0, 0),
+        joint=Revolute("z"),
+    )
     slider = scene.add_rigid_body("slider", 2.0, at=(crank_length + rod_length, 0, 0), joint=Prismatic("x"))
     scene.add_loop_joint("pin", Revolute("z"), rod.frame(at=(rod_length, 0, 0)), slider)
     scene.add_motor(crank, 2.0)

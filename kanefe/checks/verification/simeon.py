@@ -95,9 +95,14 @@ def flexible_slider_crank(reference: Reference) -> Iterator[Check]:
     scene = System()
     crank = scene.add_rigid_body("crank", CRANK_MASS, CRANK_INERTIA, joint=Revolute("z", motion=Motion.steady(RATE)))
     member = scene.add_flexible_body(
-        "rod", rod(), parent=crank, at=(CRANK, 0.0, 0.0), joint=Revolute("z", speed=ROD_RATE - RATE),
-        modal_coordinates=START, modal_speeds=START_RATES,
-    )  # fmt: skip
+        "rod",
+        rod(),
+        parent=crank,
+        at=(CRANK, 0.0, 0.0),
+        joint=Revolute("z", speed=ROD_RATE - RATE),
+        modal_coordinates=START,
+        modal_speeds=START_RATES,
+    )
     slider = scene.add_rigid_body(
         "slider", SLIDER_MASS, joint=Prismatic("x", position=CRANK + ROD + START[3], speed=SLIDER_RATE)
     )

@@ -35,9 +35,11 @@ def lacking(effort: Effort) -> Iterator[Finding]:
 
 
 CASES = (
-    StressCase("fine", "1", fine), StressCase("bad", "2", bad), StressCase("lacking", "3", lacking),
+    StressCase("fine", "1", fine),
+    StressCase("bad", "2", bad),
+    StressCase("lacking", "3", lacking),
     StressCase("limited", "4", limited),
-)  # fmt: skip
+)
 
 
 @pytest.fixture(autouse=True)

@@ -105,9 +105,11 @@ def test_a_spinning_bar_stretches_e02a():
 def test_an_elastica_bends_g05():
     """A cantilever in eight linear bodies under a tip load of EI / L^2."""
     body = beam_body(
-        thin_beam(2, 1.0 / 8), {"root": "clamped", "tip": "rigid"},
-        reduction=kf.CraigBampton(modes=0), stiffening="full",
-    )  # fmt: skip
+        thin_beam(2, 1.0 / 8),
+        {"root": "clamped", "tip": "rigid"},
+        reduction=kf.CraigBampton(modes=0),
+        stiffening="full",
+    )
     scene = kf.System()
     last = scene.add_flexible_body("0", body)
     for number in range(1, 8):

@@ -237,12 +237,8 @@ class TestUserEnergy:
 
         unit = np.eye(6) * h
         numeric = [
-            [
-                (energy(a + b) - energy(a - b) - energy(b - a) + energy(-a - b)) / (4 * h**2)
-                for a in unit
-            ]
-            for b in unit
-        ]  # fmt: skip
+            [(energy(a + b) - energy(a - b) - energy(b - a) + energy(-a - b)) / (4 * h**2) for a in unit] for b in unit
+        ]
         # error of the differences: h^2 times fourth derivatives, some 10 times the modulus
         np.testing.assert_allclose(found, numeric, rtol=0, atol=1e-4 * found.max())
 

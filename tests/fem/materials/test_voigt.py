@@ -15,9 +15,18 @@ from kanefe_fem.materials.orthotropic import Anisotropic, Orthotropic
 
 CARBON = Orthotropic.transversely_isotropic(E1=140e9, E2=9e9, nu12=0.3, nu23=0.4, G12=5e9, rho=1600.0, name="carbon")
 WOOD = Orthotropic(
-    E1=11e9, E2=0.9e9, E3=0.5e9, nu12=0.37, nu13=0.42, nu23=0.47, G12=0.75e9, G13=0.7e9, G23=0.04e9, rho=450.0,
+    E1=11e9,
+    E2=0.9e9,
+    E3=0.5e9,
+    nu12=0.37,
+    nu13=0.42,
+    nu23=0.47,
+    G12=0.75e9,
+    G13=0.7e9,
+    G23=0.04e9,
+    rho=450.0,
     name="wood",
-)  # fmt: skip
+)
 
 
 def tensor(C):

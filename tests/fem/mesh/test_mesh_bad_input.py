@@ -302,9 +302,13 @@ class TestGmshFiles:
             "try:\n    read_mesh(sys.argv[1])\nexcept KanefeError as error:\n    print(type(error).__name__)\n"
         )
         done = subprocess.run(
-            [sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=False, cwd=Path.cwd(),
+            [sys.executable, "-c", script, str(path)],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=Path.cwd(),
             env={**os.environ, "PYTHONPATH": ":".join(filter(None, sys.path))},
-        )  # fmt: skip
+        )
         assert done.returncode == 0, done.stderr
         assert done.stdout.strip() in ("FileError", "MeshError")
 

@@ -69,8 +69,9 @@ def test_sets_of_nodes_are_interfaces(tmp_path: Path) -> None:
     sets = {"root": np.unique(ROOT), "tip": np.unique(TIP)}
     meshio.Mesh(BAR.nodes, [("hexahedron", CELLS)], point_sets=sets, cell_sets={"bar": [np.arange(4)]}).write(path)
     of_nodes, of_facets = (
-        kf.flexible_body(solid_model(mesh, STEEL, order=1), {"root": "clamped", "tip": "rigid"},
-                         reduction=kf.CraigBampton(modes=2))
+        kf.flexible_body(
+            solid_model(mesh, STEEL, order=1), {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=2)
+        )
         for mesh in (read_mesh(path), BAR)
-    )  # fmt: skip
+    )
     assert of_nodes.frequencies == pytest.approx(of_facets.frequencies, rel=1e-9)

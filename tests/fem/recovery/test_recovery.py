@@ -63,9 +63,25 @@ def shape_of(fields: StrainFields) -> BodyShape:
     """A body of a result with these fields and nothing else."""
     zero = np.zeros(3)
     return BodyShape(
-        "b", "", "", "fixed", (), (), (), 1.0, zero, np.eye(3), (), fields.components, fields.nodes, fields.basis,
-        fields.cells, True, {"materials": {"left": {}, "right": {}}}, fields.elasticity,
-    )  # fmt: skip
+        "b",
+        "",
+        "",
+        "fixed",
+        (),
+        (),
+        (),
+        1.0,
+        zero,
+        np.eye(3),
+        (),
+        fields.components,
+        fields.nodes,
+        fields.basis,
+        fields.cells,
+        True,
+        {"materials": {"left": {}, "right": {}}},
+        fields.elasticity,
+    )
 
 
 def recovered(fields: StrainFields, eta: np.ndarray, material: int | str | None = None) -> Recovery:

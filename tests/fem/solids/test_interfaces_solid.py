@@ -90,8 +90,9 @@ def test_a_plate_slides_on_its_edges() -> None:
         reduction=STATIC,
     )
     assert compliance(body, "tip")[0, 0] == pytest.approx(LENGTH / (STEEL.E * AREA), rel=1e-9)
-    eta = np.linalg.solve(body.stiffness[: body.free_count, : body.free_count],
-                          body.interface("tip").motion[0, : body.free_count])  # fmt: skip
+    eta = np.linalg.solve(
+        body.stiffness[: body.free_count, : body.free_count], body.interface("tip").motion[0, : body.free_count]
+    )
     u = body.node_displacements(eta)
     top = abs(model.nodes[:, 1] - WIDTH) < 1e-12
     assert u[top, 1] == pytest.approx(-STEEL.nu * WIDTH / (STEEL.E * AREA), rel=1e-8)
@@ -118,8 +119,9 @@ def test_weights_by_area_do_not_hang_on_the_mesh_of_the_patch(bars) -> None:
     tension = {}
     for weights in ("area", "uniform"):
         spec = kf.Interface(kind="average", weights=weights)
-        body = flexible_body(model, {"root": kf.Interface("all", kind="average", weights=weights), "tip": spec},
-                             reduction=STATIC)  # fmt: skip
+        body = flexible_body(
+            model, {"root": kf.Interface("all", kind="average", weights=weights), "tip": spec}, reduction=STATIC
+        )
         tension[weights] = compliance(body, "tip")[0, 0] * STEEL.E * AREA / LENGTH
     assert tension["area"] == pytest.approx(1.0, rel=1e-9)
     assert tension["uniform"] > 1.01
@@ -127,8 +129,9 @@ def test_weights_by_area_do_not_hang_on_the_mesh_of_the_patch(bars) -> None:
 
 def test_a_bar_with_average_ends_is_the_beam_and_with_rigid_ones_stiffer(bars) -> None:
     # against Timoshenko's beam; rigid ends take some 0.2 of a width off its length; four cells along it are within 1 %
-    beam = flexible_body(straight_beam(LENGTH, Rectangle(WIDTH, HEIGHT), STEEL), {"root": "clamped", "tip": "rigid"},
-                         reduction=STATIC)  # fmt: skip
+    beam = flexible_body(
+        straight_beam(LENGTH, Rectangle(WIDTH, HEIGHT), STEEL), {"root": "clamped", "tip": "rigid"}, reduction=STATIC
+    )
     expected = compliance(beam, "tip")[2, 2]
     stiff, soft = (
         compliance(flexible_body(bars["hexahedron", 2], {"root": root, "tip": tip}, reduction=STATIC), "tip")[2, 2]
@@ -141,8 +144,14 @@ def test_a_bar_with_average_ends_is_the_beam_and_with_rigid_ones_stiffer(bars) -
 def test_lines_of_beams_are_interfaces() -> None:
     points = [[x, 0, 0] for x in np.linspace(0, 1, 11)]
     elements = [[i, i + 1] for i in range(10)]
-    model = beam_model(points, elements, Rectangle(0.02, 0.02), STEEL, lines={"sleeve": range(2), "span": range(10)},
-                       groups={"tip": -1, "second": 2})  # fmt: skip
+    model = beam_model(
+        points,
+        elements,
+        Rectangle(0.02, 0.02),
+        STEEL,
+        lines={"sleeve": range(2), "span": range(10)},
+        groups={"tip": -1, "second": 2},
+    )
     assert model.groups["sleeve"].nodes.tolist() == [0, 1, 2]
     assert model.groups["sleeve"].measure.sum() == pytest.approx(0.2)
     in_sleeve = flexible_body(model, {"sleeve": "clamped", "tip": "rigid"}, reduction=STATIC)
@@ -161,9 +170,10 @@ def test_every_component_of_a_beams_end_can_be_released() -> None:
     stiffness = STEEL.E * HEIGHT * WIDTH**3 / 12
     for released, expected in (((), 1 / 192), (("rz",), 7 / 768)):
         body = flexible_body(
-            model, {"root": "clamped", "tip": kf.Interface("all", released=released), "middle": "rigid"},
+            model,
+            {"root": "clamped", "tip": kf.Interface("all", released=released), "middle": "rigid"},
             reduction=STATIC,
-        )  # fmt: skip
+        )
         assert compliance(body, "middle")[1, 1] == pytest.approx(expected * LENGTH**3 / stiffness, rel=1e-9)
         assert len(body.interface("tip").fixed_components) == 6 - len(released)
 
@@ -185,8 +195,13 @@ def two_bodies(gap: bool = False) -> Mesh:
     if gap:
         below = below[left]
     facets = {**whole.facets, "joint": (Cells("quad", joint),), "floor": (Cells("quad", below),)}
-    return Mesh(nodes, 3, {"left": (Cells("hexahedron", cells[left]),), "right": (Cells("hexahedron", right),)},
-                facets, points={"corner": np.array([0])})  # fmt: skip
+    return Mesh(
+        nodes,
+        3,
+        {"left": (Cells("hexahedron", cells[left]),), "right": (Cells("hexahedron", right),)},
+        facets,
+        points={"corner": np.array([0])},
+    )
 
 
 def test_two_bodies_of_one_mesh_joined_by_a_scene_are_the_whole() -> None:
@@ -308,8 +323,15 @@ def test_a_single_node_or_facet_of_a_solid_is_warned_of(name: str) -> None:
     assert abs(u[near, 0]).max() > 2 * abs(u[~near, 0]).max()
 
 
-@pytest.mark.parametrize("interfaces", [{"root": "clamped", "tip": "rigid"}, {"root": "clamped", "tip": "clamped"},
-                                        {"tip": "rigid"}, {"root": CLAMPED_MEAN, "tip": "average"}])  # fmt: skip
+@pytest.mark.parametrize(
+    "interfaces",
+    [
+        {"root": "clamped", "tip": "rigid"},
+        {"root": "clamped", "tip": "clamped"},
+        {"tip": "rigid"},
+        {"root": CLAMPED_MEAN, "tip": "average"},
+    ],
+)
 @pytest.mark.parametrize("divisions", [(8, 4, 4), (60, 1, 1)], ids=["bar", "one element thick"])
 def test_whole_ends_of_bars_are_not_warned_of(interfaces: dict, divisions: tuple[int, ...]) -> None:
     size = (LENGTH, WIDTH, HEIGHT) if divisions[1] > 1 else (LENGTH, 0.05, 0.05)
@@ -340,8 +362,11 @@ def test_interfaces_are_part_of_the_key_of_the_cache(tmp_path, monkeypatch) -> N
     monkeypatch.setenv("KANEFE_CACHE_DIR", str(tmp_path))
     mesh = two_bodies()
     found = []
-    for spec in (kf.Interface(kind="average"), kf.Interface(kind="average", weights="uniform"),
-                 kf.Interface(kind="average")):  # fmt: skip
+    for spec in (
+        kf.Interface(kind="average"),
+        kf.Interface(kind="average", weights="uniform"),
+        kf.Interface(kind="average"),
+    ):
         for cells in ("left", "right"):
             body = solid_body(mesh, STEEL, {"joint": spec}, kf.CraigBampton(modes=2), order=1, cells=cells)
             found.append(body.provenance["cache"]["found"])

@@ -48,9 +48,12 @@ def spun_blade(stiffening: str) -> kf.System:
     """Return a soft blade with a weight at its tip, set at an angle on a hub that spins: it bends, and is stiffened."""
     mesh = box_mesh((0.5, 0.04, 0.02), (8, 1, 1), "hexahedron", start=(0.0, -0.02, -0.01))
     body = solid_body(
-        mesh, Material(E=2e7, nu=0.3, rho=1000.0), {"root": "clamped", "tip": "rigid"},
-        kf.CraigBampton(modes=2), stiffening=stiffening,
-    )  # fmt: skip
+        mesh,
+        Material(E=2e7, nu=0.3, rho=1000.0),
+        {"root": "clamped", "tip": "rigid"},
+        kf.CraigBampton(modes=2),
+        stiffening=stiffening,
+    )
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
     hub = scene.add_frame("hub", joint=kf.Revolute("z", motion=kf.Motion.steady(12.0)))
     pitch = (np.cos(0.3), np.sin(0.3), 0.0, 0.0)

@@ -191,17 +191,18 @@ class TestStiffness:
 def scikit_fem_matrices(mesh, geometry_order, order):
     """Return (K, Ms, points of the degrees of freedom) by scikit-fem, node-major, with the same quadrature."""
     element, geometry = shape(mesh.kind), shape(kind_of_order(mesh.kind, geometry_order))
-    meshes = {
-        "tetra": skfem.MeshTet, "tetra10": skfem.MeshTet2, "hexahedron": skfem.MeshHex, "hexahedron27": skfem.MeshHex2,
-        "triangle": skfem.MeshTri, "triangle6": skfem.MeshTri2, "quad": skfem.MeshQuad, "quad9": skfem.MeshQuad2,
-    }  # fmt: skip
-    elements = {
-        "tetra": skfem.ElementTetP1, "tetra10": skfem.ElementTetP2, "hexahedron": skfem.ElementHex1,
-        "hexahedron27": skfem.ElementHex2, "triangle": skfem.ElementTriP1, "triangle6": skfem.ElementTriP2,
-        "quad": skfem.ElementQuad1, "quad9": skfem.ElementQuad2,
-    }  # fmt: skip
-    theirs = their_mesh(meshes[geometry.kind], elements[geometry.kind](), mesh, geometry)
-    scalar = elements[mesh.kind]()
+    known = {
+        "tetra": (skfem.MeshTet, skfem.ElementTetP1),
+        "tetra10": (skfem.MeshTet2, skfem.ElementTetP2),
+        "hexahedron": (skfem.MeshHex, skfem.ElementHex1),
+        "hexahedron27": (skfem.MeshHex2, skfem.ElementHex2),
+        "triangle": (skfem.MeshTri, skfem.ElementTriP1),
+        "triangle6": (skfem.MeshTri2, skfem.ElementTriP2),
+        "quad": (skfem.MeshQuad, skfem.ElementQuad1),
+        "quad9": (skfem.MeshQuad2, skfem.ElementQuad2),
+    }
+    theirs = their_mesh(known[geometry.kind][0], known[geometry.kind][1](), mesh, geometry)
+    scalar = known[mesh.kind][1]()
     lame = STEEL.lame if mesh.dimension == 3 else STEEL.plane_stress_lame
     thickness = 1.0 if mesh.dimension == 3 else 0.02
 
@@ -227,8 +228,12 @@ def scikit_fem_matrices(mesh, geometry_order, order):
     stiffness, mass = energy.assemble(vector), inertia.assemble(basis)
     # vector degrees of freedom in the order of the scalar ones: same point, then component
     places, components = vector.doflocs, np.empty(vector.N, int)
-    for table in (vector.nodal_dofs, vector.edge_dofs if mesh.dimension == 3 else None, vector.facet_dofs,
-                  vector.interior_dofs):  # fmt: skip
+    for table in (
+        vector.nodal_dofs,
+        vector.edge_dofs if mesh.dimension == 3 else None,
+        vector.facet_dofs,
+        vector.interior_dofs,
+    ):
         if table is not None and table.size:
             components[table] = np.arange(len(table))[:, None] % mesh.dimension
     order_of = np.lexsort([components, *np.round(places, 10)])

@@ -291,9 +291,13 @@ def test_given_matrices_stiffen_as_the_beams_they_come_from():
         load = np.kron(field.mass @ share, direction)
         geometric[name] = beams.stress_stiffness(static(beams, free, field.interpolation.T @ load), load)
     given = model_from_matrices(
-        beams.mass, beams.stiffness, beams.nodes, components=beams.components,
-        groups={"root": [0], "tip": [6]}, geometric_stiffness=geometric,
-    )  # fmt: skip
+        beams.mass,
+        beams.stiffness,
+        beams.nodes,
+        components=beams.components,
+        groups={"root": [0], "tip": [6]},
+        geometric_stiffness=geometric,
+    )
     options = {"reduction": CraigBampton(modes=3), "stiffening": "inertial"}
     ours, theirs = (flexible_body(m, {"root": "clamped"}, **options).moments for m in (beams, given))
     k = 3
