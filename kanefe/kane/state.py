@@ -68,7 +68,7 @@ class State(SceneState):
         self.t, self.is_wide = t, is_wide
         self.columns = model.free_count + model.driven_count + (model.fixed_count if is_wide else 0)
         self.kept: dict[Callable[..., Any], Any] = {}
-        self._markers: dict[int, FrameMotion] = {}
+        self._markers: dict[Marker, FrameMotion] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _made, (self.model, self.t, self.q, self.u, self.z, self.is_wide)
@@ -102,10 +102,10 @@ class State(SceneState):
 
     def marker(self, marker: Marker) -> FrameMotion:
         """Return the motion of a marker, in its own axes; found once."""
-        if id(marker) not in self._markers:
+        if marker not in self._markers:
             carrier = inertial_frame(self.columns) if marker.body < 0 else self.motion(marker.body, marker.interface)
-            self._markers[id(marker)] = placed(carrier, marker.point, marker.axes)
-        return self._markers[id(marker)]
+            self._markers[marker] = placed(carrier, marker.point, marker.axes)
+        return self._markers[marker]
 
     def placed_marker(self, marker: Marker) -> FrameMotion:
         """Return the same, for loads."""

@@ -80,7 +80,7 @@ class Rope(Load):
     breaking_load: float | None = None
 
     kind = "rope"
-    columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [-]")
+    columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [1]")
     needs_rotation = False
 
     def __post_init__(self) -> None:

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import kanefe as kf
 from kanefe.equations.model import Model
-from kanefe.integrate import dynamics
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.kane import loop_closure as assembly
+from kanefe.kane import route as literal
 from kanefe.kane.assemble import held_accelerations
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.loop_closure import project_positions, project_speeds
@@ -144,7 +144,7 @@ def test_a_run_never_leaves_the_compiled_route(make: Any, monkeypatch: pytest.Mo
         raise AssertionError("the literal route was taken")
 
     for name in ("project_positions", "project_speeds", "accelerations", "held_accelerations"):
-        monkeypatch.setattr(dynamics, name, refuse)
+        monkeypatch.setattr(literal, name, refuse)
     model = make().freeze()
     run = integrate(model, (0.0, 3.0), rtol=1e-7, method="dop853", output_step=0.5, progress=False)
     for t, q, u in zip(run.times, run.coordinates, run.speeds, strict=True):

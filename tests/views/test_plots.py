@@ -8,7 +8,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.results.quantities import QUANTITIES
-from result_scenes import four_bar, pendulum, robot, turntable
+from result_scenes import four_bar, hung, pendulum, robot, turntable
 
 
 def test_the_overview_has_four_labelled_diagrams(tmp_path):
@@ -46,7 +46,7 @@ def test_energy_is_drawn_with_its_balance():
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_quantity_can_be_drawn_without_a_name(quantity):
-    result = {"driving_force": turntable, "loop_force": four_bar}.get(quantity, robot)()
+    result = {"driving_force": turntable, "loop_force": four_bar, "load": hung}.get(quantity, robot)()
     figure = result.plot(quantity)
     assert all("[" in axes.get_ylabel() and "]" in axes.get_ylabel() for axes in figure.axes)
     assert all(axes.lines for axes in figure.axes)
