@@ -33,7 +33,7 @@ def test_a_loaded_result_tells_the_same(run, tmp_path):
     assert loaded.statistics == result.statistics
     np.testing.assert_array_equal(loaded.times, result.times)
     shapes = [result.body(name) for name in result.bodies]
-    keys = result_file._saved(shapes, result.loops, forces=True)
+    keys = result_file._saved(shapes, result, forces=True)
     assert len(keys) > 10
     for quantity, body, interface in keys:
         ours, theirs = (r.read(quantity, body, interface or None) for r in (result, loaded))
@@ -96,7 +96,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
     )
 
     class Renamed:
-        times, statistics, has_forces, loops = result.times, result.statistics, True, ()
+        times, statistics, has_forces, loops, loads = result.times, result.statistics, True, (), {}
         status, events = result.status, {"floor": np.array([0.5])}
         bodies = (dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", "..")),)
 
@@ -153,7 +153,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with h5py.File(saved, "r+") as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 3"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 4"):
         kf.load_result(saved)
 
 
