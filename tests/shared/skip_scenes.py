@@ -8,10 +8,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from kanefe.march.model import Model
 
 import kanefe as kf
 from bent_bodies import bent
+from kanefe.equations.model import Model
 from scenes import lattice_body, random_inertia, unit_axis
 
 T = 0.2

@@ -44,9 +44,16 @@ def test_energy_is_drawn_with_its_balance():
     assert {line.get_label() for line in figure.axes[0].lines} >= {"kinetic", "elastic", "work", "mechanical"}
 
 
+def hung():
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    ball = scene.add_point("ball", 1.0, joint=kf.Prismatic("z"))
+    scene.add_spring("spring", scene.ground.frame(at=(0.0, 0.0, 1.0)), ball, stiffness=50.0)
+    return scene.simulate((0.0, 0.1), output_step=0.01)
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_quantity_can_be_drawn_without_a_name(quantity):
-    result = {"driving_force": turntable, "loop_force": four_bar}.get(quantity, robot)()
+    result = {"driving_force": turntable, "loop_force": four_bar, "load": hung}.get(quantity, robot)()
     figure = result.plot(quantity)
     assert all("[" in axes.get_ylabel() and "]" in axes.get_ylabel() for axes in figure.axes)
     assert all(axes.lines for axes in figure.axes)
