@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -185,15 +185,25 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
         >>> result.events["lowest"].round(6)
         array([0.483334])
         """
-        from kanefe.integrate.run import integrate
-        from kanefe.integrate.trajectory import checked_span
+        from kanefe.integrate.options import RunOptions
+        from kanefe.integrate.run import run
         from kanefe.result import Result
 
-        model = self.freeze(checked_span(t_span)[0])
-        options: dict[str, Any] = {
-            "method": method, "rtol": rtol, "atol": atol, "step": step, "output_step": output_step,
-            "output_times": output_times, "events": events, "checkpoint": checkpoint,
-            "checkpoint_seconds": checkpoint_seconds, "resume": resume, "most_steps": most_steps,
-            "most_seconds": most_seconds, "progress": progress,
-        }  # fmt: skip
-        return Result(model, integrate(model, t_span, **options))
+        options = RunOptions(
+            t_span=t_span,
+            method=method,
+            rtol=rtol,
+            atol=atol,
+            step=step,
+            output_step=output_step,
+            output_times=output_times,
+            events=events,
+            checkpoint=checkpoint,
+            checkpoint_seconds=checkpoint_seconds,
+            resume=resume,
+            most_steps=most_steps,
+            most_seconds=most_seconds,
+            progress=progress,
+        )
+        model = self.freeze(options.span[0])
+        return Result(model, run(model, options))

@@ -14,7 +14,8 @@ from kanefe.errors import ModelError
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.methods.method import Method
-from kanefe.integrate.methods.table import METHODS, row_for
+from kanefe.integrate.methods.table import row_for
+from kanefe.integrate.options import AUTO, RunOptions
 from kanefe.integrate.stepper import StepControl, Stepper
 from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
 from kanefe.tree.scales import modal_frequencies, state_scales
@@ -62,47 +63,22 @@ class Choice:
     is_plugged: bool = False
 
 
-def choose(
-    model: Model,
-    method: str,
-    start: float,
-    stop: float,
-    rtol: float | None = None,
-    step: float | None = None,
-    atol: float | None = None,
-) -> Choice:
-    """Return the method of a run with its options.
-
-    Parameters
-    ----------
-    model : Model
-    method : str
-        One of `METHODS`, or "auto".
-    start, stop : float
-        s.
-    rtol, atol, step : float, optional
-        As the user gave them.
+def choose(model: Model, options: RunOptions) -> Choice:
+    """Return the method of a run.
 
     Raises
     ------
     ModelError
-        If there is no such method, it does not suit the scene, or an option makes no sense for it.
+        If the method does not serve the scene, or an option makes no sense for it.
     """
-    if method != "auto" and method not in METHODS:
-        raise ModelError(f"there is no method {method!r}. Remedy: auto, {', '.join(sorted(METHODS))}")
-    for name, value, top in (("rtol", rtol, 1.0), ("atol", atol, math.inf)):
-        if value is not None and not (math.isfinite(value) and 0 < value < top):
-            bounds = "lie between 0 and 1" if name == "rtol" else "be above zero"
-            raise ModelError(f"{name} must {bounds}, not {value!r}")
-    if step is not None and not (math.isfinite(step) and 0 < step <= stop - start):
-        raise ModelError(f"step must be above zero s and within the span, not {step!r}")
+    rtol, step, (start, stop) = options.rtol, options.step, options.span
     allowed = DEFAULT_RTOL if rtol is None else rtol
-    control = StepControl(allowed, ATOL_SHARE * allowed if atol is None else atol, step)
-    name, reason = method, "asked for"
-    if method == "auto":
+    control = StepControl(allowed, ATOL_SHARE * allowed if options.atol is None else options.atol, step)
+    name, reason = options.method, "asked for"
+    if name == AUTO:
         name, reason = suited(model, start, stop, allowed if step is None else None, control.atol)
     row = row_for(model, name)
-    _check_options(row, rtol, atol, step)
+    _check_options(row, options)
     make = partial(_stepper, row, start, stop, control)
     return Choice(name, reason, make, {"rtol": allowed} if step is None else {"step": step}, row.is_plugged)
 
@@ -111,7 +87,9 @@ def _stepper(row: Method, start: float, stop: float, control: StepControl, dynam
     return row.make(dynamics, start, stop, control)
 
 
-def _check_options(method: Method, rtol: float | None, atol: float | None, step: float | None) -> None:
+def _check_options(method: Method, options: RunOptions) -> None:
+    """Refuse what a method does not follow, rather than ignore it."""
+    rtol, atol, step = options.rtol, options.atol, options.step
     if rtol is not None and rtol < method.least_rtol:
         raise ModelError(
             f"rtol={rtol:g} is below the round-off of {method.name}. Remedy: {method.least_rtol:g} or more, or 'dop853'"

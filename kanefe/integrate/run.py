@@ -5,80 +5,72 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning
-from kanefe.integrate.checkpoint import CheckpointFile, identity, read_checkpoint
-from kanefe.integrate.choice import choose
+from kanefe.integrate.checkpoint import CheckpointFile, Progress, identity, read_checkpoint
+from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.loop import Limits, RunLoop
-from kanefe.integrate.trajectory import Trajectory, checked_span, wanted_times
+from kanefe.integrate.options import RunOptions
+from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.model_data import WORKS
 
 LARGEST_STORE = 2**32
 """Bytes of states and accelerations of unreduced bodies above which a run asks for fewer outputs."""
 
 
-def integrate(
-    model: Model,
-    t_span: tuple[float, float],
-    *,
-    method: str = "auto",
-    rtol: float | None = None,
-    atol: float | None = None,
-    step: float | None = None,
-    output_step: float | None = None,
-    output_times: Sequence[float] | np.ndarray | None = None,
-    events: Sequence[Event] | Event = (),
-    checkpoint: str | Path | None = None,
-    checkpoint_seconds: float = 30.0,
-    resume: str | Path | None = None,
-    most_steps: int | None = None,
-    most_seconds: float | None = None,
-    progress: bool | None = None,
-) -> Trajectory:
-    """Run a model in time: the options are those of `kanefe.System.simulate`.
+def integrate(model: Model, t_span: tuple[float, float], **options: Any) -> Trajectory:
+    """Run a model in time.
+
+    Parameters
+    ----------
+    model : Model
+    t_span : (float, float)
+        Start and end in s.
+    **options
+        Those of `kanefe.System.simulate`.
+
+    Raises
+    ------
+    ModelError, SimulationError, FileError
+        See `run`.
+    """
+    return run(model, RunOptions(t_span=t_span, **options))
+
+
+def run(model: Model, options: RunOptions) -> Trajectory:
+    """Run a model in time.
 
     Raises
     ------
     ModelError
-        If an option makes no sense.
+        If an option makes no sense for the model.
     SimulationError
         If the run cannot begin.
     FileError
         If the checkpoint cannot be written at the start, or the one to go on from cannot be read or is of another run.
     """
-    start, stop = checked_span(t_span)
-    choice = choose(model, method, start, stop, rtol, step, atol)
-    wanted = wanted_times(start, stop, output_step, output_times, step)
-    watched = checked_events(events, events_of_loads(model))
-    limits = _checked_limits(most_steps, most_seconds)
+    choice = choose(model, options)
+    (start, stop), wanted = options.span, options.times
+    watched = checked_events(options.watched, events_of_loads(model))
     _check_room(model, wanted)
-    file, saved = None, None
-    if checkpoint is not None or resume is not None:
-        if choice.is_plugged:
-            raise ModelError(
-                f"{choice.name} keeps what it remembers of earlier steps to itself, so that its runs have no "
-                "checkpoints. Remedy: method='radau5'"
-            )
-        of = identity(model, choice, (start, stop), wanted, watched)
-        saved = read_checkpoint(resume, of) if resume is not None else None
-        file = CheckpointFile(checkpoint, of, _seconds(checkpoint_seconds)) if checkpoint is not None else None
+    file, saved = _checkpoints(model, choice, options, watched)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
     clock = Clock()
-    with _progress_bar(progress, stop - start) as bar:
+    with _progress_bar(options.progress, stop - start) as bar:
         dynamics = Dynamics(model)
         with clock.part("set-up"):
             stepper = choice.make(dynamics)
             watch = EventWatch(model, watched, stop - start) if watched else None
+            limits = Limits(options.most_steps, options.most_seconds)
             loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar)
             if saved is not None:
                 loop.resume(saved)
@@ -117,16 +109,21 @@ def integrate(
     )
 
 
-def _checked_limits(steps: int | None, seconds: float | None) -> Limits:
-    if steps is not None and not (isinstance(steps, (int, np.integer)) and steps > 0):
-        raise ModelError(f"most_steps must be a whole number above zero, not {steps!r}")
-    return Limits(None if steps is None else int(steps), None if seconds is None else _seconds(seconds))
-
-
-def _seconds(value: float) -> float:
-    if not (isinstance(value, (int, float, np.number)) and np.isfinite(value) and value >= 0):
-        raise ModelError(f"checkpoint_seconds and most_seconds must be zero s or more, not {value!r}")
-    return float(value)
+def _checkpoints(
+    model: Model, choice: Choice, options: RunOptions, watched: Sequence[Event]
+) -> tuple[CheckpointFile | None, Progress | None]:
+    """Return the file that the run writes, and how far the one had come that it goes on from."""
+    if options.checkpoint is None and options.resume is None:
+        return None, None
+    if choice.is_plugged:
+        raise ModelError(
+            f"{choice.name} keeps what it remembers of earlier steps to itself, so that its runs have no "
+            "checkpoints. Remedy: method='radau5'"
+        )
+    of = identity(model, choice, options.span, options.times, watched)
+    saved = None if options.resume is None else read_checkpoint(options.resume, of)
+    every = float(options.checkpoint_seconds)
+    return None if options.checkpoint is None else CheckpointFile(options.checkpoint, of, every), saved
 
 
 def _check_room(model: Model, times: np.ndarray) -> None:

@@ -139,7 +139,7 @@ def _targets(result: Reader, quantity: str, names: Sequence[str]) -> list[tuple[
     if quantity in LOOPS:
         found = [(name,) for name in result.loops]
     elif quantity in LOADS:
-        found = [(name,) for name, columns in result.loads.items() if columns]
+        found = [(name,) for name in result.loads]
     elif quantity in INTERFACES:
         found = [(shape.name, interface) for shape in shapes for interface in shape.interfaces]
     elif quantity in MODES:

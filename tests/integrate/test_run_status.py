@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import FrozenInstanceError
 from inspect import signature
 from typing import Any
 
@@ -16,6 +17,7 @@ from kanefe.checks.robustness.runs import suits
 from kanefe.integrate.choice import Choice
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.methods.table import METHODS, own_methods
+from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels._numba import IS_COMPILED, filler, seconds_compiling
@@ -331,6 +333,25 @@ def test_a_partial_result_is_saved_and_loaded_with_its_status_and_events(tmp_pat
     assert loaded.statistics == result.statistics
 
 
-def test_the_options_of_a_scene_are_those_of_a_model() -> None:
-    ours, theirs = (list(signature(f).parameters.values())[1:] for f in (kf.System.simulate, integrate))
-    assert [(p.name, p.default, p.kind) for p in ours] == [(p.name, p.default, p.kind) for p in theirs]
+def test_the_options_of_a_scene_are_those_of_a_run() -> None:
+    ours = list(signature(kf.System.simulate).parameters.values())[1:]
+    theirs = signature(RunOptions).parameters.values()
+    assert [(p.name, p.default) for p in ours] == [(p.name, p.default) for p in theirs]
+
+
+def test_options_are_checked_when_they_are_given_and_do_not_change() -> None:
+    options = RunOptions(t_span=(0.0, 2.0), output_step=0.5, events=kf.Event("now", lambda t, state: t - 1.0))
+    assert options.span == (0.0, 2.0)
+    assert options.times.tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
+    assert [event.name for event in options.watched] == ["now"]
+    with pytest.raises(FrozenInstanceError):
+        options.rtol = 1e-3  # type: ignore[misc]
+    with pytest.raises(kf.ModelError, match="checkpoint_seconds"):
+        RunOptions(t_span=(0.0, 1.0), checkpoint_seconds=-1.0)
+
+
+def test_a_refused_option_leaves_the_scene_open() -> None:
+    scene = double_pendulum()
+    with pytest.raises(kf.ModelError, match="there is no method 'euler'"):
+        scene.simulate((0.0, 1.0), method="euler")
+    scene.add_point("more", 1.0, joint=kf.Prismatic("x"))

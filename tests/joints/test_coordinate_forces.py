@@ -12,6 +12,7 @@ import kanefe as kf
 from kanefe.checks.robustness.bodies import tripod
 from kanefe.errors import ModelError
 from kanefe.integrate.choice import choose
+from kanefe.integrate.options import RunOptions
 from scenes import derivatives
 
 STOPPED = {"limits": (-0.5, 1.0), "limit_stiffness": 100.0, "limit_damping": 8.0}
@@ -118,7 +119,7 @@ def test_auto_leaves_stops_to_methods_that_see_them(forces: kf.CoordinateForce |
     scene = kf.System()
     hub = scene.add_rigid_body("hub", 1.0, 0.1, joint=kf.Revolute("z", forces=forces))
     scene.add_flexible_body("bar", tripod((1.0, 1e3, 1e4), np.eye(3)), parent=hub)
-    chosen = choose(scene.freeze(), "auto", 0.0, 10.0, rtol=1e-4).name
+    chosen = choose(scene.freeze(), RunOptions(t_span=(0.0, 10.0), rtol=1e-4)).name
     assert chosen == ("extrapolation" if forces is None else "generalised-alpha")
 
 

@@ -53,15 +53,6 @@ def four_bar() -> kf.Result:
 
 
 @cache
-def hung() -> kf.Result:
-    """A weight on a spring."""
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    weight = scene.add_point("weight", 1.0, joint=kf.Prismatic("z", position=-1.0))
-    scene.add_spring("spring", scene.ground, weight, stiffness=200.0, damping=1.0)
-    return scene.simulate((0.0, 0.2), output_step=0.02)
-
-
-@cache
 def robot() -> kf.Result:
     """A hub with a motor, a damped flexible arm off its centre, and a body at the arm's tip, under gravity."""
     scene = kf.System(gravity=(0.0, 0.0, -9.81))

@@ -8,7 +8,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.results.quantities import QUANTITIES
-from result_scenes import four_bar, hung, pendulum, robot, turntable
+from result_scenes import four_bar, pendulum, robot, turntable
 
 
 def test_the_overview_has_four_labelled_diagrams(tmp_path):
@@ -42,6 +42,13 @@ def test_energy_is_drawn_with_its_balance():
     figure = robot().plot("energy")
     np.testing.assert_array_equal(figure.axes[1].lines[0].get_ydata(), robot().energy.balance_error)
     assert {line.get_label() for line in figure.axes[0].lines} >= {"kinetic", "elastic", "work", "mechanical"}
+
+
+def hung():
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    ball = scene.add_point("ball", 1.0, joint=kf.Prismatic("z"))
+    scene.add_spring("spring", scene.ground.frame(at=(0.0, 0.0, 1.0)), ball, stiffness=50.0)
+    return scene.simulate((0.0, 0.1), output_step=0.01)
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)

@@ -11,6 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
 from kanefe.integrate.choice import choose
 from kanefe.integrate.methods.table import METHODS, own_methods
+from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 
@@ -60,8 +61,9 @@ def check_long_method(name: str) -> None:
 
 def suits(method: str, model: Model) -> bool:
     """Tell whether a method can run a scene."""
+    step = None if METHODS[method].has_error_control else 0.5
     try:
-        choose(model, method, 0.0, 1.0, step=None if METHODS[method].has_error_control else 0.5)
+        choose(model, RunOptions(t_span=(0.0, 1.0), method=method, step=step))
     except ModelError:
         return False
     return True

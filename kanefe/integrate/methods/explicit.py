@@ -70,7 +70,7 @@ def tableau(
     table = np.zeros((len(rows), max(map(len, rows))))
     for i, row in enumerate(rows):
         table[i, : len(row)] = row
-    return Tableau(table, len(b), len(extra), len(errors), len(dense), order)
+    return Tableau(table, len(c), len(extra), len(errors), len(dense), order)
 
 
 def explicit_method(name: str, about: str, coefficients: Callable[[], Tableau], order: int, **options: Any) -> Method:

@@ -16,12 +16,14 @@ from kanefe.integrate.methods import (
     hht,
     radau5,
     rk4,
+    vern9,
 )
 from kanefe.integrate.methods.method import Method
 
 ROWS: tuple[Method, ...] = (
     dopri5.METHOD,
     dop853.METHOD,
+    vern9.METHOD,
     rk4.METHOD,
     extrapolation.METHOD,
     radau5.METHOD,

@@ -6,6 +6,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.integrate.choice import choose
+from kanefe.integrate.options import RunOptions
 from steel_beams import steel_bar
 
 SLOWEST = 92.8
@@ -33,6 +34,6 @@ def bar(gravity: float) -> kf.Model:
 def test_vibrations_that_the_tolerance_asks_for_are_followed(
     gravity: float, periods: float, rtol: float, name: str, reason: str
 ) -> None:
-    choice = choose(bar(gravity), "auto", 0.0, periods / SLOWEST, rtol=rtol)
+    choice = choose(bar(gravity), RunOptions(t_span=(0.0, periods / SLOWEST), rtol=rtol))
     assert choice.name == name
     assert reason in choice.reason
