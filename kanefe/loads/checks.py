@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def check_load(load: object) -> None:
             f"events of {label} must be kanefe.LoadEvent, each with a name of its own, not {load.events!r}"
         )
     units = [column.partition(" [")[2] for column in load.columns]
-    if any(unit in units[: i - 1] and unit != units[i - 1] for i, unit in enumerate(units)):
+    if len([unit for unit, _ in groupby(units)]) > len(set(units)):
         raise ModelError(f"columns of {label} must have those of one unit beside each other: {load.columns!r}")
     if type(load).tell is Load.tell and load.columns:
         raise ModelError(f"{label} has columns {load.columns!r} but does not say what stands in them. Remedy: tell()")

@@ -240,7 +240,7 @@ def test_bad_springs_are_named(add: Callable[..., None], message: str) -> None:
     assert len(scene.freeze().loads) == 1
 
 
-def test_what_only_the_run_shows_is_named_too() -> None:
+def test_what_only_the_start_shows_is_named_too() -> None:
     def scene_of(**options: Any) -> tuple[kf.System, Any]:
         scene = kf.System()
         ball = scene.add_point("ball", 1.0, at=(1, 0, 0))
@@ -259,7 +259,8 @@ def test_what_only_the_run_shows_is_named_too() -> None:
     scene, ball = scene_of()
     scene.add_bushing("bad", scene.ground, ball, law=lambda d, rate: d[:3])
     with pytest.raises(ModelError, match="law of bushing 'bad' must give six finite numbers; at t = 0 s it gave"):
-        scene.simulate((0.0, 1.0))
+        scene.freeze()
+    scene, ball = scene_of()
     scene.freeze()
     for late in (lambda: scene.add_spring("s", scene.ground, ball), lambda: scene.add_bushing("s", ball, ball)):
         with pytest.raises(ModelError, match="'s' cannot be added or changed: the scene was frozen"):
