@@ -7,6 +7,7 @@ from kanefe.joints.fixed import Fixed
 from kanefe.joints.free import Free
 from kanefe.joints.held import Held
 from kanefe.joints.link import Link
+from kanefe.joints.link import LinkKernel as LinkKernel
 from kanefe.joints.motion import Motion
 from kanefe.joints.planar import Planar
 from kanefe.joints.prismatic import Prismatic
@@ -24,6 +25,7 @@ __all__ = [
     "Held",
     "Joint",
     "Link",
+    "LinkKernel",
     "Motion",
     "Planar",
     "Prismatic",

@@ -25,7 +25,9 @@ class Joint(ABC):
     A subclass is one kinematic pair and says all that it is; none of its functions knows the tree. It names its
     coordinates and speeds and gives the start, the pose and the partial velocities, and the remainders where V or W
     change with the coordinates. Driven coordinates (`motions`) keep their columns; the equations treat their speeds as
-    known.
+    known. The literal route asks these functions; the compiled one knows chains of links (`links`), among them those
+    of one coordinate that move as a function of C says (`Link.given`). A joint of a user is looked at when a scene
+    takes it: what contradicts something else in it is named then.
 
     Attributes
     ----------
@@ -37,6 +39,32 @@ class Joint(ABC):
         joint has no such rotation.
     holds_floating : bool
         Whether it can hold a flexible body without an interface fixed in its frame.
+
+    Examples
+    --------
+    A bead on a wire ``z = c x^2``; its coordinate is x:
+
+    >>> import numpy as np
+    >>> import kanefe as kf
+    >>> class Wire(kf.Joint):
+    ...     coordinate_names, speed_names = ("x [m]",), ("rate [m/s]",)
+    ...     def __init__(self, c, x):
+    ...         self.c, self.x = c, x
+    ...     def initial_coordinates(self):
+    ...         return np.array((self.x,))
+    ...     def initial_speeds(self):
+    ...         return np.zeros(1)
+    ...     def pose(self, q):
+    ...         return np.array((q[0], 0, self.c * q[0] ** 2)), np.eye(3)
+    ...     def partial_velocities(self, q):
+    ...         return np.array(((1,), (0,), (2 * self.c * q[0],))), np.zeros((3, 1))
+    ...     def remainders(self, q, u):
+    ...         return np.array((0, 0, 2 * self.c * u[0] ** 2)), np.zeros(3)
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> bead = scene.add_point("bead", 0.2, joint=Wire(0.5, 1.0))
+    >>> result = scene.simulate((0.0, 1.0))
+    >>> bool(abs(result.energy.balance_error).max() < 1e-6)
+    True
     """
 
     coordinate_names: ClassVar[tuple[str, ...]] = ()

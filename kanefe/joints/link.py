@@ -2,23 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.frames import Matrix, Vector, turn_to
-from kanefe.kernels.layout import AXIS, FIXED, FREE, REVOLUTE, SPHERICAL
+from kanefe.kernels.layout import AXIS, FIXED, FREE, GIVEN, REVOLUTE, SPHERICAL
 
 Z = (0.0, 0.0, 1.0)
 SPEEDS = {FIXED: 0, SPHERICAL: 3, FREE: 6}
 """Of links that do not have one."""
 
 
+class LinkKernel(NamedTuple):
+    """What compiled code finds the motion of a link of one coordinate by: a function of one C signature, its numbers.
+
+    The function is ``void f(const double *numbers, const double *q, double *out)``. It writes 24 numbers, all of the
+    link's frame M seen from its frame F and in components of F, with q in m or rad: position p (3), axes A (9, row by
+    row), partial velocities V (3) and W (3) as in `Joint.partial_velocities`, and dV/dq (3) and dW/dq (3), which are
+    the remainders (Eq. 15, 16) of a unit speed. `out` comes as zeros.
+
+    Attributes
+    ----------
+    real : function or int
+        A kernel of `kanefe.kernels`, or the address of such a function from ``numba.cfunc`` or any compiler.
+    numbers : ndarray
+        Constants that the function is given.
+    complex_ : function, int or None
+        The same for a complex coordinate (q and `out` are pairs of real and imaginary part; `numbers` stay real), from
+        which exact derivatives come; None: derivatives of the scene are by differences.
+    """
+
+    real: Callable[..., None] | int
+    numbers: Vector
+    complex_: Callable[..., None] | int | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Link:
     """A part of a joint that moves in one way; a joint is a chain of them, each on the one before.
 
-    Made by the functions below. Axes are given at zero coordinates, in components of the joint's fixed frame F.
+    Made by the functions below. Axes are given at zero coordinates, in components of the joint's fixed frame F; behind
+    a given link, of its frame M.
 
     Attributes
     ----------
@@ -28,6 +55,8 @@ class Link:
         Unit vector.
     along, about : float
         Travel (m) along the axis and turn (rad) about it of a unit of the coordinate.
+    kernel : LinkKernel or None
+        Of a given link.
 
     Examples
     --------
@@ -41,6 +70,7 @@ class Link:
     axis: Vector = field(default_factory=lambda: np.array(Z))
     along: float = 0.0
     about: float = 0.0
+    kernel: LinkKernel | None = None
 
     @classmethod
     def fixed(cls) -> Link:
@@ -61,6 +91,11 @@ class Link:
     def winding(cls, axis: Vector, advance: float) -> Link:
         """Return a link that turns about an axis and advances on it, in m/rad: an angle in rad, and its rate."""
         return cls(AXIS, axis, advance, 1.0)
+
+    @classmethod
+    def given(cls, kernel: LinkKernel) -> Link:
+        """Return a link of one coordinate, m or rad, and its rate, that moves as a function of C says."""
+        return cls(GIVEN, kernel=kernel)
 
     @classmethod
     def spherical(cls) -> Link:
@@ -101,6 +136,11 @@ class Link:
     def is_slide(self) -> bool:
         """Whether it slides along its axis and does nothing else."""
         return self.kind == AXIS and (self.along, self.about) == (1.0, 0.0)
+
+    @property
+    def is_given(self) -> bool:
+        """Whether a function of C says how it moves."""
+        return self.kind == GIVEN
 
     @property
     def is_free(self) -> bool:

@@ -6,17 +6,15 @@ import numpy as np
 
 from kanefe.kernels._numba import kernel
 from kanefe.kernels.layout import (
-    ABOUT,
     ACCELERATION,
-    ALONG,
     ALPHA,
     AXES,
-    AXIS,
     DRIVE,
     DRIVING,
     FIXED,
     FLEXIBLE,
     FORCE,
+    GIVEN,
     INTERFACE,
     KIND,
     MOMENT,
@@ -34,6 +32,7 @@ from kanefe.kernels.layout import (
     Tables,
     U,
 )
+from kanefe.kernels.link_motion import partials
 from kanefe.kernels.modal_elimination import modal_accelerations
 from kanefe.kernels.vectors import (
     cross,
@@ -76,18 +75,17 @@ def sweep_accelerations(
         if parent >= 0:
             alpha = vector(work, parent, ALPHA)
             a = plus(vector(work, parent, ACCELERATION), cross(alpha, vector(work, i, OFFSET)))
-        if kind == FIXED or (kind <= AXIS and rows[i, DRIVE] >= 0):
+        if kind == FIXED or (kind <= GIVEN and rows[i, DRIVE] >= 0):
             pass
-        elif kind <= AXIS:
+        elif kind <= GIVEN:
             linear, angular = vector(work, i, U), vector(work, i, U + 3)
             rate = work[i, DRIVING] - work[i, PIVOT] * (dot(linear, a) + dot(angular, alpha))
             du[speed] = rate
-            axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
             if kind == REVOLUTE:
-                alpha = plus(alpha, times(rate, axis))
+                alpha = plus(alpha, times(rate, (work[i, R + 2], work[i, R + 5], work[i, R + 8])))
             else:
-                a = plus(a, times(geometry[i, ALONG] * rate, axis))
-                alpha = plus(alpha, times(geometry[i, ABOUT] * rate, axis))
+                v, w = partials(rows, geometry, i, work)
+                a, alpha = plus(a, times(rate, v)), plus(alpha, times(rate, w))
         elif kind == SPHERICAL:
             axes, carried = matrix(work, i, R), alpha
             turning = minus(rotated(axes, three(applied, speed)), vector(work, i, MOMENT))
@@ -123,10 +121,9 @@ def put_driving_forces(tables: Tables, applied: np.ndarray, work: np.ndarray, fo
         drive = rows[i, DRIVE]
         if drive < 0:
             continue
-        axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
+        v, w = partials(rows, geometry, i, work)
         a, alpha = vector(work, i, ACCELERATION), vector(work, i, ALPHA)
         h = matrix(work, i, H)
         force = plus(vector(work, i, FORCE), plus(symmetric_times(symmetric(work, i, M), a), rotated(h, alpha)))
         moment = plus(vector(work, i, MOMENT), plus(rotated_back(h, a), symmetric_times(symmetric(work, i, J), alpha)))
-        needed = geometry[i, ALONG] * dot(axis, force) + geometry[i, ABOUT] * dot(axis, moment)
-        forces[drive] = needed - applied[rows[i, SPEED]]
+        forces[drive] = dot(v, force) + dot(w, moment) - applied[rows[i, SPEED]]

@@ -6,7 +6,6 @@ import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.layout import (
-    AXIS,
     COORDINATE,
     COUNT,
     DETA,
@@ -14,6 +13,7 @@ from kanefe.kernels.layout import (
     ETA,
     FIXED,
     FREE,
+    GIVEN,
     KIND,
     SPEED,
     SPHERICAL,
@@ -30,7 +30,7 @@ def advance(
     rows = tables.rows
     for i in range(len(rows)):
         kind, at, speed = rows[i, KIND], rows[i, COORDINATE], rows[i, SPEED]
-        if FIXED < kind <= AXIS:
+        if FIXED < kind <= GIVEN:
             if rows[i, DRIVE] < 0:
                 moved[at] = q[at] + share * step[speed]
         elif kind == SPHERICAL:

@@ -18,11 +18,8 @@ from kanefe.kernels.constraint_rows import COUPLER_ROW, row_terms
 from kanefe.kernels.elastic import span
 from kanefe.kernels.inward import sweep_forces_inward
 from kanefe.kernels.layout import (
-    ABOUT,
     ACCELERATION,
-    ALONG,
     ALPHA,
-    AXIS,
     BASIS,
     BENT,
     COUNT,
@@ -30,6 +27,7 @@ from kanefe.kernels.layout import (
     FIXED,
     FLEXIBLE,
     FREE,
+    GIVEN,
     INTERFACE,
     KIND,
     OFFSET,
@@ -44,6 +42,7 @@ from kanefe.kernels.layout import (
     Y,
     Z,
 )
+from kanefe.kernels.link_motion import partials
 from kanefe.kernels.loads import push
 from kanefe.kernels.markers import axes_of, lever_of, motion_of
 from kanefe.kernels.pivoted import factor, solve
@@ -365,10 +364,10 @@ def _walk_inward(
                 _add_modal_row(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
             else:
                 _add_modal_row(modal[bent : bent + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
-        elif FIXED < kind <= AXIS:
-            axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
-            J[speed] += geometry[i, ALONG] * dot(axis, force) + geometry[i, ABOUT] * dot(axis, moment)
-            reach[speed] += abs(geometry[i, ALONG]) * f_size + abs(geometry[i, ABOUT]) * m_size
+        elif FIXED < kind <= GIVEN:
+            v, w = partials(rows, geometry, i, work)
+            J[speed] += dot(v, force) + dot(w, moment)
+            reach[speed] += np.sqrt(abs(dot(v, v).real)) * f_size + np.sqrt(abs(dot(w, w).real)) * m_size
         elif kind in (SPHERICAL, FREE):
             last = speed
             if kind == FREE:

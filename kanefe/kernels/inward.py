@@ -11,8 +11,6 @@ import numpy as np
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.body_inertia import hand_force_inward, hand_inward
 from kanefe.kernels.layout import (
-    ABOUT,
-    ALONG,
     DRIVE,
     DRIVING,
     FIXED,
@@ -36,6 +34,7 @@ from kanefe.kernels.layout import (
     Tables,
     U,
 )
+from kanefe.kernels.link_motion import partials
 from kanefe.kernels.modal_elimination import eliminate_modal_forces, eliminate_modes
 from kanefe.kernels.vectors import (
     Numbers,
@@ -119,19 +118,19 @@ def sweep_inward(
                 hand_force_inward(work, parent, vector(work, i, OFFSET), m, force, torque)
             continue
         if kind != FIXED and rows[i, DRIVE] < 0:
-            axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
             if kind == REVOLUTE:
+                axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
                 linear, angular = rotated(h, axis), symmetric_times(j, axis)
                 inertia = dot(axis, angular)
                 rest = applied[speed] - dot(axis, moment)
                 largest = j[0] + j[3] + j[5]
             else:
-                along, about = geometry[i, ALONG], geometry[i, ABOUT]
-                linear = plus(times(along, symmetric_times(m, axis)), times(about, rotated(h, axis)))
-                angular = plus(times(along, rotated_back(h, axis)), times(about, symmetric_times(j, axis)))
-                inertia = along * dot(axis, linear) + about * dot(axis, angular)
-                rest = applied[speed] - along * dot(axis, force) - about * dot(axis, moment)
-                largest = along * (m[0] + m[3] + m[5]) + about * (j[0] + j[3] + j[5])
+                v, w = partials(rows, geometry, i, work)
+                linear = plus(symmetric_times(m, v), rotated(h, w))
+                angular = plus(rotated_back(h, v), symmetric_times(j, w))
+                inertia = dot(v, linear) + dot(w, angular)
+                rest = applied[speed] - dot(v, force) - dot(w, moment)
+                largest = dot(v, v) * (m[0] + m[3] + m[5]) + dot(w, w) * (j[0] + j[3] + j[5])
             if is_implicit:
                 inertia += added[speed]
             is_regular = is_regular and inertia.real > ROUND_OFF * largest.real
@@ -212,9 +211,8 @@ def sweep_forces_inward(
             turning = symmetric_times(symmetric(work, i, U), minus(moment, torque))
             force, moment = minus(force, rotated(matrix(work, i, H), turning)), torque
         elif kind != FIXED and rows[i, DRIVE] < 0:
-            axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
-            along, about = geometry[i, ALONG], geometry[i, ABOUT]
-            rest = work[i, PIVOT] * (applied[speed] - along * dot(axis, force) - about * dot(axis, moment))
+            v, w = partials(rows, geometry, i, work)
+            rest = work[i, PIVOT] * (applied[speed] - dot(v, force) - dot(w, moment))
             work[i, DRIVING] = rest
             force = plus(force, times(rest, vector(work, i, U)))
             moment = plus(moment, times(rest, vector(work, i, U + 3)))

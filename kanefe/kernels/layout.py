@@ -13,13 +13,17 @@ from typing import NamedTuple
 import numpy as np
 
 # Kinds of rows
-FIXED, REVOLUTE, AXIS, SPHERICAL, FREE, INTERFACE = range(6)
+FIXED, REVOLUTE, AXIS, GIVEN, SPHERICAL, FREE, INTERFACE = range(7)
+# between FIXED and GIVEN: of one coordinate
 
 # Columns of `Tables.rows`: integers of a row; -1: none
 PARENT, KIND, COORDINATE, SPEED, DRIVE, FLEXIBLE, HAS_GRAVITY, BASIS, CARRIES, BENDING, BENT = range(11)
 ROW_INTEGERS = 11
 # of an interface with a second-order motion: BENDING is its place in the pool, (k, 6 k), and BENT that of its current
 # basis (6, k) in the modal work, followed by as much room
+FUNCTION, COMPLEX_FUNCTION, FIRST_NUMBER = BASIS, BENDING, BENT
+# of a given link in place of them: addresses of its function for real and for complex numbers, and the first of its
+# constants in `Tables.numbers`
 
 # Columns of `Tables.geometry`: numbers of a row that do not change
 PLACE = 0  # origin from the parent row's origin, in its axes; of an interface: undeformed, in G
@@ -40,6 +44,7 @@ VELOCITY = 15
 OMEGA = 18
 Z = 21  # remainder acceleration of the origin, gravity taken off
 Y = 24  # remainder angular acceleration
+GIVEN_MOTION = 27  # of a given link, until the inertias come: coordinate, and what its function writes
 M = 27  # articulated inertia: force = M a + H alpha, moment = H^T a + J alpha
 H = 33
 J = 42
@@ -51,6 +56,7 @@ U = 60  # inertia times the axis of the joint; of a spherical joint: inverse of 
 PIVOT = 66
 DRIVING = 67  # generalised force at the joint that the acceleration needs
 TANGENT = 68  # of an interface: from rates of slopes to the angular velocity, in G
+PARTIAL = 68  # of a given link: partial velocity of its origin, and partial angular velocity
 WORK = 78
 
 # Columns of `FlexibleTables.bodies`: integers of a flexible body
@@ -106,6 +112,8 @@ class Tables(NamedTuple):
         Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
     sizes : ndarray of int
         Coordinates, free speeds, driven coordinates, internal states of loads.
+    numbers : ndarray
+        Constants of all given links.
     """
 
     rows: np.ndarray
@@ -116,6 +124,7 @@ class Tables(NamedTuple):
     joint_forces: np.ndarray
     laws: np.ndarray
     sizes: np.ndarray
+    numbers: np.ndarray
 
 
 class FlexibleTables(NamedTuple):

@@ -17,7 +17,6 @@ from kanefe.kernels.inertia import set_inertia
 from kanefe.kernels.inward import sweep_inward
 from kanefe.kernels.joint_forces import add_joint_forces
 from kanefe.kernels.layout import (
-    AXIS,
     BORDER_SIZE,
     COORDINATE,
     COORDINATES,
@@ -29,6 +28,7 @@ from kanefe.kernels.layout import (
     ETA,
     FIXED,
     FREE,
+    GIVEN,
     KIND,
     MODAL_SIZE,
     SPEED,
@@ -80,7 +80,7 @@ def rates_of_coordinates(
     rows = tables.rows
     for i in range(len(rows)):
         kind, at, speed = rows[i, KIND], rows[i, COORDINATE], rows[i, SPEED]
-        if FIXED < kind <= AXIS:
+        if FIXED < kind <= GIVEN:
             if rows[i, DRIVE] < 0:
                 rates[at] = u[speed]
         elif kind == SPHERICAL:

@@ -19,9 +19,9 @@ from kanefe.kernels.layout import (
     BENT,
     COORDINATE,
     COUNT,
-    DRIVE,
     FIXED,
     FLEXIBLE,
+    FREE,
     INTERFACE,
     KIND,
     MODAL_SIZE,
@@ -45,6 +45,7 @@ from kanefe.kernels.layout import (
     Y,
     Z,
 )
+from kanefe.kernels.link_motion import given_motion, motion_along
 from kanefe.kernels.slopes import slope_motion
 from kanefe.kernels.vectors import (
     Numbers,
@@ -117,11 +118,7 @@ def sweep_outward(
         if kind <= AXIS:  # fixed, revolute, or along or about an axis: the axis is z
             position, rate, acceleration = zero, zero, zero
             if kind != FIXED:
-                if rows[i, DRIVE] < 0:
-                    position, rate = q[at], u[rows[i, SPEED]]
-                else:
-                    drive = drives[rows[i, DRIVE]]
-                    position, rate, acceleration = zero + drive[0], zero + drive[1], zero + drive[2]
+                position, rate, acceleration = motion_along(rows, i, drives, q, u, zero)
             axis = (axes[2], axes[5], axes[8])
             along, about = geometry[i, ALONG], geometry[i, ABOUT]
             if kind == AXIS:
@@ -145,7 +142,7 @@ def sweep_outward(
             spin = rotated(axes, three(u, rows[i, SPEED]))
             turn = plus(turn, cross(w, spin))
             w = plus(w, spin)
-        else:  # FREE
+        elif kind == FREE:
             speed = rows[i, SPEED]
             offset = plus(offset, rotated(axes, three(q, at)))
             w, turn, remainder = carried(work, i, parent, offset, gravity)
@@ -153,6 +150,13 @@ def sweep_outward(
             axes = product(axes, rotation(q, at + 3))
             spin = rotated(axes, three(u, speed + 3))
             turn = plus(turn, cross(w, spin))
+            w = plus(w, spin)
+        else:  # GIVEN
+            position, rate, acceleration = motion_along(rows, i, drives, q, u, zero)
+            place, velocity, spin, pull, twist, axes = given_motion(tables, i, axes, position, rate, acceleration, work)
+            w, turn, remainder = carried(work, i, parent, plus(offset, place), gravity)
+            remainder = plus(moved(work, i, w, remainder, velocity), pull)
+            turn = plus(turn, plus(cross(w, spin), twist))
             w = plus(w, spin)
         put_matrix(work, i, R, axes)
         put(work, i, OMEGA, w)

@@ -20,6 +20,7 @@ from kanefe.kernels._numba import filler
 from kanefe.kernels.closing import CLOSED, close_loops
 from kanefe.kernels.derivatives import derivatives
 from kanefe.kernels.drives import Drives
+from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND
 from kanefe.kernels.loads_between import COMPLEX
 from kanefe.kernels.march import march, room_size
 from kanefe.kernels.momenta import balance
@@ -207,7 +208,9 @@ class OrderN(LiteralRoute):
     @property
     def is_complex(self) -> bool:
         """Whether all kernels of the scene take complex numbers, from which exact derivatives come."""
-        return self.between is None or bool(np.all(self.between.addresses[:, COMPLEX] != 0))
+        given = self.tables.rows[self.tables.rows[:, KIND] == GIVEN]
+        of_links = bool(np.all(given[:, COMPLEX_FUNCTION] != 0))
+        return of_links and (self.between is None or bool(np.all(self.between.addresses[:, COMPLEX] != 0)))
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.momenta`."""

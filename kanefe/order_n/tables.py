@@ -25,6 +25,7 @@ from kanefe.kernels.layout import (
     CARRIED,
     CARRIED_COUNT,
     CARRIES,
+    COMPLEX_FUNCTION,
     COORDINATE,
     COUNT,
     DAMPING,
@@ -32,8 +33,10 @@ from kanefe.kernels.layout import (
     DRIVE,
     ETA,
     FIRST,
+    FIRST_NUMBER,
     FIXED,
     FLEXIBLE,
+    FUNCTION,
     HAS_GRAVITY,
     INTERFACE,
     KIND,
@@ -57,6 +60,7 @@ from kanefe.kernels.layout import (
     FlexibleTables,
     Tables,
 )
+from kanefe.kernels.links.places import addresses
 from kanefe.kernels.modal_elimination import border_size
 from kanefe.order_n.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.modal_constants import modal_constants
@@ -68,7 +72,7 @@ SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
 
 @dataclass(eq=False)
 class _Pool:
-    """Numbers that flexible bodies bring, one after the other."""
+    """Numbers that flexible bodies or given links bring, one after the other."""
 
     parts: list[np.ndarray] = field(default_factory=list)
     size: int = 0
@@ -91,6 +95,7 @@ class TableBuilder(Seats):
         self._numbers: list[np.ndarray] = []
         self._bodies: list[np.ndarray] = []
         self._pool = _Pool()
+        self._of_links = _Pool()
         self._carrying: list[int] = []
         self._fields: list[tuple[int, int, int, int, int, int, int]] = []
         self._modal = self._border = 0
@@ -111,6 +116,7 @@ class TableBuilder(Seats):
             joint_forces=joint_forces[0],
             laws=joint_forces[1],
             sizes=np.array((model.coordinate_count, model.free_count, model.driven_count, model.state_count)),
+            numbers=np.concatenate((*self._of_links.parts, np.zeros(0))),
         )
         if not self._bodies:
             return tables, None
@@ -152,6 +158,10 @@ class TableBuilder(Seats):
             turn = link.turn
             row = self._add_row(link.kind, row, place, axes @ turn, link.along, link.about)
             integers = self._integers[row]
+            if link.kernel is not None:
+                functions = addresses(link.kernel.real, link.kernel.complex_)
+                integers[FUNCTION], integers[COMPLEX_FUNCTION] = functions
+                integers[FIRST_NUMBER] = self._of_links.add(link.kernel.numbers)
             if not link.is_fixed:
                 integers[SPEED] = body.speeds[speed]
                 if body.speeds[speed] >= self.model.free_count:

@@ -13,6 +13,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.joints import Fixed, Joint, Translation
 from kanefe.joints.base import axis_direction
+from kanefe.joints.checks import check_joint
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
 
 
@@ -230,8 +231,7 @@ class BodyMethods(Scene):
             raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
         if any(entry.name == name for entry in self._entries):
             raise ModelError(f"the scene already has a body called {name!r}. Remedy: another name")
-        if not isinstance(joint, Joint):
-            raise ModelError(f"joint of body {name!r} must be a Joint, such as Revolute('z'), not {joint!r}")
+        check_joint(joint, f"joint of body {name!r}")
         if parent is not None:
             self._check_parent(name, parent)
         if not isinstance(gravity, (bool, np.bool_)):

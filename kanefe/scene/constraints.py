@@ -22,6 +22,7 @@ from kanefe.constraints.rows import (
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.joints import Joint
+from kanefe.joints.checks import check_joint
 from kanefe.scene.scene import Frame, Scene
 
 
@@ -68,8 +69,7 @@ class ConstraintMethods(Scene):
         label = f"loop joint {name!r}"
         self._check_new(name, label)
         made = joint() if isinstance(joint, type) and issubclass(joint, Joint) else joint
-        if not isinstance(made, Joint):
-            raise ModelError(f"{label} takes a joint, such as Revolute('z'), not {joint!r}")
+        check_joint(made, f"the joint of {label}")
         _check_plain(made, label)
         held = held_by(made)
         ends = self._ends(a, b, label, needs_rotation=not held.takes_points)

@@ -1,0 +1,213 @@
+"""What a joint from outside the house must have, and that what it says of its motion is of one motion."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector, axial, axis_rotation, cross, numbers, rotation_matrix
+from kanefe.joints.base import Joint
+from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.held import Held
+from kanefe.joints.link import Link, LinkKernel
+from kanefe.joints.motion import Motion
+from kanefe.kernels.addresses import call_in_python
+from kanefe.kernels.links.places import DV, DW, MOTION_NUMBERS, A, P, V, W, addresses
+
+Motions = tuple[Vector, Matrix, Vector, Vector]
+"""Position, rotation, velocity and angular velocity of M seen from F, in components of F."""
+
+HOUSE = f"{__package__}."
+
+AWAY = 0.1
+"""How far from its start a joint is looked at once more, m or rad: what is wrong may be zero at the start."""
+
+STEP = 1e-6
+"""Of central differences, m or rad."""
+
+SHARE, LEAST = 0.01, 1e-6
+"""Of a rate, and of the scale of what changes, by which differences may miss it: far below a wrong sign or factor 2,
+and above what the differences of motions with features of a millimetre are wrong by."""
+
+SAME = 1e-6
+"""Share of 1 m or rad, or of the larger number, by which a link may miss the joint: tables of both may differ so."""
+
+
+def check_joint(joint: object, label: str) -> Joint:
+    """Return the joint, or raise a ModelError that says what it lacks or where it contradicts itself.
+
+    Joints of the house are not asked: their tests do that.
+    """
+    if not isinstance(joint, Joint):
+        raise ModelError(f"{label} must be a Joint, such as Revolute('z'), not {joint!r}{_lacks(joint)}")
+    if type(joint).__module__.startswith(HOUSE):
+        return joint
+    label = f"{label} ({type(joint).__name__})"
+    _check_names(joint, label)
+    q0 = _shaped(joint.initial_coordinates(), (len(joint.coordinate_names),), f"initial_coordinates of {label}")
+    count = len(joint.speed_names)
+    _shaped(joint.initial_speeds(), (count,), f"initial_speeds of {label}")
+    for what, given, kind in (
+        ("motions", joint.motions, Motion),
+        ("coordinate_forces", joint.coordinate_forces, CoordinateForce),
+    ):
+        if len(given) != count or not all(x is None or isinstance(x, kind) for x in given):
+            raise ModelError(f"{what} of {label} must be {count} of {kind.__name__} or None, not {given!r}")
+    held: object = joint.held()
+    if held is not None and not isinstance(held, Held):
+        raise ModelError(f"held() of {label} must give a kanefe.Held or None, not {held!r}")
+    u = 0.5 + np.arange(count) / max(count, 1)  # no component is zero, and no two are the same
+    links = _checked_links(joint, label)
+    for q in (q0, joint.advance(q0, AWAY * u)):
+        motion = _check_motion(joint, label, q, u)
+        if links is not None:
+            _check_links(links, f"{label} at q = {q.tolist()}", q, u, motion)
+    return joint
+
+
+def _lacks(joint: object) -> str:
+    """Return what a class that was given in place of its object lacks."""
+    if not isinstance(joint, type) or not issubclass(joint, Joint):
+        return ""
+    missing = ", ".join(sorted(joint.__abstractmethods__))
+    return f", the class itself. Remedy: an object of it{f', after it has {missing}' if missing else ''}"
+
+
+def _check_names(joint: Joint, label: str) -> None:
+    coordinates, speeds, at = joint.coordinate_names, joint.speed_names, joint.rotation_at
+    for what, names, units in (
+        ("coordinate_names", coordinates, ("[m]", "[rad]")),
+        ("speed_names", speeds, ("[m/s]", "[rad/s]")),
+    ):
+        of_rotation = range(at, at + 4) if at is not None and what == "coordinate_names" else ()
+        if not isinstance(names, tuple) or not all(
+            isinstance(name, str) and (i in of_rotation or name.endswith(units)) for i, name in enumerate(names)
+        ):
+            raise ModelError(f"{what} of {label} must be a tuple of texts that end in {' or '.join(units)}: {names!r}")
+    if len(coordinates) != len(speeds) + (at is not None):
+        rule = "one for each speed" if at is None else "one for each speed, and a fourth Euler parameter"
+        raise ModelError(
+            f"{label} has {len(coordinates)} coordinates and {len(speeds)} speeds; it must have {rule}. "
+            "Remedy: coordinate_names, speed_names, rotation_at"
+        )
+
+
+def _check_motion(joint: Joint, label: str, q: Vector, u: Vector) -> Motions:
+    """Return the motion at q with speeds u, or raise a ModelError if it is not one motion."""
+    count, where = len(u), f"{label} at q = {q.tolist()}"
+    p, axes = _pose(joint, q, where)
+    V_, W_ = (_shaped(x, (3, count), f"{n} of {where}") for n, x in zip("VW", joint.partial_velocities(q), strict=True))
+    Z, Y = (_shaped(x, (3,), f"{n} of {where}") for n, x in zip("ZY", joint.remainders(q, u), strict=True))
+    for i in range(count):
+        step = STEP * np.eye(count)[i]
+        back, ahead = (_pose(joint, joint.advance(q, way * step), where) for way in (-1.0, 1.0))
+        turned = -0.5 * axial((ahead[1] - back[1]) @ axes.T)
+        _check_rate(f"column {i} of V of {where}", V_[:, i], ahead[0] - back[0], p, "the position of pose() changes")
+        _check_rate(f"column {i} of W of {where}", W_[:, i], turned, np.zeros(3), "the rotation of pose() changes")
+    back_q, ahead_q = joint.advance(q, -STEP * u), joint.advance(q, STEP * u)
+    rates = _shaped(joint.coordinate_rates(q, u), q.shape, f"coordinate_rates of {where}")
+    _check_rate(f"coordinate_rates of {where}, u = {u.tolist()}", rates, ahead_q - back_q, q, "advance() moves q")
+    back, ahead = joint.partial_velocities(back_q), joint.partial_velocities(ahead_q)
+    at = f"of remainders() of {where}, u = {u.tolist()},"
+    _check_rate(f"Z {at}", Z, (ahead[0] - back[0]) @ u, V_ @ u, "V u changes")
+    _check_rate(f"Y {at}", Y, (ahead[1] - back[1]) @ u, W_ @ u, "W u changes")
+    return p, axes, V_ @ u, W_ @ u
+
+
+def _pose(joint: Joint, q: Vector, where: str) -> tuple[Vector, Matrix]:
+    p, axes = joint.pose(q)
+    p, axes = _shaped(p, (3,), f"the position of {where}"), _shaped(axes, (3, 3), f"the rotation of {where}")
+    if abs(axes.T @ axes - np.eye(3)).max() > SAME or np.linalg.det(axes) < 0.0:
+        raise ModelError(f"the rotation of {where} is no rotation matrix: {axes.tolist()}")
+    return p, axes
+
+
+def _check_rate(what: str, given: Vector, change: Vector, value: Vector, but: str) -> None:
+    """Raise a ModelError if a rate is not the change of a value from -STEP to STEP."""
+    found = change / (2 * STEP)
+    allowed = SHARE * np.maximum(np.abs(found), np.abs(given)) + LEAST * (1.0 + np.abs(value))
+    if not np.all(np.abs(found - given) <= allowed):
+        raise ModelError(f"{what} is {given.tolist()}, but {but} by {found.tolist()}. Remedy: make the two agree")
+
+
+def _checked_links(joint: Joint, label: str) -> tuple[Link, ...] | None:
+    links: Any = joint.links()
+    if links is None:
+        return None
+    if not isinstance(links, tuple) or not all(isinstance(link, Link) for link in links):
+        raise ModelError(f"links() of {label} must give a tuple of kanefe.Link or None, not {links!r}")
+    counts = sum(link.coordinate_count for link in links), sum(link.speed_count for link in links)
+    wanted = len(joint.coordinate_names), len(joint.speed_names)
+    if counts != wanted:
+        raise ModelError(
+            f"the links of {label} have {counts[0]} coordinates and {counts[1]} speeds, the joint has {wanted[0]} and "
+            f"{wanted[1]}. Remedy: links() of as many"
+        )
+    for kernel in (link.kernel for link in links if link.is_given):
+        if not isinstance(kernel, LinkKernel):
+            raise ModelError(f"a given link of {label} takes a kanefe.LinkKernel, not {kernel!r}")
+        for function in (kernel.real, kernel.complex_):
+            if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
+                raise ModelError(
+                    f"a function of a link of {label} must be the address of a C function, such as "
+                    f"numba.cfunc(...).address, not {function!r}"
+                )
+        _shaped(kernel.numbers, np.shape(kernel.numbers)[:1], f"numbers of a link of {label}")
+    return links
+
+
+def _check_links(links: tuple[Link, ...], where: str, q: Vector, u: Vector, motion: Motions) -> None:
+    """Raise a ModelError if the chain of links moves in another way than the joint."""
+    p, axes, v, w = np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3)
+    for link in links:
+        own_q, q = np.split(q, (link.coordinate_count,))
+        own_u, u = np.split(u, (link.speed_count,))
+        position, turned, velocity, spin = _motion_of(link, own_q, own_u, where)
+        lever = axes @ position
+        p, v = p + lever, v + cross(w, lever) + axes @ velocity
+        w, axes = w + axes @ spin, axes @ turned
+    for what, found, wanted in zip(("position", "rotation", "V u", "W u"), (p, axes, v, w), motion, strict=True):
+        if not np.allclose(found, wanted, rtol=SAME, atol=SAME):
+            raise ModelError(
+                f"the links of {where} give the {what} {found.tolist()}, the joint {wanted.tolist()}. "
+                "Remedy: make the two agree"
+            )
+
+
+def _motion_of(link: Link, q: Vector, u: Vector, where: str) -> Motions:
+    """Return the motion of a link's frame seen from the one before."""
+    p, axes, v, w = np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3)
+    if link.is_given:
+        out, back, ahead = (_outputs(link, q[0] + step, where) for step in (0.0, -STEP, STEP))
+        for what, of, by in (("dV/dq", V, DV), ("dW/dq", W, DW)):
+            change = ahead[of : of + 3] - back[of : of + 3]
+            label = f"{what} of a link of {where}"
+            _check_rate(label, out[by : by + 3], change, out[of : of + 3], f"{what[1]} changes")
+        p, axes, v, w = out[P : P + 3], out[A : A + 9].reshape(3, 3), u * out[V : V + 3], u * out[W : W + 3]
+    elif link.speed_count == 1:
+        p, v, w = link.along * q * link.axis, link.along * u * link.axis, link.about * u * link.axis
+        axes = axis_rotation(link.axis, link.about * q[0])
+    elif not link.is_fixed:
+        axes = rotation_matrix(q[-4:])
+        w = axes @ u[-3:]
+        if link.is_free:
+            p, v = q[:3], u[:3]
+    return p, axes, v, w
+
+
+def _outputs(link: Link, q: float, where: str) -> Vector:
+    """Return what the function of a given link writes."""
+    kernel = cast(LinkKernel, link.kernel)
+    out = np.zeros(MOTION_NUMBERS)
+    real, _ = addresses(kernel.real, None)
+    call_in_python(real, (np.array(kernel.numbers, dtype=float), np.array((q,)), out))
+    return _shaped(out, out.shape, f"what the function of a link of {where} writes")
+
+
+def _shaped(value: object, shape: tuple[int, ...], what: str) -> Vector:
+    array = numbers(value)
+    if array.shape != shape or not np.all(np.isfinite(array)):
+        raise ModelError(f"{what} must be finite numbers of shape {shape}; got {value!r}")
+    return array
