@@ -2,7 +2,7 @@
 
 A row between markers a and b gives three things from the motion of the two, all in components of N:
 
-    residual   g(q), zero while the constraint holds; None for a constraint on speeds alone
+    residual   g(q), zero while the constraint holds; of rows that hold places, and not speeds alone
     wrenches   force and moment on a and on b of a unit multiplier. They are its Jacobian too:
                dg/dt = force_a . v_a + moment_a . w_a + force_b . v_b + moment_b . w_b
     remainder  what is left of d2g/dt2 without du:  d2g/dt2 = J du + remainder
@@ -21,6 +21,7 @@ import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector, cross
+from kanefe.kernels.tolerances import HALF_ON
 
 METRE, RADIAN = "m", "rad"
 
@@ -64,6 +65,11 @@ class _OfMarkers:
     def markers(self) -> tuple[Marker, ...]:
         """The two ends."""
         return self.a, self.b
+
+    @property
+    def holds_place(self) -> bool:
+        """Whether it holds coordinates, and not speeds alone."""
+        return True
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,10 +265,13 @@ class RollingRow(_OfMarkers):
     direction: str
     is_ball: bool
 
-    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float | None:
-        """Return the height of the lowest point in m; None along the plane."""
-        if self.direction != NORMAL:
-            return None
+    @property
+    def holds_place(self) -> bool:
+        """Only along the normal."""
+        return self.direction == NORMAL
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the height of the lowest point in m; of the normal row."""
         return float(a.A[:, 2] @ (b.p - a.p + self.radius * self._down(a, b)))
 
     def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
@@ -321,6 +330,7 @@ class CouplerRow:
     constant: float
     unit: str = RADIAN
     markers: ClassVar[tuple[Marker, ...]] = ()
+    holds_place: ClassVar[bool] = True
 
 
 MarkerRow = PointRow | DirectionRow | DistanceRow | ScrewRow | RollingRow
@@ -345,7 +355,7 @@ class Constraint:
     starts_on : bool or None
         Of a constraint that is switched in a run: whether it holds at the start. None: it always holds.
     switch : int
-        Where its switch is among the internal states: above zero it holds; -1: it always does.
+        Where its switch is among the internal states: 1 where it holds, 0 where it does not; -1: it always does.
     """
 
     name: str
@@ -362,3 +372,7 @@ class Constraint:
         """Kind, name and ends in words, for messages."""
         ends = "" if self.a is None or self.b is None else f" between {self.a.label} and {self.b.label}"
         return f"{self.kind} {self.name!r}{ends}"
+
+    def holds(self, z: Vector) -> bool:
+        """Return whether it holds with internal states z, (states,)."""
+        return self.switch < 0 or bool(z[self.switch] > HALF_ON)

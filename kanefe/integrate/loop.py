@@ -18,6 +18,7 @@ from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
+from kanefe.integrate.switching import check_switched
 from kanefe.kernels._numba import seconds_compiling
 from kanefe.tree.model_data import WORKS
 
@@ -266,8 +267,12 @@ class RunLoop:
             if terminal is not None:
                 self._stand_at(acting, y)
                 return RunStatus("stopped", acting, f"by the event {terminal.name!r}")
-            for event in happened:
-                y = self._acted(event, acting, y)
+            try:
+                for event in happened:
+                    y = self._acted(event, acting, y)
+            except StepFailure as refusal:
+                self._stand_at(acting, y)
+                return RunStatus("failed", acting, refusal.reason, refusal.remedy)
             self._stepper.restart(acting, y)
             watch.begin(acting, y, happened)
             self._mark = int(self._stepper.statistics["steps"]), acting
@@ -281,6 +286,7 @@ class RunLoop:
         if changed is None:
             return y
         after = np.concatenate((changed, y[size:]))
+        check_switched(self._model, t, y, after)
         after = self._dynamics.projected(t, after).copy()
         gained = self._model.energy(t, after[:size]).total - self._model.energy(t, y[:size]).total
         after[size if gained < 0.0 else size + 1] += abs(gained)

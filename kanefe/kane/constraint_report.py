@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import RANK_TOLERANCE, ConstrainedSolver, constraint_rates
+from kanefe.kane.constraints import RANK_TOLERANCE, ConstrainedSolver, constraint_rates, held_rows
 from kanefe.kane.loop_closure import closed_coordinates
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
@@ -24,7 +24,7 @@ class ConstraintReport:
     Attributes
     ----------
     constraints, rows : int
-        How many there are in the scene.
+        How many hold at the start.
     rank : int
         Rows that do not depend on others, near the start.
     degrees_of_freedom : int
@@ -71,19 +71,20 @@ class ConstraintReport:
 def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
     """Return which rows of the constraints of a model depend on others at its start, at time t (s), and beside it."""
     q, u = model.initial_coordinates, model.initial_speeds
-    names = [f"{constraint.name}: {row.label}" for constraint in model.constraints for row in constraint.rows]
     start = State(model, t, q, u)
+    names = [f"{constraint.name}: {row.label}" for constraint, row in held_rows(start)]
+    held = [constraint for constraint in model.constraints if constraint.holds(start.z)]
     at_start = _dependent_rows(start)
     beside = _dependent_rows(State(model, t, _coordinates_beside(start), u)) & at_start
     rank = len(names) - len(beside)
     whole, number = [], 0
-    for constraint in model.constraints:
+    for constraint in held:
         numbers = set(range(number, number + len(constraint.rows)))
         number += len(constraint.rows)
         if numbers <= beside:
             whole.append(constraint.name)
     return ConstraintReport(
-        constraints=len(model.constraints),
+        constraints=len(held),
         rows=len(names),
         rank=rank,
         degrees_of_freedom=model.free_count - rank,

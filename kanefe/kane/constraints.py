@@ -14,11 +14,10 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.bodies.marker import Marker
-from kanefe.constraints.rows import RADIAN, CouplerRow, MarkerMotion, MarkerRow, Row
+from kanefe.constraints.rows import RADIAN, Constraint, CouplerRow, MarkerMotion, MarkerRow, Row
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, once
-from kanefe.tree.model_data import ModelData
 
 PIVOT_TOLERANCE = 1e-13
 """Share of the entry of M that it comes from, up to which a pivot is round-off and not inertia."""
@@ -38,7 +37,7 @@ in all their entries, some 1e-31 where 1 is the most, and must not be measured b
 
 
 class Rates(NamedTuple):
-    """Constraints on the rates of the speeds: ``J du + remainder = 0``, all rows of the scene.
+    """Constraints on the rates of the speeds: ``J du + remainder = 0``, all rows that hold.
 
     Attributes
     ----------
@@ -64,9 +63,16 @@ class Rates(NamedTuple):
         return np.asarray(np.sqrt(self.reach) @ np.abs(u))
 
 
-def scene_rows(model: ModelData) -> list[Row]:
-    """Return all rows of the scene, constraint by constraint."""
-    return [row for constraint in model.constraints for row in constraint.rows]
+@once
+def held_rows(state: State) -> list[tuple[Constraint, Row]]:
+    """Return the rows that hold in a state, each with its constraint: what is switched off is left out."""
+    return [(c, row) for c in state.model.constraints if c.holds(state.z) for row in c.rows]
+
+
+@once
+def place_rows(state: State) -> np.ndarray:
+    """Return the numbers of those among them that hold coordinates, and not speeds alone."""
+    return np.flatnonzero([row.holds_place for _, row in held_rows(state)])
 
 
 def marker_motion(F: FrameMotion) -> MarkerMotion:
@@ -77,9 +83,9 @@ def marker_motion(F: FrameMotion) -> MarkerMotion:
 
 @once
 def _motions_of_markers(state: State) -> dict[int, tuple[FrameMotion, MarkerMotion]]:
-    """Return the motion of every marker of the rows in its own axes, and in those of N, by identity."""
+    """Return the motion of every marker of the rows that hold in its own axes, and in those of N, by identity."""
     found: dict[int, tuple[FrameMotion, MarkerMotion]] = {}
-    for row in scene_rows(state.model):
+    for _, row in held_rows(state):
         for marker in row.markers:
             if id(marker) not in found:
                 F = state.marker(marker)
@@ -89,26 +95,26 @@ def _motions_of_markers(state: State) -> dict[int, tuple[FrameMotion, MarkerMoti
 
 @once
 def constraint_residuals(state: State) -> Vector:
-    """Return g of all rows (rows,), in the unit of each; NaN for rows on speeds alone."""
+    """Return g of all rows that hold (rows,), in the unit of each; zero of those on speeds alone: see `place_rows`."""
     model, moved = state.model, _motions_of_markers(state)
-    values = []
-    for row in scene_rows(model):
+    values = np.zeros(len(held_rows(state)))
+    for i in place_rows(state):
+        row = held_rows(state)[i][1]
         if isinstance(row, CouplerRow):
-            coordinates = (model.bodies[body].joint_coordinates(state.t, state.q)[i] for body, i, _ in row.terms)
-            g: float | None = sum(c * x for (_, _, c), x in zip(row.terms, coordinates, strict=True)) - row.constant
+            coordinates = (model.bodies[body].joint_coordinates(state.t, state.q)[j] for body, j, _ in row.terms)
+            values[i] = sum(c * x for (_, _, c), x in zip(row.terms, coordinates, strict=True)) - row.constant
         else:
-            g = row.residual(moved[id(row.a)][1], moved[id(row.b)][1])
-        values.append(np.nan if g is None else float(g))
-    return np.array(values)
+            values[i] = row.residual(moved[id(row.a)][1], moved[id(row.b)][1])
+    return values
 
 
 @once
 def constraint_rates(state: State) -> Rates:
-    """Return J and the remainders of all rows over the speeds that the state spans."""
+    """Return J and the remainders of all rows that hold over the speeds that the state spans."""
     model, columns, moved = state.model, state.columns, _motions_of_markers(state)
-    rows = scene_rows(model)
+    rows = held_rows(state)
     J, remainder, reach = np.zeros((len(rows), columns)), np.zeros(len(rows)), np.zeros((len(rows), columns))
-    for i, row in enumerate(rows):
+    for i, (_, row) in enumerate(rows):
         if isinstance(row, CouplerRow):
             for body, coordinate, coefficient in row.terms:
                 J[i, model.bodies[body].speeds[coordinate]] += coefficient
@@ -139,25 +145,21 @@ def _marker_row(
 def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, FrameMotion, Vector]]:
     """Return what the constraints exert on their markers: marker, its motion, and force and moment (6,) in its axes.
 
-    The moment is about the marker's origin. Constraint by constraint: end a, then end b, summed over the rows.
+    The moment is about the marker's origin. Constraint by constraint that holds: end a, then end b, summed over the
+    rows.
     """
     moved = _motions_of_markers(state)
-    found = []
-    number = 0
-    for constraint in state.model.constraints:
-        sums: dict[int, tuple[Marker, Vector]] = {}
-        for row in constraint.rows:
-            multiplier = multipliers[number]
-            number += 1
-            if isinstance(row, CouplerRow):
-                continue
-            (a, a_N), (b, b_N) = moved[id(row.a)], moved[id(row.b)]
-            force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
-            for marker, F, force, moment in ((row.a, a, force_a, moment_a), (row.b, b, force_b, moment_b)):
-                wrench = multiplier * np.concatenate((F.A_NF.T @ force, F.A_NF.T @ moment))
-                sums[id(marker)] = (marker, wrench + (sums[id(marker)][1] if id(marker) in sums else 0.0))
-        found += [(marker, state.marker(marker), wrench) for marker, wrench in sums.values()]
-    return found
+    sums: dict[tuple[str, int], tuple[Marker, Vector]] = {}
+    for (constraint, row), multiplier in zip(held_rows(state), multipliers, strict=True):
+        if isinstance(row, CouplerRow):
+            continue
+        (a, a_N), (b, b_N) = moved[id(row.a)], moved[id(row.b)]
+        force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
+        for marker, F, force, moment in ((row.a, a, force_a, moment_a), (row.b, b, force_b, moment_b)):
+            wrench = multiplier * np.concatenate((F.A_NF.T @ force, F.A_NF.T @ moment))
+            key = constraint.name, id(marker)
+            sums[key] = (marker, wrench + (sums[key][1] if key in sums else 0.0))
+    return [(marker, state.marker(marker), wrench) for marker, wrench in sums.values()]
 
 
 class ConstrainedSolver:

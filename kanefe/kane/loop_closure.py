@@ -14,7 +14,7 @@ from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import constraint_rates, constraint_residuals, scene_rows
+from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows, place_rows
 from kanefe.kane.state import State
 from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.tolerances import (
@@ -29,8 +29,8 @@ from kanefe.tree.scales import joint_scales, scene_length
 
 
 @dataclass(slots=True)
-class _Position:
-    """Residuals of the holonomic rows in a state at rest and what makes them large; `rows` are their numbers."""
+class Position:
+    """Residuals of the rows that hold places, `rows`, in a state at rest, and what makes them large."""
 
     state: State
     rows: np.ndarray
@@ -39,10 +39,12 @@ class _Position:
 
     @property
     def openings(self) -> Vector:
+        """Residuals, of the scene's length or in rad."""
         return self.residuals / self.scales
 
     @property
     def worst(self) -> float:
+        """The largest of them."""
         return float(np.abs(self.openings).max(initial=0.0))
 
 
@@ -51,25 +53,27 @@ def consistent_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
     q, u = model.initial_coordinates, model.initial_speeds
     if not model.constraints:
         return q, u
-    best = _position(model, t, q)
+    best = openings(model, t, q)
     if best.worst > TOLERANCE:
         for columns in _movable(model):
             # K times 1 s2: elastic coordinates move as in statics
-            closed, found = _closed(model, t, q, columns, elastic_stiffness(model))
+            found = _closed(openings(model, t, q), columns, elastic_stiffness(model))
             if found.worst <= TOLERANCE:
-                q = closed
+                q = found.state.q
                 break
             best = min(best, found, key=lambda position: position.worst)
         else:
             raise ModelError(
-                f"the scene cannot be assembled: {_open_constraints(model, best)}. "
+                f"the scene cannot be assembled: {open_constraints(best)}. "
                 "Remedy: start nearer to the closed position, or check lengths, axes and where the ends are"
             )
     _check_facing(model, t, q)
     return q, _consistent_speeds(model, t, q, u)
 
 
-def project_positions(model: ModelData, t: float, q: Vector, stiffness: Matrix | None = None) -> Vector:
+def project_positions(
+    model: ModelData, t: float, q: Vector, stiffness: Matrix | None = None, z: Vector | None = None
+) -> Vector:
     """Return the coordinates nearest to q at which the loops are closed, to the last digit that Newton's method gives.
 
     Beside a singular position a small opening acts like one divided by the third power of the distance from it, so
@@ -83,6 +87,8 @@ def project_positions(model: ModelData, t: float, q: Vector, stiffness: Matrix |
     q : ndarray, shape (coordinates,)
     stiffness : ndarray, shape (free, free), optional
         Added to M in the metric. Stiff modes, which M alone would move, then stay where they are.
+    z : ndarray, shape (states,), optional
+        Internal states, of which the switches say which constraints hold; default: those of the start.
 
     Raises
     ------
@@ -92,26 +98,29 @@ def project_positions(model: ModelData, t: float, q: Vector, stiffness: Matrix |
     if not model.constraints:
         return q
     metric = np.zeros((model.free_count, model.free_count)) if stiffness is None else stiffness
-    closed, found = _closed(model, t, q, np.arange(model.free_count), metric, 0.0)
+    found = _closed(openings(model, t, q, z), np.arange(model.free_count), metric, 0.0)
     if found.worst > LARGEST_OPENING:
         raise SimulationError(
-            f"at t = {t:.6g} s the mechanism cannot go on: {_open_constraints(model, found)}. "
+            f"at t = {t:.6g} s the mechanism cannot go on: {open_constraints(found)}. "
             "Remedy: check that driven joints stay within its reach"
         )
-    return closed
+    return found.state.q
 
 
 def closed_coordinates(model: ModelData, t: float, q: Vector) -> Vector | None:
-    """Return the coordinates near q at which the loops are closed at time t (s); None if none are found."""
-    closed, found = _closed(model, t, q, np.arange(model.free_count), np.zeros((model.free_count, model.free_count)))
-    return closed if found.worst <= TOLERANCE else None
+    """Return the coordinates near q at which the loops are closed at time t (s), switched as at the start; or None."""
+    n = model.free_count
+    found = _closed(openings(model, t, q), np.arange(n), np.zeros((n, n)))
+    return found.state.q if found.worst <= TOLERANCE else None
 
 
-def project_speeds(model: ModelData, t: float, q: Vector, u: Vector, stiffness: Matrix | None = None) -> Vector:
+def project_speeds(
+    model: ModelData, t: float, q: Vector, u: Vector, stiffness: Matrix | None = None, z: Vector | None = None
+) -> Vector:
     """Return the speeds nearest to u that keep the loops closed and what rolls from slipping; arguments as above."""
     if not model.constraints or not len(u):
         return u
-    state = State(model, t, q, u)
+    state = State(model, t, q, u, z)
     full, rows = state.full, constraint_rates(state)
     n = model.free_count
     M = mass_matrix(state)[:n, :n]
@@ -119,25 +128,22 @@ def project_speeds(model: ModelData, t: float, q: Vector, u: Vector, stiffness: 
     return np.asarray(u + solver.solve(np.zeros(n), rows.J @ full[: rows.J.shape[1]])[0])
 
 
-def _position(model: ModelData, t: float, q: Vector) -> _Position:
-    state = State(model, t, q)
-    g = constraint_residuals(state)
-    rows = np.flatnonzero(~np.isnan(g))
+def openings(model: ModelData, t: float, q: Vector, z: Vector | None = None) -> Position:
+    """Return how far the constraints that hold are open at time t (s)."""
+    state = State(model, t, q, None, z)
+    rows = place_rows(state)
     # far from N's origin round-off is that of the distance
     length = max(scene_length(model), *(float(np.abs(motion.p_NoFo_N).max()) for motion in state.motions))
-    all_rows = scene_rows(model)
-    scales = np.array([length if all_rows[i].unit == METRE else 1.0 for i in rows])
-    return _Position(state, rows, g[rows], scales)
+    scales = np.array([length if held_rows(state)[i][1].unit == METRE else 1.0 for i in rows])
+    return Position(state, rows, constraint_residuals(state)[rows], scales)
 
 
-def _closed(
-    model: ModelData, t: float, q: Vector, columns: np.ndarray, stiffness: Matrix, tolerance: float = TOLERANCE
-) -> tuple[Vector, _Position]:
-    """Return q after Newton's iteration over some of the free speeds, and its openings."""
+def _closed(position: Position, columns: np.ndarray, stiffness: Matrix, tolerance: float = TOLERANCE) -> Position:
+    """Return the position after Newton's iteration over some of the free speeds."""
+    model = position.state.model
     n = model.free_count
-    position = _position(model, t, q)
     if not len(columns):
-        return q, position
+        return position
     length = scene_length(model)
     limits = LARGEST_STEP * joint_scales(model, length)[columns]
     for _ in range(LARGEST_ITERATIONS):
@@ -147,28 +153,25 @@ def _closed(
         metric = (mass_matrix(position.state)[:n, :n] + stiffness)[np.ix_(columns, columns)]
         step, _ = constrained_solver(model, metric, rows).solve(np.zeros(len(columns)), position.residuals)
         step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / limits)), 1e-300))
-        q_new, new = _shortened(model, t, q, columns, step, position)
-        if new is None:
+        better = _shortened(columns, step, position)
+        if better is None:
             break
-        q, position = q_new, new
-    return q, position
+        position = better
+    return position
 
 
-def _shortened(
-    model: ModelData, t: float, q: Vector, columns: np.ndarray, step: Vector, position: _Position
-) -> tuple[Vector, _Position | None]:
-    """Return q after the step, halved until the loops open less than before; None if no step does that."""
-    before = float(position.openings @ position.openings)
-    full = np.zeros(model.free_count)
+def _shortened(columns: np.ndarray, step: Vector, position: Position) -> Position | None:
+    """Return the position after the step, halved until the loops open less than before; None if no step does that."""
+    state, before = position.state, float(position.openings @ position.openings)
+    full = np.zeros(state.model.free_count)
     # what is closed but for round-off gets better by a whole step or not at all
     for _ in range(MOST_HALVINGS if position.worst > TOLERANCE else 1):
         full[columns] = step
-        moved = model.advance(q, full)
-        found = _position(model, t, moved)
+        found = openings(state.model, state.t, state.model.advance(state.q, full), state.z)
         if float(found.openings @ found.openings) < before:
-            return moved, found
+            return found
         step = 0.5 * step
-    return q, None
+    return None
 
 
 def _movable(model: ModelData) -> list[np.ndarray]:
@@ -203,7 +206,7 @@ def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vect
 def _check_facing(model: ModelData, t: float, q: Vector) -> None:
     state = State(model, t, q)
     for constraint in model.constraints:
-        if constraint.a is None or constraint.b is None:
+        if constraint.a is None or constraint.b is None or not constraint.holds(state.z):
             continue
         A_ab = state.marker(constraint.a).A_NF.T @ state.marker(constraint.b).A_NF
         if any(axis @ A_ab @ axis < 0.0 for axis in constraint.facing):
@@ -213,19 +216,14 @@ def _check_facing(model: ModelData, t: float, q: Vector) -> None:
             )
 
 
-def _open_constraints(model: ModelData, position: _Position) -> str:
+def open_constraints(position: Position) -> str:
     """Return the names of open constraints and by how much they are, the worst first."""
-    entries = zip(np.abs(position.openings).tolist(), position.residuals.tolist(), strict=True)
-    openings = dict(zip(position.rows.tolist(), entries, strict=True))
-    found: list[tuple[float, str]] = []
-    number = 0
-    for constraint in model.constraints:
-        numbered = list(enumerate(constraint.rows, start=number))
-        number += len(numbered)
-        opened = [(*openings[i], row) for i, row in numbered if i in openings]
-        size, residual, row = max(opened, key=lambda entry: entry[0], default=(0.0, 0.0, None))
-        if row is not None and size > TOLERANCE:
-            found.append((size, f"{constraint.title} stays open by {abs(residual):.3g} {row.unit} ({row.label})"))
-    found.sort(reverse=True)
+    worst: dict[str, tuple[float, str]] = {}
+    rows = (held_rows(position.state)[i] for i in position.rows)
+    for (constraint, row), size, g in zip(rows, np.abs(position.openings), position.residuals, strict=True):
+        if size > max(TOLERANCE, worst.get(constraint.name, (0.0, ""))[0]):
+            text = f"{constraint.title} stays open by {abs(g):.3g} {row.unit} ({row.label})"
+            worst[constraint.name] = float(size), text
+    found = sorted(worst.values(), reverse=True)
     more = f" and {len(found) - 3} more" if len(found) > 3 else ""
     return "; ".join(text for _, text in found[:3]) + more

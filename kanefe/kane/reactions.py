@@ -36,10 +36,11 @@ def joint_reactions(state: State, du: Vector) -> list[Vector]:
 def loop_forces(state: State) -> dict[str, Vector]:
     """Return what each loop joint, distance and rolling contact exerts on its end b, (6,), by name.
 
-    Force (N) and moment (N m) about the origin of b's marker, in its axes. Couplers of joint coordinates have no ends.
+    Force (N) and moment (N m) about the origin of b's marker, in its axes; zero where it is switched off. Couplers of
+    joint coordinates have no ends.
     """
     at = {id(marker): wrench for marker, _, wrench in _loop_wrenches(state)}
-    return {c.name: at[id(c.b)] for c in state.model.constraints if c.b is not None}
+    return {c.name: at.get(id(c.b), np.zeros(6)) for c in state.model.constraints if c.b is not None}
 
 
 LoopWrench = tuple[Marker, FrameMotion, Vector]

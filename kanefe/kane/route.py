@@ -113,11 +113,11 @@ class LiteralRoute:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one."""
         if not self.model.constraints:
             return y
-        q, u, _ = self.parts(y)
+        q, u, z = self.parts(y)
         if share > 0.0:
             stiffness = share * elastic_stiffness(self.model)
-        q_closed = project_positions(self.model, t, q, stiffness)
-        u_closed = project_speeds(self.model, t, q_closed, u, stiffness)
+        q_closed = project_positions(self.model, t, q, stiffness, z)
+        u_closed = project_speeds(self.model, t, q_closed, u, stiffness, z)
         if q_closed is q and u_closed is u:
             return y
         return np.concatenate((q_closed, u_closed, y[len(q) + len(u) :]))

@@ -31,6 +31,7 @@ from kanefe.kernels.constraints import (
     answer_rows,
     answers_in,
     hold_size,
+    holds,
     write_row,
 )
 from kanefe.kernels.drives import Drives, put_drives
@@ -44,6 +45,7 @@ from kanefe.kernels.layout import (
     OMEGA,
     POSITION,
     SPEEDS,
+    STATES,
     VELOCITY,
     WORK,
     FlexibleTables,
@@ -127,6 +129,7 @@ def close(
     share_stiffness: float,
     q: np.ndarray,
     u: np.ndarray,
+    z: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
@@ -142,6 +145,8 @@ def close(
         stay where they are.
     q, u : ndarray, shapes (coordinates,), (free,)
         Changed in place, unless what is returned is not CLOSED.
+    z : ndarray, shape (states,)
+        Of which the switches say which rows hold.
     work, modal, border : ndarray
         Work arrays: what is in them is lost.
     room : ndarray, shape (`close_size`,)
@@ -151,7 +156,7 @@ def close(
     at = _closing_in(room[hold_size(m, n) :], m, n, count, len(q))
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-    worst, total = _openings(loops, tables, drives, at.place, work, at.residuals)
+    worst, total = _openings(loops, tables, drives, at.place, z, work, at.residuals)
     start, rank, weakest = worst, 0, 1.0
     has_answers = is_here = False  # whether there are answers, and whether they are those of the place
     is_swept = True
@@ -161,7 +166,7 @@ def close(
         if not has_answers:
             if not is_swept:
                 sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-            if not _answer(loops, tables, flexible, drives, share_stiffness, u, work, modal, border, at, kept):
+            if not _answer(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
                 return WITHOUT_INERTIA, 0.0
             rank, weakest = _factor_places(loops, worst, at, kept)
             if weakest == 0.0:
@@ -179,7 +184,7 @@ def close(
         for _half in range(tries):
             advance(tables, flexible, at.place, at.step, share, at.trial)
             sweep_outward(tables, flexible, drives, at.trial, u, work, modal)
-            opening, square = _openings(loops, tables, drives, at.trial, work, at.trial_residuals)
+            opening, square = _openings(loops, tables, drives, at.trial, z, work, at.trial_residuals)
             if square < total:
                 is_better = True
                 break
@@ -198,7 +203,7 @@ def close(
     if not is_swept:
         sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     if not has_answers or (start > FAR * weakest and not is_here):
-        if not _answer(loops, tables, flexible, drives, share_stiffness, u, work, modal, border, at, kept):
+        if not _answer(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
             return WITHOUT_INERTIA, 0.0
         rank, weakest = factor(
             kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
@@ -213,6 +218,9 @@ def close(
         if _again > 0:
             sweep_outward(tables, flexible, drives, at.place, at.speeds, work, modal)
         for j in range(m):
+            at.residuals[j] = 0.0
+            if not holds(loops, j, z):
+                continue
             write_row(loops, j, tables.gravity, drives, count, work, kept.wrenches)
             at.residuals[j] = _rate(loops, j, drives, work, kept.wrenches, at.speeds)
         solve(kept.L, kept.inverses, kept.order, rank, kept.scale, at.residuals, kept.column, at.multipliers)
@@ -239,11 +247,11 @@ def close_state(
     border: np.ndarray,
     room: np.ndarray,
 ) -> bool:
-    """Close the loops of a state ``(q, u, ...)`` at time t, see `close`; tell whether that was possible."""
+    """Close the loops of a state ``(q, u, z, ...)`` at time t, see `close`; tell whether that was possible."""
     put_drives(motions, t, drives)
-    n, m = tables.sizes[COORDINATES], tables.sizes[SPEEDS]
-    q, u = y[:n], y[n : n + m]
-    ended, _ = close(tables, flexible, loops, drives, share_stiffness, q, u, work, modal, border, room)
+    n, m, k = tables.sizes[COORDINATES], tables.sizes[SPEEDS], tables.sizes[STATES]
+    q, u, z = y[:n], y[n : n + m], y[n + m : n + m + k]
+    ended, _ = close(tables, flexible, loops, drives, share_stiffness, q, u, z, work, modal, border, room)
     return ended == CLOSED
 
 
@@ -255,6 +263,7 @@ def _answer(
     drives: np.ndarray,
     share_stiffness: float,
     u: np.ndarray,
+    z: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
@@ -264,7 +273,8 @@ def _answer(
     """Write the rows and their answers after an outward sweep; tell whether everything has inertia."""
     count, is_implicit, none = len(u), share_stiffness > 0.0, at.step
     for j in range(len(loops.rows)):
-        write_row(loops, j, tables.gravity, drives, count, work, kept.wrenches)
+        if holds(loops, j, z):
+            write_row(loops, j, tables.gravity, drives, count, work, kept.wrenches)
     set_inertia(tables, flexible, work, modal)
     at.applied[:] = 0.0
     if is_implicit:
@@ -274,7 +284,7 @@ def _answer(
             stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
     if not sweep_inward(tables, flexible, at.applied, work, modal, border, is_implicit, at.added):
         return False
-    answer_rows(loops, tables, flexible, at.applied, work, modal, border, is_implicit, count, kept)
+    answer_rows(loops, tables, flexible, z, at.applied, work, modal, border, is_implicit, count, kept)
     return True
 
 
@@ -300,11 +310,17 @@ def _combine(kept: Answers, multipliers: np.ndarray, step: np.ndarray) -> None:
 
 @kernel
 def _openings(
-    loops: Loops, tables: Tables, drives: np.ndarray, q: np.ndarray, work: np.ndarray, residuals: np.ndarray
+    loops: Loops,
+    tables: Tables,
+    drives: np.ndarray,
+    q: np.ndarray,
+    z: np.ndarray,
+    work: np.ndarray,
+    residuals: np.ndarray,
 ) -> tuple[float, float]:
     """Write g of all rows after an outward sweep; return the largest opening, and the sum of their squares.
 
-    Openings are of the scene's length, or in rad; zero for rows on speeds alone.
+    Openings are of the scene's length, or in rad; zero for rows on speeds alone, and for those that do not hold.
     """
     length = loops.limits[LENGTH]
     for i in range(len(tables.rows)):  # far from N's origin round-off is that of the distance
@@ -313,7 +329,7 @@ def _openings(
     worst = total = 0.0
     for j in range(len(loops.rows)):
         residuals[j] = 0.0
-        if not loops.rows[j, HOLDS_PLACE]:
+        if not loops.rows[j, HOLDS_PLACE] or not holds(loops, j, z):
             continue
         if loops.rows[j, KIND_OF] == COUPLER_ROW:
             residuals[j] = -loops.numbers[j, 6]
@@ -371,6 +387,7 @@ def close_loops(
     share_stiffness: float,
     q: np.ndarray,
     u: np.ndarray,
+    z: np.ndarray,
 ) -> tuple[int, float]:
     """Close the loops, for Python: change q and u in place; return how it ended and the weakest pivot, see `close`."""
     modes = borders = 0
@@ -387,6 +404,7 @@ def close_loops(
         share_stiffness,
         q,
         u,
+        z,
         room[:rows].reshape(-1, WORK),
         room[rows : rows + modes],
         room[rows + modes : rows + modes + borders],

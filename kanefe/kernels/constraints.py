@@ -46,11 +46,12 @@ from kanefe.kernels.link_motion import partials
 from kanefe.kernels.loads import push
 from kanefe.kernels.markers import axes_of, lever_of, motion_of
 from kanefe.kernels.pivoted import factor, solve
+from kanefe.kernels.tolerances import HALF_ON
 from kanefe.kernels.vectors import Numbers, cross, dot, matrix, plus, put, rotated_back, vector
 
 # Columns of the integers of a row
-KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE = range(8)
-CONSTRAINT_INTEGERS = 8
+KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH = range(9)
+CONSTRAINT_INTEGERS = 9
 # Columns of the room of a row
 FORCE_A, MOMENT_A, FORCE_B, MOMENT_B = 0, 3, 6, 9
 WRENCHES = 12
@@ -67,7 +68,8 @@ class Loops(NamedTuple):
     ----------
     rows : ndarray of int, shape (m, CONSTRAINT_INTEGERS)
         Kind, rows of both markers (-1: N), is a ball, first term and number of terms of a coupler, whether it holds
-        coordinates and not speeds alone, whether its residual is an angle.
+        coordinates and not speeds alone, whether its residual is an angle, its switch among the internal states (-1:
+        it always holds).
     markers : ndarray, shape (2 m, MARKER_NUMBERS)
     numbers : ndarray, shape (m, 7)
         e, f (of a screw: its side), and a length, lead, radius, cosine or constant.
@@ -109,7 +111,8 @@ class Answers(NamedTuple):
     L, inverses, order : ndarray, shapes (m, m), (m,), (m,)
         Its factors, see `kanefe.kernels.pivoted`.
     scale : ndarray, shape (m,)
-        With which a row is of unit length if it points along the motion of its ends; 0: it moves nothing.
+        With which a row is of unit length if it points along the motion of its ends; 0: it moves nothing, or does not
+        hold.
     rest, column : ndarray, shape (m,)
     J, reach : ndarray, shape (n,)
         Room.
@@ -160,12 +163,20 @@ def answers_in(room: np.ndarray, m: int, n: int) -> Answers:
     )
 
 
+@inlined
+def holds(loops: Loops, j: int, z: np.ndarray) -> bool:
+    """Return whether a row holds with internal states z."""
+    switch = loops.rows[j, SWITCH]
+    return switch < 0 or z[switch].real > HALF_ON
+
+
 @kernel
 def hold(
     loops: Loops,
     tables: Tables,
     flexible: FlexibleTables | None,
     drives: np.ndarray,
+    z: np.ndarray,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
@@ -180,6 +191,8 @@ def hold(
 
     Parameters
     ----------
+    z : ndarray, shape (states,)
+        Internal states, of which the switches say which rows hold.
     applied : ndarray, shape (free + driven,)
         Room: what is in it is lost.
     multipliers : ndarray, shape (m,)
@@ -191,9 +204,11 @@ def hold(
     m, count = len(loops.rows), len(du)
     kept = answers_in(room, m, len(applied))
     for j in range(m):
+        if not holds(loops, j, z):
+            continue
         remainder = write_row(loops, j, tables.gravity, drives, count, work, kept.wrenches)
         kept.rest[j] = -remainder - _along(loops, j, work, kept.wrenches, du)
-    answer_rows(loops, tables, flexible, applied, work, modal, border, is_implicit, count, kept)
+    answer_rows(loops, tables, flexible, z, applied, work, modal, border, is_implicit, count, kept)
     rank, weakest = factor(
         kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
     )
@@ -212,6 +227,7 @@ def answer_rows(
     loops: Loops,
     tables: Tables,
     flexible: FlexibleTables | None,
+    z: np.ndarray,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
@@ -222,8 +238,11 @@ def answer_rows(
 ) -> None:
     """Write what the unit multiplier of each row causes, and A; the rows are written and the inertias eliminated.
 
+    A row that does not hold is left out: its scale is zero.
+
     Parameters
     ----------
+    z : ndarray, shape (states,)
     applied : ndarray, shape (free + driven,)
         Room.
     count : int
@@ -231,6 +250,9 @@ def answer_rows(
     """
     m, driven, J, reach = len(loops.rows), len(applied) - count, kept.J, kept.reach
     for j in range(m):
+        if not holds(loops, j, z):
+            kept.scale[j] = 0.0
+            continue
         J[:] = 0.0
         reach[:] = 0.0
         if loops.rows[j, KIND_OF] == COUPLER_ROW:

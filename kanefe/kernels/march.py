@@ -261,7 +261,7 @@ def march(
             put_driving_forces(tables, applied, work, driving)
         if loops is not None:
             pivot = hold(
-                loops, tables, flexible, drives, applied, work, modal, border, du, driving, multipliers, closing,
+                loops, tables, flexible, drives, z, applied, work, modal, border, du, driving, multipliers, closing,
                 is_implicit,
             )  # fmt: skip
             weakest = min(weakest, pivot)

@@ -1,4 +1,4 @@
-"""When a loop counts as closed, and how far one iteration may go: the same for the literal and the compiled route.
+"""When a loop holds and counts as closed, how far one iteration may go: the same for the literal and compiled route.
 
 They are here since compiled code holds them as numbers: only a change in this folder makes it anew.
 """
@@ -24,3 +24,6 @@ NEAR_SINGULAR = 1e-2
 The stages of an explicit method leave the loops open by some error. Towards a singular position it is divided by powers
 of the distance from it, and error control would creep up to the position and never pass it.
 """
+
+HALF_ON = 0.5
+"""A constraint that is switched holds with its switch above it: 0 is off and 1 on, which methods keep to round-off."""

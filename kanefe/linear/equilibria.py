@@ -15,7 +15,7 @@ from kanefe.frames import Matrix, Vector, numbers
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.imbalance import BALANCED, Imbalance, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
-from kanefe.linear.state import model_of, state_of
+from kanefe.linear.state import model_in_state, model_of
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
 from kanefe.linear.targets import Named
 
@@ -57,7 +57,7 @@ class Equilibrium:
     time : float
         s.
     state : ndarray
-        y = (q, u) of the model, named by `Model.state_names`.
+        y = (q, u, z) of the model, named by `Model.state_names`.
     imbalance : Imbalance
         What is left over where it balances worst.
     iterations : int
@@ -151,11 +151,11 @@ def equilibrium(
     model = model_of(scene, "equilibrium", t)
     y = None if start is None else numbers(start).astype(float)
     if y is None or y.shape == (model.coordinate_count + model.free_count,):
-        y = (model.initial_state if y is None else y).copy()
-        y[model.coordinate_count :] = 0.0
+        q = model.initial_coordinates if y is None else y[: model.coordinate_count]
         if model.constraints and start is None:
-            y[: model.coordinate_count] = project_positions(model, t, y[: model.coordinate_count])
-    time, q, _ = state_of(model, t, y, "equilibrium")
+            q = project_positions(model, t, q)
+        y = np.concatenate((q, np.zeros(model.free_count), model.initial_states))
+    model, time, q, _ = model_in_state(model, t, y, "equilibrium")
     u, found = _given_speeds(model, speeds or {}, find)
     if len(found) and model.constraints:
         raise ModelError(
@@ -167,7 +167,9 @@ def equilibrium(
     if steady:
         _check_steady(model, time, *state)
     q, u = state
-    return Equilibrium(model, time, np.concatenate(state), search.imbalance(q, u), search.iterations)
+    return Equilibrium(
+        model, time, np.concatenate((*state, model.initial_states)), search.imbalance(q, u), search.iterations
+    )
 
 
 def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) -> tuple[Vector, np.ndarray]:

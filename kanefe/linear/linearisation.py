@@ -15,7 +15,7 @@ from kanefe.linear.forces import answers
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.small_motions import Directions, SmallMotions
-from kanefe.linear.state import Freezable, model_of, state_of
+from kanefe.linear.state import Freezable, model_in_state, model_of
 from kanefe.linear.state_space import StateSpace
 from kanefe.linear.tangents import tangent_names
 from kanefe.linear.targets import Named
@@ -139,7 +139,7 @@ def linearise(
     0.6105
     """
     model = model_of(scene, "linearise", t)
-    time, q, u = state_of(model, t, y, "linearise")
+    model, time, q, u = model_in_state(model, t, y, "linearise")
     given = inputs_of(model, time, q, u, inputs)
     drives = tuple(dict.fromkeys(item.drive for item in given if item.drive is not None))
     small = SmallMotions(model, time, q, u, drives)

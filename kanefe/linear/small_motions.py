@@ -30,7 +30,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, mass_matrix
-from kanefe.kane.constraints import Rates, constraint_rates, constraint_residuals
+from kanefe.kane.constraints import Rates, constraint_rates, place_rows
 from kanefe.kane.state import State
 from kanefe.linear.drives import Drive, Shift, shifted
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
@@ -86,15 +86,14 @@ class SmallMotions:
         self._columns = np.concatenate(
             (np.arange(n), [model.bodies[d.body].speeds[d.coordinate] for d in drives])
         ).astype(int)
-        rates, is_holonomic = self._rows(q, u)
-        self.is_holonomic = bool(is_holonomic.all())
+        rates, of_places = self._rows(q, u)
+        self.is_holonomic = len(of_places) == len(rates.J)
         masses = np.diag(self.mass())
         joints = np.zeros(self.size, dtype=bool)
         for body in model.bodies:
             joints[body.speeds[body.speeds < n]] = True
         given = np.arange(self.size) >= n
-        holonomic = rates.over(slice(None), is_holonomic)
-        self.positions = independent(holonomic, masses, joints, given)
+        self.positions = independent(rates.over(slice(None), of_places), masses, joints, given)
         self.speeds = self.positions
         if not self.is_holonomic:
             self.speeds = independent(rates, masses, joints, given, self.positions.following)
@@ -126,11 +125,10 @@ class SmallMotions:
         return np.where(np.abs(along.z[n:]).max(axis=0, initial=0.0) > 0.0, np.minimum(sizes, 1e-3), sizes)
 
     def _rows(self, q: Vector, u: Vector, model: Model | None = None) -> tuple[Rates, np.ndarray]:
-        """Return the rows of the constraints over free speeds and drives, and which are holonomic."""
+        """Return the rows of the constraints over free speeds and drives, and the numbers of the holonomic ones."""
         model = self.model if model is None else model
         state = State(model, self.t, q, u)
-        is_holonomic = ~np.isnan(constraint_residuals(state))
-        return constraint_rates(state).over(self._columns), is_holonomic
+        return constraint_rates(state).over(self._columns), place_rows(state)
 
     def _open_rates(self, state: Moved) -> Vector:
         """Return J u of all speeds, those of all drives included, as it is at a state beside."""

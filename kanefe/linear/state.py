@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kane.constraints import constraint_rates, constraint_residuals
+from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
 from kanefe.kane.state import State
 from kanefe.kernels.tolerances import LARGEST_OPENING
 
@@ -58,8 +59,8 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     return model
 
 
-def state_of(model: Model, t: object, y: object, what: str) -> tuple[float, Vector, Vector]:
-    """Return time, q and u of a state; rotations get unit Euler parameters.
+def model_in_state(model: Model, t: object, y: object, what: str) -> tuple[Model, float, Vector, Vector]:
+    """Return a model that starts with the internal states of y, time, q and u; Euler parameters of unit length.
 
     Raises
     ------
@@ -80,13 +81,15 @@ def state_of(model: Model, t: object, y: object, what: str) -> tuple[float, Vect
     if not np.all(np.isfinite(state)):
         worst = int(np.flatnonzero(~np.isfinite(state))[0])
         raise ModelError(f"the state of {what} is not finite: {names[worst]} is {state[worst]}")
-    q, u, _ = model.parts(state)
+    q, u, z = model.parts(state)
+    if not np.array_equal(z, model.initial_states):
+        model = replace(model, initial_states=z)
     rotations = [(body.coordinates, body.joint.rotation_at) for body in model.bodies]
     if not all(np.any(q[at[first : first + 4]]) for at, first in rotations if first is not None):
         raise ModelError(f"the state of {what} has Euler parameters of no length. Remedy: (1, 0, 0, 0)")
     q = model.advance(q, np.zeros(model.free_count))  # of unit length
     _check_closed(model, float(time), q, u, what)
-    return float(time), q, u
+    return model, float(time), q, u
 
 
 def _check_closed(model: Model, t: float, q: Vector, u: Vector, what: str) -> None:
@@ -94,11 +97,10 @@ def _check_closed(model: Model, t: float, q: Vector, u: Vector, what: str) -> No
         return
     state = State(model, t, q, u)
     full = state.full
-    opened = np.nan_to_num(constraint_residuals(state))
-    rates = constraint_rates(state)
+    opened, rates = constraint_residuals(state), constraint_rates(state)
     slipping = rates.J @ full[: rates.J.shape[1]]
     sizes = np.abs(rates.J) @ np.abs(full[: rates.J.shape[1]])
-    labels = [f"{constraint.title} ({row.label})" for constraint in model.constraints for row in constraint.rows]
+    labels = [f"{constraint.title} ({row.label})" for constraint, row in held_rows(state)]
     # the projection of a run leaves 1e-12, its dense output between steps up to the tolerance of the run
     bad = (np.abs(opened) > 1e3 * LARGEST_OPENING) | (np.abs(slipping) > 1e-4 * np.maximum(sizes, 1e-3))
     if bad.any():

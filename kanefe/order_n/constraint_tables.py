@@ -6,8 +6,8 @@ import numpy as np
 
 from kanefe.constraints.rows import (
     DIRECTIONS,
-    NORMAL,
     RADIAN,
+    Constraint,
     CouplerRow,
     DirectionRow,
     DistanceRow,
@@ -17,7 +17,7 @@ from kanefe.constraints.rows import (
     Row,
     ScrewRow,
 )
-from kanefe.kane.constraints import RANK_TOLERANCE, scene_rows
+from kanefe.kane.constraints import RANK_TOLERANCE
 from kanefe.kernels.constraint_rows import (
     COUPLER_ROW,
     DIRECTION_ROW,
@@ -44,9 +44,9 @@ def loop_tables(builder: Seats) -> Loops | None:
     speeds: list[int] = []
     coefficients: list[float] = []
     coordinates: list[int] = []
-    for row in scene_rows(model):
+    for constraint, row in ((c, row) for c in model.constraints for row in c.rows):
         if isinstance(row, CouplerRow):
-            integers.append((COUPLER_ROW, -1, -1, 0, len(speeds), len(row.terms), *_nature(row)))
+            integers.append((COUPLER_ROW, -1, -1, 0, len(speeds), len(row.terms), *_nature(constraint, row)))
             speeds += [int(model.bodies[body].speeds[coordinate]) for body, coordinate, _ in row.terms]
             coefficients += [coefficient for _, _, coefficient in row.terms]
             coordinates += [_coordinate(model, body, coordinate) for body, coordinate, _ in row.terms]
@@ -57,7 +57,7 @@ def loop_tables(builder: Seats) -> Loops | None:
         markers += [place for _, place in ends]
         kind, values = _row_numbers(row)
         is_ball = isinstance(row, RollingRow) and row.is_ball
-        integers.append((kind, ends[0][0], ends[1][0], int(is_ball), 0, 0, *_nature(row)))
+        integers.append((kind, ends[0][0], ends[1][0], int(is_ball), 0, 0, *_nature(constraint, row)))
         numbers.append(values)
     return Loops(
         rows=np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS),
@@ -72,10 +72,9 @@ def loop_tables(builder: Seats) -> Loops | None:
     )
 
 
-def _nature(row: Row) -> tuple[int, int]:
-    """Return whether a row holds coordinates, and not speeds alone, and whether its residual is an angle."""
-    holds_place = not isinstance(row, RollingRow) or row.direction == NORMAL
-    return int(holds_place), int(row.unit == RADIAN)
+def _nature(constraint: Constraint, row: Row) -> tuple[int, int, int]:
+    """Return whether a row holds coordinates, whether its residual is an angle, and its switch."""
+    return int(row.holds_place), int(row.unit == RADIAN), constraint.switch
 
 
 def _coordinate(model: ModelData, body: int, coordinate: int) -> int:

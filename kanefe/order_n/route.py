@@ -225,9 +225,9 @@ class OrderN(LiteralRoute):
         if self.loops is None:
             return y
         if stiffness is None and self.model.free_count:
-            q, u, _ = self.parts(y)
+            q, u, z = self.parts(y)
             q, u = q.copy(), u.copy()
-            ended, _ = close_loops(self.tables, self.flexible, self.loops, self.drives(t), share, q, u)
+            ended, _ = close_loops(self.tables, self.flexible, self.loops, self.drives(t), share, q, u, z)
             if ended == CLOSED:
                 return np.concatenate((q, u, y[len(q) + len(u) :]))
         return super().projected(t, y, stiffness, share)

@@ -33,7 +33,9 @@ class ConstraintMethods(Scene):
         super().__init__()
         self._constraints: list[Constraint] = []
 
-    def add_loop_joint(self, name: str, joint: Joint | type[Joint], a: Frame, b: Frame) -> None:
+    def add_loop_joint(
+        self, name: str, joint: Joint | type[Joint], a: Frame, b: Frame, *, starts_on: bool | None = None
+    ) -> None:
         """Close a loop: hold frame b on frame a as a joint does, beside the joints of the tree.
 
         Parameters
@@ -46,6 +48,10 @@ class ConstraintMethods(Scene):
             own.
         a, b : Frame
             Of different bodies; ``scene.ground`` is the inertial frame.
+        starts_on : bool, optional
+            Of a joint that is switched on and off in a run, by events whose action returns
+            ``state.switched(on=name)`` or ``off=name``: whether it holds at the start. Default: it always holds. It
+            must be closed where it is switched on; speeds that do not fit are lost as in a plastic impact.
 
         Raises
         ------
@@ -67,16 +73,16 @@ class ConstraintMethods(Scene):
         1
         """
         label = f"loop joint {name!r}"
-        self._check_new(name, label)
+        self._check_new(name, label, starts_on)
         made = joint() if isinstance(joint, type) and issubclass(joint, Joint) else joint
         check_joint(made, f"the joint of {label}")
         _check_plain(made, label)
         held = held_by(made)
         ends = self._ends(a, b, label, needs_rotation=not held.takes_points)
         rows = loop_joint_rows(made, *ends)
-        self._constraints.append(Constraint(name, f"{made.kind} loop joint", rows, *ends, facing=held.facing))
+        self._constraints.append(Constraint(name, f"{made.kind} loop joint", rows, *ends, held.facing, starts_on))
 
-    def add_distance(self, name: str, a: Frame, b: Frame, length: float) -> None:
+    def add_distance(self, name: str, a: Frame, b: Frame, length: float, *, starts_on: bool | None = None) -> None:
         """Keep the origins of two frames at a distance: a massless rod with a ball joint at each end.
 
         Parameters
@@ -87,6 +93,8 @@ class ConstraintMethods(Scene):
             Of different bodies.
         length : float
             m, above zero.
+        starts_on : bool, optional
+            See `add_loop_joint`.
 
         Raises
         ------
@@ -94,13 +102,20 @@ class ConstraintMethods(Scene):
             If the length is not above zero (remedy: a spherical loop joint), or an end is no place in this scene.
         """
         label = f"distance {name!r}"
-        self._check_new(name, label)
+        self._check_new(name, label, starts_on)
         size = _positive(length, f"length of {label}", "a spherical loop joint keeps two points together")
         ends = self._ends(a, b, label, needs_rotation=False)
-        self._constraints.append(Constraint(name, "distance", (DistanceRow("distance", *ends, size),), *ends))
+        self._constraints.append(
+            Constraint(name, "distance", (DistanceRow("distance", *ends, size),), *ends, (), starts_on)
+        )
 
     def add_gear(
-        self, name: str, coefficients: Mapping[Frame | tuple[Frame, int], float], constant: float | None = None
+        self,
+        name: str,
+        coefficients: Mapping[Frame | tuple[Frame, int], float],
+        constant: float | None = None,
+        *,
+        starts_on: bool | None = None,
     ) -> None:
         """Couple joint coordinates: ``sum c_i q_i = constant``, such as gears, belts and differentials.
 
@@ -112,6 +127,8 @@ class ConstraintMethods(Scene):
             Body -> coefficient c of its joint's coordinate; (body, number) -> that of a joint with several.
         constant : float, optional
             Default: as the coordinates start.
+        starts_on : bool, optional
+            See `add_loop_joint`.
 
         Raises
         ------
@@ -123,12 +140,12 @@ class ConstraintMethods(Scene):
         A wheel of 10 teeth turns one of 30 the other way round: ``scene.add_gear("pair", {small: 10, large: 30})``.
         """
         label = f"gear {name!r}"
-        self._check_new(name, label)
+        self._check_new(name, label, starts_on)
         if not isinstance(coefficients, Mapping) or not coefficients:
             raise ModelError(f"{label} takes a dict of bodies and coefficients, such as {{small: 10, large: 30}}")
-        self._add_coupler(name, "gear", label, coefficients, constant)
+        self._add_coupler(name, "gear", label, coefficients, constant, starts_on)
 
-    def add_rack(self, name: str, pinion: Frame, rack: Frame, radius: float) -> None:
+    def add_rack(self, name: str, pinion: Frame, rack: Frame, radius: float, *, starts_on: bool | None = None) -> None:
         """Let a pinion move a rack: the rack's distance grows by radius times the pinion's angle.
 
         Parameters
@@ -139,6 +156,8 @@ class ConstraintMethods(Scene):
             Bodies on a revolute and on a prismatic joint.
         radius : float
             Of the pinion's pitch circle, m; negative if the rack moves the other way.
+        starts_on : bool, optional
+            See `add_loop_joint`.
 
         Raises
         ------
@@ -146,7 +165,7 @@ class ConstraintMethods(Scene):
             If the joints are of other kinds, or the radius is zero.
         """
         label = f"rack {name!r}"
-        self._check_new(name, label)
+        self._check_new(name, label, starts_on)
         if not np.isfinite(numbers(radius)).all() or numbers(radius).shape != () or radius == 0:
             raise ModelError(f"radius of {label} must be a length in m other than zero, not {radius!r}")
         for what, frame, unit in (("pinion", pinion, "[rad]"), ("rack", rack, "[m]")):
@@ -154,9 +173,11 @@ class ConstraintMethods(Scene):
             if len(joint.coordinate_names) != 1 or unit not in joint.coordinate_names[0]:
                 kind = "revolute" if what == "pinion" else "prismatic"
                 raise ModelError(f"the {what} of {label} is on a {joint.kind} joint. Remedy: a {kind} one")
-        self._add_coupler(name, "rack", label, {rack: 1.0, pinion: -float(radius)}, None)
+        self._add_coupler(name, "rack", label, {rack: 1.0, pinion: -float(radius)}, None, starts_on)
 
-    def add_rolling_wheel(self, name: str, wheel: Frame, radius: float, plane: Frame | None = None) -> None:
+    def add_rolling_wheel(
+        self, name: str, wheel: Frame, radius: float, plane: Frame | None = None, *, starts_on: bool | None = None
+    ) -> None:
         """Let a thin wheel roll on a plane without slipping and without leaving it.
 
         Parameters
@@ -169,6 +190,8 @@ class ConstraintMethods(Scene):
             m.
         plane : Frame, optional
             Its plane z = 0, the wheel above it; default: the ground's.
+        starts_on : bool, optional
+            See `add_loop_joint`.
 
         Raises
         ------
@@ -179,24 +202,34 @@ class ConstraintMethods(Scene):
         --------
         A disc that rolls upright along x, its axle along -y: see ``tests/kane/test_rolling.py``.
         """
-        self._add_rolling(name, "rolling wheel", wheel, radius, plane, is_ball=False)
+        self._add_rolling(name, "rolling wheel", wheel, radius, plane, starts_on, is_ball=False)
 
-    def add_rolling_ball(self, name: str, ball: Frame, radius: float, plane: Frame | None = None) -> None:
+    def add_rolling_ball(
+        self, name: str, ball: Frame, radius: float, plane: Frame | None = None, *, starts_on: bool | None = None
+    ) -> None:
         """Let a ball roll on a plane without slipping and without leaving it; arguments: `add_rolling_wheel`."""
-        self._add_rolling(name, "rolling ball", ball, radius, plane, is_ball=True)
+        self._add_rolling(name, "rolling ball", ball, radius, plane, starts_on, is_ball=True)
 
     def _add_rolling(
-        self, name: str, kind: str, body: Frame, radius: float, plane: Frame | None, *, is_ball: bool
+        self,
+        name: str,
+        kind: str,
+        body: Frame,
+        radius: float,
+        plane: Frame | None,
+        starts_on: bool | None,
+        *,
+        is_ball: bool,
     ) -> None:
         label = f"{kind} {name!r}"
-        self._check_new(name, label)
+        self._check_new(name, label, starts_on)
         size = _positive(radius, f"radius of {label}", "give it in m")
         a, b = self._ends(self.ground if plane is None else plane, body, label, needs_rotation=True)
         rows = tuple(
             RollingRow(text, a, b, size, direction, is_ball)
             for text, direction in (("contact", NORMAL), ("slip along x", FIRST), ("slip along y", SECOND))
         )
-        self._constraints.append(Constraint(name, kind, rows, a, b))
+        self._constraints.append(Constraint(name, kind, rows, a, b, (), starts_on))
 
     def _add_coupler(
         self,
@@ -205,6 +238,7 @@ class ConstraintMethods(Scene):
         label: str,
         coefficients: Mapping[Frame | tuple[Frame, int], float],
         constant: float | None,
+        starts_on: bool | None,
     ) -> None:
         terms, start, unit = [], 0.0, RADIAN
         for key, coefficient in coefficients.items():
@@ -232,10 +266,12 @@ class ConstraintMethods(Scene):
         if constant is not None and not np.isfinite(numbers(constant)):
             raise ModelError(f"{label}: constant must be finite, not {constant!r}")
         row = CouplerRow("coordinates", tuple(terms), start if constant is None else float(constant), unit)
-        self._constraints.append(Constraint(name, kind, (row,)))
+        self._constraints.append(Constraint(name, kind, (row,), starts_on=starts_on))
 
-    def _check_new(self, name: object, label: str) -> None:
+    def _check_new(self, name: object, label: str, starts_on: object) -> None:
         self._check_open(label)
+        if starts_on is not None and not isinstance(starts_on, bool):
+            raise ModelError(f"starts_on of {label} must be True, False or None, not {starts_on!r}")
         if not isinstance(name, str) or not name or "/" in name:
             raise ModelError(f"the name of a constraint must be a text without '/', not {name!r}")
         if any(constraint.name == name for constraint in self._constraints):

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.marker import Marker
+from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.base import End
@@ -125,6 +126,55 @@ class SceneState:
                 "state.position(body, interface) and the like, or reduction=CraigBampton(modes=20)"
             )
         return terms
+
+    def is_on(self, name: str) -> bool:
+        """Return whether a constraint holds, by its name."""
+        return self._constraint(name).holds(self.z)
+
+    def switched(self, *, on: str | Sequence[str] = (), off: str | Sequence[str] = ()) -> Vector:
+        """Return the state ``(q, u, z)`` with constraints switched on and off: what the action of an event returns.
+
+        Parameters
+        ----------
+        on, off : str or sequence of str
+            Names of constraints that were added with `starts_on`.
+
+        Raises
+        ------
+        ModelError
+            If there is no such constraint, or it always holds.
+
+        Examples
+        --------
+        A weight that is let go after half a second:
+
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> weight = scene.add_rigid_body("weight", 1.0, joint=kf.Prismatic("z"))
+        >>> scene.add_loop_joint("hook", kf.Fixed, scene.ground, weight, starts_on=True)
+        >>> let_go = kf.Event("let go", lambda t, state: t - 0.5, action=lambda t, state: state.switched(off="hook"))
+        >>> result = scene.simulate((0.0, 1.0), events=[let_go])
+        >>> round(float(result.position("weight")[-1, 2]), 6)
+        -1.22625
+        """
+        y = self.vector
+        first = len(self.q) + len(self.u)
+        for names, value in ((on, 1.0), (off, 0.0)):
+            for name in (names,) if isinstance(names, str) else names:
+                constraint = self._constraint(name)
+                if constraint.switch < 0:
+                    raise ModelError(
+                        f"{constraint.title} always holds. Remedy: starts_on=True or False where it is added"
+                    )
+                y[first + constraint.switch] = value
+        return y
+
+    def _constraint(self, name: str) -> Constraint:
+        for constraint in self.model.constraints:
+            if constraint.name == name:
+                return constraint
+        known = ", ".join(constraint.name for constraint in self.model.constraints)
+        raise ModelError(f"the scene has no constraint called {name!r}. It has: {known or 'none'}")
 
     def load_states(self, number: int) -> Vector:
         """Return the internal states of a load between frames, by its number in the model."""

@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.constraints import constraint_rates, constraint_residuals, scene_rows
+from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
 from kanefe.kane.loop_closure import consistent_start
 from kanefe.kernels.tolerances import LARGEST_OPENING, TOLERANCE
 from kanefe.tree.model_data import ModelData
@@ -61,11 +61,11 @@ def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered:
     """
     small, model = condensed.small, condensed.model
     length = scene_length(model)
-    scales = np.array([length if row.unit == METRE else 1.0 for row in scene_rows(small)])
     last = np.inf
     for _ in range(LARGEST_ITERATIONS):
-        g = constraint_residuals(condensed.state(t, q, u))
-        g = np.where(np.isnan(g), 0.0, g)
+        state = condensed.state(t, q, u)
+        g = constraint_residuals(state)
+        scales = np.array([length if row.unit == METRE else 1.0 for _, row in held_rows(state)])
         worst = float(np.abs(g / scales).max(initial=0.0))
         if worst <= TOLERANCE or worst >= last:
             break

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import assemble
@@ -75,6 +76,12 @@ class UnreducedRoute(LiteralRoute):
 
     def __init__(self, model: ModelData) -> None:
         names = [repr(body.name) for body in model.bodies if is_unreduced(body)]
+        switched = [c.title for c in model.constraints if c.starts_on is not None]
+        if switched:
+            raise ModelError(
+                f"{switched[0]} is switched in a run, which is not offered beside the unreduced body {names[0]}. "
+                "Remedy: reduction=CraigBampton(modes=20), or leave out starts_on"
+            )
         super().__init__(model)
         self.reason = f"{', '.join(names)} with all degrees of freedom of the mesh"
         self.condensed = Condensed(model)
@@ -90,11 +97,11 @@ class UnreducedRoute(LiteralRoute):
             self._complete = Condensed(self.model, is_complete=True)
         return self._complete
 
-    def residual(self, t: float, q: Vector, u: Vector, du: Vector) -> Residual:
+    def residual(self, t: float, q: Vector, u: Vector, du: Vector, z: Vector) -> Residual:
         """Return what M du - F leaves at a state of the scene, constraints left out."""
         self.evaluations += 1
         condensed, small = self.condensed, self.small
-        state = self.condensed.state(t, q, u)
+        state = self.condensed.state(t, q, u, z)
         rates = np.concatenate((condensed.speeds(du), state.driven_rates))
         M, F = assemble(state, condensed_inertia)
         twin = M @ rates - F
@@ -161,8 +168,8 @@ class UnreducedRoute(LiteralRoute):
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state."""
-        q, u, _ = self.parts(y)
-        du = self.accelerations(t, q, u)
+        q, u, z = self.parts(y)
+        du = self.accelerations(t, q, u, z)
         z_rates = state_rates(self.view(t, y))
         rates = self.model.coordinate_rates(q, u), du, z_rates, self.powers(t, y, du)
         return Evaluation(np.concatenate(rates), 1.0)
@@ -171,10 +178,10 @@ class UnreducedRoute(LiteralRoute):
         """Return the state itself: the method that steps closes the loops, with its own matrices."""
         return y
 
-    def accelerations(self, t: float, q: Vector, u: Vector) -> Vector:
+    def accelerations(self, t: float, q: Vector, u: Vector, z: Vector) -> Vector:
         """Return du of the free speeds, loops held."""
         zero = np.zeros(self.model.free_count)
-        at_rest = self.residual(t, q, u, zero)
+        at_rest = self.residual(t, q, u, zero, z)
         solvers = [MassSolver(member.body.free_mass) for member in self.condensed.members]
         small, n = self.small, self.small.free_count
         rows = constraint_rates(at_rest.state) if small.constraints else None

@@ -28,7 +28,7 @@ def _literal(monkeypatch):
 
 
 def residuals(model, t, q):
-    return np.nan_to_num(constraint_residuals(State(model, t, q)))
+    return constraint_residuals(State(model, t, q))
 
 
 def consistent_state(model, seed=0, size=0.1):

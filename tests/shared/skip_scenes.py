@@ -48,6 +48,11 @@ def loop_beside(scene: kf.System) -> None:
     scene.add_loop_joint("idle", kf.Prismatic("x"), scene.ground, block)
 
 
+def switched_beside(scene: kf.System, is_on: bool) -> None:
+    block = scene.add_rigid_body("block", 1.0, at=(1, 0, 0), joint=kf.Prismatic("x"))
+    scene.add_loop_joint("idle", kf.Prismatic("x"), scene.ground, block, starts_on=is_on)
+
+
 def drive_beside(scene: kf.System) -> None:
     table = kf.Motion(np.sin, np.cos, lambda t: -np.sin(t))
     scene.add_rigid_body("idle", 1.0, 0.1, at=(1, 0, 0), joint=kf.Revolute("z", motion=table))
@@ -73,6 +78,11 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
     ),
     "springs": (["march.add_loads_between"], chain, lambda: chain(spring_beside)),
     "constraints": (["march.hold"], chain, lambda: chain(loop_beside)),
+    "constraints that are switched off": (
+        ["constraints.write_row", "constraints._walk_inward"],
+        lambda: chain(lambda scene: switched_beside(scene, is_on=False)),
+        lambda: chain(lambda scene: switched_beside(scene, is_on=True)),
+    ),
     "driving forces": (["march.put_driving_forces"], chain, lambda: chain(drive_beside)),
     "damping product": (
         ["march.total", "elastic._subtract_product"],
@@ -87,7 +97,7 @@ def rates(model: Model) -> np.ndarray:
     """Return dy/dt of the order-n route, without powers, at a state where what is beside the chain is at rest."""
     q, u = np.zeros(model.coordinate_count), np.zeros(model.free_count)
     q[:2], u[:2] = (0.4, -0.7), (1.2, -0.8)
-    return model.rhs(T, np.concatenate((q, u)))
+    return model.rhs(T, np.concatenate((q, u, model.initial_states)))
 
 
 def patched_rates(model: Model, functions: list[str]) -> list[str]:

@@ -25,8 +25,7 @@ COARSE = "rtol 1e-6 over some thousand steps, all on one side"
 
 def loop_opening(model: Model, t: float, q: np.ndarray) -> float:
     """Return the largest residual of the holonomic constraints at a configuration, m or rad."""
-    residuals = constraint_residuals(State(model, t, q))
-    return float(np.nanmax(np.abs(residuals), initial=0.0))
+    return float(np.abs(constraint_residuals(State(model, t, q))).max(initial=0.0))
 
 
 def singular_positions(effort: Effort) -> Iterator[Finding]:

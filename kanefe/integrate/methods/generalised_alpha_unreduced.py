@@ -139,7 +139,7 @@ class UnreducedStepper(PythonStepper):
         t = self.t
         q, u = self._dynamics.parts(y)
         self._q, self._u, self._works = q.copy(), u.copy(), y[len(q) + len(u) :].copy()
-        self._du = self._scene.accelerations(t, self._q, self._u)
+        self._du = self._scene.accelerations(t, self._q, self._u, self._z)
         self._a = self._du.copy()
         self._power = self._powers(t, self._q, self._u, self._du)
         self._before = (t, self._q, self._u, self._du, self._works)
@@ -150,8 +150,13 @@ class UnreducedStepper(PythonStepper):
 
     def _powers(self, t: float, q: Vector, u: Vector, du: Vector) -> Vector:
         """Return the rates of what follows q and u in a state: internal states, which stay, and the quadratures."""
-        z = self._works[:-WORKS]
+        z = self._z
         return np.concatenate((np.zeros_like(z), self._scene.powers(t, np.concatenate((q, u, z)), du)))
+
+    @property
+    def _z(self) -> Vector:
+        """Internal states, which change at events alone."""
+        return self._works[:-WORKS]
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to go on; of factors and borders the states at which they were made."""
@@ -343,10 +348,11 @@ class UnreducedStepper(PythonStepper):
         One residual and one solve with the factors of S.
         """
         q, u, _ = self._reached(h, du)
-        found = self._scene.residual(self.t + h, q, u, du)
+        at = Reached(self.t + h, q, u, du, self._z)
+        found = self._scene.residual(*at)
         if not all(np.isfinite(part @ part) for part in (found.twin, *found.parts)):
             return None
-        bordered, known = self._matrices.equations(self._halvings, found, Reached(self.t + h, q, u, du), self._q)
+        bordered, known = self._matrices.equations(self._halvings, found, at, self._q)
         solution = bordered.solve(found.twin, found.parts, known)
         self.iterations += 1
         return _Iteration(self._scene.condensed.joined(solution.z, solution.parts), found, bordered)

@@ -29,6 +29,7 @@ class Reached(NamedTuple):
     q: Vector
     u: Vector
     du: Vector
+    z: Vector
 
 
 class IterationMatrices:
@@ -113,8 +114,8 @@ class IterationMatrices:
         for key in snapshot["edges"].tolist():
             self._factor(key, np.array(snapshot[f"edge {key}"]))
         if "border" in snapshot:
-            q, u, du = (np.array(snapshot[f"border {name}"]) for name in ("q", "u", "du"))
-            at = Reached(float(snapshot["border t"]), q, u, du)
+            q, u, du, z = (np.array(snapshot[f"border {name}"]) for name in ("q", "u", "du", "z"))
+            at = Reached(float(snapshot["border t"]), q, u, du, z)
             self.equations(int(snapshot["border"]), self._scene.residual(*at), at, q)
 
     def _factor(self, halvings: int, shape: Vector) -> None:
