@@ -14,18 +14,9 @@ import numpy as np
 
 from kanefe.kernels._numba import entry, inlined, kernel
 from kanefe.kernels.advance import advance
-from kanefe.kernels.constraint_rows import COUPLER_ROW, row_residual
 from kanefe.kernels.constraints import (
-    FIRST_TERM,
     HOLDS_PLACE,
-    IS_ANGLE,
-    IS_BALL,
-    KIND_OF,
-    LENGTH,
     RANK_TOLERANCE,
-    ROW_A,
-    ROW_B,
-    TERM_COUNT,
     Answers,
     Loops,
     answer_rows,
@@ -42,20 +33,17 @@ from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATES,
     MODAL_SIZE,
-    OMEGA,
-    POSITION,
     SPEEDS,
     STATES,
-    VELOCITY,
     WORK,
     FlexibleTables,
     Tables,
 )
-from kanefe.kernels.markers import axes_of, lever_of
+from kanefe.kernels.openings import openings, rate_of_row
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.pivoted import factor, solve
 from kanefe.kernels.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
-from kanefe.kernels.vectors import Numbers, copy, dot, plus, vector
+from kanefe.kernels.vectors import copy
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
 """What `close` returns: loops that are open can perhaps be closed by the literal route, which names those that cannot.
@@ -156,7 +144,7 @@ def close(
     at = _closing_in(room[hold_size(m, n) :], m, n, count, len(q))
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-    worst, total = _openings(loops, tables, drives, at.place, z, work, at.residuals)
+    worst, total = openings(loops, tables, drives, at.place, z, work, at.residuals)
     start, rank, weakest = worst, 0, 1.0
     has_answers = is_here = False  # whether there are answers, and whether they are those of the place
     is_swept = True
@@ -184,7 +172,7 @@ def close(
         for _half in range(tries):
             advance(tables, flexible, at.place, at.step, share, at.trial)
             sweep_outward(tables, flexible, drives, at.trial, u, work, modal)
-            opening, square = _openings(loops, tables, drives, at.trial, z, work, at.trial_residuals)
+            opening, square = openings(loops, tables, drives, at.trial, z, work, at.trial_residuals)
             if square < total:
                 is_better = True
                 break
@@ -222,7 +210,7 @@ def close(
             if not holds(loops, j, z):
                 continue
             write_row(loops, j, tables.gravity, drives, count, work, kept.wrenches)
-            at.residuals[j] = _rate(loops, j, drives, work, kept.wrenches, at.speeds)
+            at.residuals[j] = rate_of_row(loops, j, drives, work, kept.wrenches, at.speeds)
         solve(kept.L, kept.inverses, kept.order, rank, kept.scale, at.residuals, kept.column, at.multipliers)
         _combine(kept, at.multipliers, at.step)
         for i in range(count):
@@ -306,76 +294,6 @@ def _combine(kept: Answers, multipliers: np.ndarray, step: np.ndarray) -> None:
         if multipliers[j] != 0.0:
             for i in range(len(step)):
                 step[i] += multipliers[j] * kept.answers[j, i]
-
-
-@kernel
-def _openings(
-    loops: Loops,
-    tables: Tables,
-    drives: np.ndarray,
-    q: np.ndarray,
-    z: np.ndarray,
-    work: np.ndarray,
-    residuals: np.ndarray,
-) -> tuple[float, float]:
-    """Write g of all rows after an outward sweep; return the largest opening, and the sum of their squares.
-
-    Openings are of the scene's length, or in rad; zero for rows on speeds alone, and for those that do not hold.
-    """
-    length = loops.limits[LENGTH]
-    for i in range(len(tables.rows)):  # far from N's origin round-off is that of the distance
-        for c in range(3):
-            length = max(length, abs(work[i, POSITION + c]))
-    worst = total = 0.0
-    for j in range(len(loops.rows)):
-        residuals[j] = 0.0
-        if not loops.rows[j, HOLDS_PLACE] or not holds(loops, j, z):
-            continue
-        if loops.rows[j, KIND_OF] == COUPLER_ROW:
-            residuals[j] = -loops.numbers[j, 6]
-            for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-                i = loops.coordinates[term]
-                residuals[j] += loops.coefficients[term] * (q[i] if i >= 0 else drives[-1 - i, 0])
-        else:
-            residuals[j] = row_residual(
-                loops.rows[j, KIND_OF],
-                loops.numbers,
-                j,
-                loops.rows[j, IS_BALL] != 0,
-                _place(loops.markers, 2 * j, loops.rows[j, ROW_A], work),
-                _place(loops.markers, 2 * j + 1, loops.rows[j, ROW_B], work),
-            )
-        opening = abs(residuals[j]) / (1.0 if loops.rows[j, IS_ANGLE] else length)
-        worst = max(worst, opening)
-        total += opening * opening
-    return worst if total < np.inf else np.inf, total
-
-
-@inlined
-def _place(markers: np.ndarray, n: int, row: int, work: np.ndarray) -> tuple[Numbers, Numbers]:
-    """Return position and axes of a marker in N."""
-    lever = lever_of(markers, n, row, work)
-    axes = axes_of(markers, n, row, work)
-    if row < 0:
-        return lever, axes
-    return plus(vector(work, row, POSITION), lever), axes
-
-
-@inlined
-def _rate(loops: Loops, j: int, drives: np.ndarray, work: np.ndarray, wrenches: np.ndarray, u: np.ndarray) -> float:
-    """Return dg/dt of a row from the velocities of its ends."""
-    total = 0.0
-    if loops.rows[j, KIND_OF] == COUPLER_ROW:
-        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-            speed = loops.speeds[term]
-            total += loops.coefficients[term] * (u[speed] if speed < len(u) else drives[speed - len(u), 1])
-        return total
-    for end in range(2):
-        row = loops.rows[j, ROW_A + end]
-        if row >= 0:
-            total += dot(vector(wrenches, j, 6 * end), vector(work, row, VELOCITY))
-            total += dot(vector(wrenches, j, 6 * end + 3), vector(work, row, OMEGA))
-    return total
 
 
 @entry

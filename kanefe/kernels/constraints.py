@@ -14,27 +14,13 @@ import numpy as np
 from kanefe.kernels._numba import entry, inlined, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.body_inertia import clear_forces
+from kanefe.kernels.constraint_jacobian import row_scale, walk_inward
 from kanefe.kernels.constraint_rows import COUPLER_ROW, row_terms
 from kanefe.kernels.elastic import span
 from kanefe.kernels.inward import sweep_forces_inward
 from kanefe.kernels.layout import (
     ACCELERATION,
     ALPHA,
-    BASIS,
-    BENT,
-    COUNT,
-    DETA,
-    FIXED,
-    FLEXIBLE,
-    FREE,
-    GIVEN,
-    INTERFACE,
-    KIND,
-    OFFSET,
-    PARENT,
-    SPEED,
-    SPHERICAL,
-    TANGENT,
     WORK_FORCE,
     FlexibleTables,
     R,
@@ -42,12 +28,11 @@ from kanefe.kernels.layout import (
     Y,
     Z,
 )
-from kanefe.kernels.link_motion import partials
 from kanefe.kernels.loads import push
 from kanefe.kernels.markers import axes_of, lever_of, motion_of
 from kanefe.kernels.pivoted import factor, solve
 from kanefe.kernels.tolerances import HALF_ON
-from kanefe.kernels.vectors import Numbers, cross, dot, matrix, plus, put, rotated_back, vector
+from kanefe.kernels.vectors import Numbers, cross, dot, plus, put, vector
 
 # Columns of the integers of a row
 KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH = range(9)
@@ -262,8 +247,8 @@ def answer_rows(
         else:
             for end in range(2):
                 force, moment = vector(kept.wrenches, j, 6 * end), vector(kept.wrenches, j, 6 * end + 3)
-                _walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
-        share = _row_scale(J, reach, loops.extents, work)
+                walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
+        share = row_scale(J, reach, loops.extents, work)
         # its pivot would be below all that count, and its sweeps would be for nothing
         kept.scale[j] = share if share.real > LEAST_SHARE else 0.0 * share
     for j in range(m):
@@ -355,78 +340,3 @@ def _along(loops: Loops, j: int, work: np.ndarray, wrenches: np.ndarray, du: np.
             total += dot(vector(wrenches, j, 6 * end), vector(work, row, ACCELERATION))
             total += dot(vector(wrenches, j, 6 * end + 3), vector(work, row, ALPHA))
     return total
-
-
-@kernel
-def _walk_inward(
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    i: int,
-    force: Numbers,
-    moment: Numbers,
-    work: np.ndarray,
-    modal: np.ndarray,
-    J: np.ndarray,
-    reach: np.ndarray,
-) -> None:
-    """Add the generalised forces of a wrench on a row, and the largest they could be, on the way to N."""
-    rows, geometry = tables.rows, tables.geometry
-    # of a vector whose real part is zero, the square of a complex step is negative
-    f_size, m_size = np.sqrt(abs(dot(force, force).real)), np.sqrt(abs(dot(moment, moment).real))
-    while i >= 0:
-        kind, speed = rows[i, KIND], rows[i, SPEED]
-        if flexible is not None and kind == INTERFACE:
-            body = flexible.bodies[rows[i, FLEXIBLE]]
-            k, first = body[COUNT], body[DETA]
-            G = matrix(work, rows[i, PARENT], R)
-            a, b = rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
-            at, bent = rows[i, BASIS], rows[i, BENT]
-            own, room = J[first : first + k], reach[first : first + k]
-            if bent < 0:
-                _add_modal_row(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
-            else:
-                _add_modal_row(modal[bent : bent + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
-        elif FIXED < kind <= GIVEN:
-            v, w = partials(rows, geometry, i, work)
-            J[speed] += dot(v, force) + dot(w, moment)
-            reach[speed] += np.sqrt(abs(dot(v, v).real)) * f_size + np.sqrt(abs(dot(w, w).real)) * m_size
-        elif kind in (SPHERICAL, FREE):
-            last = speed
-            if kind == FREE:
-                for c in range(3):  # in N: the length is what matters
-                    J[speed + c] += force[c]
-                    reach[speed + c] += f_size
-                last += 3
-            for c in range(3):
-                J[last + c] += moment[c]
-                reach[last + c] += m_size
-        lever = vector(work, i, OFFSET)
-        moment = plus(moment, cross(lever, force))
-        m_size += np.sqrt(abs(dot(lever, lever).real)) * f_size
-        i = rows[i, PARENT]
-
-
-@kernel
-def _add_modal_row(
-    basis: np.ndarray, a: Numbers, b: Numbers, f_size: float, m_size: float, J: np.ndarray, reach: np.ndarray
-) -> None:
-    """Add the generalised forces of a wrench in G on the modes of a body, and the largest they could be."""
-    for j in range(len(J)):
-        size, turn = 0.0, 0.0
-        for c in range(3):
-            J[j] += basis[c, j] * a[c] + basis[3 + c, j] * b[c]
-            size += (basis[c, j] * basis[c, j]).real
-            turn += (basis[3 + c, j] * basis[3 + c, j]).real
-        reach[j] += np.sqrt(size) * f_size + np.sqrt(turn) * m_size
-
-
-@inlined
-def _row_scale(J: np.ndarray, reach: np.ndarray, extents: np.ndarray, work: np.ndarray) -> Any:
-    """Return the square of how much of its reach a row has, between 0 and 1, over displacements of the scene's size."""
-    own = full = 0.0
-    for i in range(len(extents)):
-        moved, reached = extents[i] * J[i].real, extents[i] * reach[i].real
-        own += moved * moved
-        full += reached * reached
-    share = 0.0 * work[0, R]
-    return share + (own / full if full > 0.0 else 0.0)

@@ -79,7 +79,7 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
     "springs": (["march.add_loads_between"], chain, lambda: chain(spring_beside)),
     "constraints": (["march.hold"], chain, lambda: chain(loop_beside)),
     "constraints that are switched off": (
-        ["constraints.write_row", "constraints._walk_inward"],
+        ["constraints.write_row", "constraints.walk_inward"],
         lambda: chain(lambda scene: switched_beside(scene, is_on=False)),
         lambda: chain(lambda scene: switched_beside(scene, is_on=True)),
     ),
