@@ -97,7 +97,7 @@ class UnreducedRoute(LiteralRoute):
             self._complete = Condensed(self.model, is_complete=True)
         return self._complete
 
-    def residual(self, t: float, q: Vector, u: Vector, du: Vector, z: Vector) -> Residual:
+    def residual(self, t: float, q: Vector, u: Vector, du: Vector, z: Vector | None = None) -> Residual:
         """Return what M du - F leaves at a state of the scene, constraints left out."""
         self.evaluations += 1
         condensed, small = self.condensed, self.small
@@ -178,7 +178,7 @@ class UnreducedRoute(LiteralRoute):
         """Return the state itself: the method that steps closes the loops, with its own matrices."""
         return y
 
-    def accelerations(self, t: float, q: Vector, u: Vector, z: Vector) -> Vector:
+    def accelerations(self, t: float, q: Vector, u: Vector, z: Vector | None = None) -> Vector:
         """Return du of the free speeds, loops held."""
         zero = np.zeros(self.model.free_count)
         at_rest = self.residual(t, q, u, zero, z)
