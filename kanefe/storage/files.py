@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
@@ -34,14 +35,18 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
     """Call ``write(file)`` on a temporary file beside `path` and put it in place only when it is complete.
 
     The folder is made where it is missing. A process that is killed leaves a file ``.<name>.<random>`` beside, never a
-    part of `path`.
+    part of `path`. A link stays: what it points to is replaced. A device or pipe is no file that could be replaced: it
+    is given the bytes.
 
     Raises
     ------
     FileError
         If the folder cannot be written, or the disk is full; `path` is as it was before.
     """
-    path = ready_path(path)
+    path = ready_path(os.path.realpath(path))
+    if path.exists() and not path.is_file():
+        _write_through(path, write)
+        return
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     except OSError as error:
@@ -64,6 +69,19 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
         ) from error
     finally:
         Path(name).unlink(missing_ok=True)
+
+
+def _write_through(path: Path, write: Callable[[BinaryIO], object]) -> None:
+    """Call ``write(file)`` on a buffer and hand its bytes to a device or pipe."""
+    buffer = BytesIO()
+    write(buffer)
+    try:
+        with path.open("wb", buffering=0) as file:
+            rest = buffer.getbuffer()
+            while rest:
+                rest = rest[file.write(rest) :]
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror}. Remedy: the name of a file") from error
 
 
 def cache_folder() -> Path:
