@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -80,7 +81,7 @@ def demo(
     began = time.perf_counter()
     if body is ArmKind.beam and mesh is not None:
         raise kf.ModelError("--mesh has no meaning with --body beam. Remedy: leave one of them out")
-    out.mkdir(parents=True, exist_ok=True)
+    _check_folder(out)
     print("kanefe demo: rigid hub with a motor, flexible arm, tip mass\n")
     with ExitStack() as stack:
         path = mesh or stack.enter_context(as_file(files("kanefe_fem") / "data" / "arm.msh"))
@@ -102,6 +103,16 @@ def demo(
     }
     _row("time", ", ".join(f"{name} {seconds:.2f} s" for name, seconds in stages.items()))
     print(f"\nwritten under {out}/: " + ", ".join(names))
+
+
+def _check_folder(out: Path) -> None:
+    """Make the folder; raise a FileError if nothing could be written to it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise kf.FileError(f"cannot make the folder {out}: {error.strerror}. Remedy: --out another one") from error
+    if not os.access(out, os.W_OK | os.X_OK):
+        raise kf.FileError(f"cannot write to the folder {out}. Remedy: --out another one")
 
 
 def solid_arm(mesh: str | Path) -> kf.FlexibleBody:

@@ -186,7 +186,8 @@ def _check_same(path: Path, header: dict[str, Any], of: Identity) -> None:
             "Remedy: the scene that it was written of, or begin the run anew"
         )
     there, here = header["options"], json.loads(json.dumps(of.options))
-    for name in dict.fromkeys((*there, *here)):
+    # what else is chosen may follow from the span: a default of the outputs, the method, its tolerance
+    for name in dict.fromkeys(("t_span", *there, *here)):
         if there.get(name) == here.get(name):
             continue
         is_short = not isinstance(there.get(name), dict) and name != "output times"

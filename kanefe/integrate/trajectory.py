@@ -70,6 +70,9 @@ class Trajectory:
 OUTPUTS = 500
 """Intervals of the span where nothing else is said."""
 
+MOST_OUTPUTS = 100_000_000
+"""Of one pendulum they would take 3 GiB: more is a slip of the pen."""
+
 
 def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Return start and end in s; a ModelError says what is wrong with them."""
@@ -115,8 +118,14 @@ def wanted_times(
         output_step = fixed_step * max(1, round((stop - start) / fixed_step / OUTPUTS))
     if output_step is None:
         return np.linspace(start, stop, OUTPUTS + 1)
-    if not (math.isfinite(output_step) and output_step > 0):
+    is_number = isinstance(output_step, (int, float, np.number))
+    if not (is_number and math.isfinite(output_step) and output_step > 0):
         raise ModelError(f"output_step must be above zero s, not {output_step!r}")
+    if (stop - start) / output_step > MOST_OUTPUTS:
+        raise ModelError(
+            f"output_step of {output_step:g} s asks for {(stop - start) / output_step:.3g} states. Remedy: a larger "
+            f"one; at most {MOST_OUTPUTS:,} are stored"
+        )
     count = max(1, round((stop - start) / output_step))
     if abs(count * output_step - (stop - start)) <= 1e-9 * (stop - start):
         return np.linspace(start, stop, count + 1)

@@ -15,6 +15,8 @@ from kanefe.frames import Matrix, Vector
 from kanefe.loads.functions import Constant, SceneView
 
 WORDS = {(): "one finite number", (3,): "three finite numbers"}
+REAL = "fiub"
+"""Kinds of numpy's numbers that are real."""
 
 NO_STATES = np.zeros(0)
 
@@ -48,10 +50,17 @@ class ValuedLoad:
 
     def value(self, t: float, state: SceneView | None = None) -> Vector:
         """Return the value at time t (s); a ModelError names the load if it has another shape or is not finite."""
-        value = np.asarray(self.function(t, state) if self.takes_state else self.function(t), dtype=float)
-        if value.shape != self.shape or not np.all(np.isfinite(value)):
-            raise ModelError(f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {value!r}")
-        return value
+        given = self.function(t, state) if self.takes_state else self.function(t)
+        value = np.asarray(given)
+        if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
+            raise ModelError(
+                f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {given!r}{self.advice(value)}"
+            )
+        return np.asarray(value, dtype=float)
+
+    def advice(self, value: np.ndarray) -> str:
+        """Return a remedy for a value that was refused; empty: there is none beyond the message."""
+        return ""
 
 
 class End(NamedTuple):

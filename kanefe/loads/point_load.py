@@ -39,6 +39,10 @@ class PointLoad(ValuedLoad):
     follows: bool
     takes_state: bool = False
 
+    def advice(self, value: np.ndarray) -> str:
+        """Return that one number is for a motor."""
+        return ". Remedy: add_motor for one number along a joint" if self.is_torque and value.shape == () else ""
+
     def wrench(self, t: float, frame: Moving, state: SceneView | None = None) -> tuple[Vector, Vector]:
         """Return force and moment about the frame's origin, in components of the frame."""
         value = self.value(t, state)

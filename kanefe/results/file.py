@@ -26,6 +26,7 @@ from kanefe.results.quantities import (
     MODES,
     MOMENTA,
     MOTIONS,
+    QUANTITIES,
 )
 from kanefe.results.reader import Reader
 from kanefe.storage.files import ready_path, write_whole
@@ -33,6 +34,7 @@ from kanefe.storage.hdf5 import decode, encode
 
 FORMAT = "kanefe result"
 VERSION = 4
+SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
 """Bytes of the dense basis of an unreduced body above which its result is not written."""
@@ -47,9 +49,13 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
     ------
     FileError
         If the file cannot be written or the disk is full.
+    ModelError
+        If its name ends as if it were of another format.
     MissingDependency
         If h5py is not installed.
     """
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise ModelError(f"save writes HDF5, and {Path(path).name!r} ends otherwise. Remedy: a name that ends in .h5")
     path = ready_path(path)
     shapes = [result.body(name) for name in result.bodies]
     header = {
@@ -126,6 +132,9 @@ class FileChannels:
         }
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
+        for where, array in arrays.items():
+            if where.rpartition("/")[2] in QUANTITIES and len(array) != len(self.times):
+                raise ValueError(f"{where} has {len(array)} rows for {len(self.times)} times")
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
         """Return a channel, time first.

@@ -15,6 +15,9 @@ from kanefe.errors import FileError, MissingDependency
 SMALLEST_COMPRESSED = 1024
 """Numbers in an array below which compression costs more than it saves."""
 
+MOST_COMPRESSED = 1100
+"""Times that an array can be larger than its bytes in the file: deflate makes at most 1032 of one."""
+
 
 def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str]]) -> memoryview:
     """Return the bytes of an HDF5 file.
@@ -56,12 +59,16 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         If h5py is not installed.
     """
     h5py = _h5py("kanefe.load_result")
+    if path.is_dir():
+        raise FileError(f"{path} is a folder. Remedy: the file in it that Result.save wrote")
     if not path.is_file():
         raise FileError(f"there is no file {path}. Remedy: check the path")
     arrays: dict[str, np.ndarray] = {}
 
     def collect(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset):
+            if item.nbytes > MOST_COMPRESSED * (item.id.get_storage_size() + SMALLEST_COMPRESSED):
+                raise ValueError(f"{name} claims {item.nbytes:.3g} bytes, which the file does not hold")
             arrays[name] = np.asarray(item[()])
             arrays[name].flags.writeable = False
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from kanefe.results.reader import Reader
 
 Curves = Sequence[tuple[str, np.ndarray]]
+Drawn = TypeVar("Drawn")
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444")
 """Told apart by colour-blind eyes too (Okabe & Ito)."""
@@ -87,7 +88,8 @@ def _dress(axes: Axes, ylabel: str, title: str = "", time: bool = True) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         if len(handles) > LARGEST_LEGEND:
-            handles, labels = handles[:LARGEST_LEGEND], [*labels[: LARGEST_LEGEND - 1], "..."]
+            more = f"and {len(handles) - LARGEST_LEGEND + 1} more"
+            handles, labels = handles[:LARGEST_LEGEND], [*labels[: LARGEST_LEGEND - 1], more]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize="small")
 
 
@@ -166,11 +168,16 @@ def _energy_picture(result: Reader) -> Figure:
 
 def _energy_diagram(axes: Axes, result: Reader) -> None:
     energy = result.energy
+    # that of gravity counts from where N's origin happens to be: far from it all else would be a flat line
+    level = energy.gravity[0]
     for i, name in enumerate(("kinetic", "elastic", "gravity", "dissipated", "work")):
         values = getattr(energy, name)
+        if name == "gravity":
+            values = values - level
         if name in ("kinetic", "work") or np.any(values):
-            axes.plot(result.times, values, color=COLORS[i], linewidth=1.4, label=name)
-    axes.plot(result.times, energy.total, "--", color="0.2", linewidth=1.4, label="mechanical")
+            label = "gravity, from its start" if name == "gravity" and level else name
+            axes.plot(result.times, values, color=COLORS[i], linewidth=1.4, label=label)
+    axes.plot(result.times, energy.total - level, "--", color="0.2", linewidth=1.4, label="mechanical")
 
 
 def _momentum_picture(result: Reader) -> Figure:
@@ -206,11 +213,12 @@ def _joints_diagram(axes: Axes, result: Reader) -> None:
         _curves(axes, result.times, curves)
         _dress(axes, f"{'angle' if unit == 'rad' else 'travel'} [{unit}]", "Joints", time=False)
         return
-    for number, shape in enumerate(shapes[: len(STYLES)]):
+    shown, note = _first(shapes)
+    for number, shape in enumerate(shown):
         position = result.position(shape.name)
         curves = [(f"{shape.name} {c}", position[:, i]) for i, c in enumerate("xyz")]
         _curves(axes, result.times, curves, STYLES[number])
-    _dress(axes, "position [m]", "Positions in N", time=False)
+    _dress(axes, "position [m]", f"Positions in N{note}", time=False)
 
 
 def _deflection_diagram(axes: Axes, result: Reader) -> None:
@@ -227,12 +235,18 @@ def _deflection_diagram(axes: Axes, result: Reader) -> None:
         _dress(axes, "speed [m/s]", "Speed of the bodies' origins", time=False)
         return
     millimetres = max(abs(values).max() for *_, values in moving) < 0.5
-    for number, (body, interface, values) in enumerate(moving[: len(STYLES)]):
+    first, note = _first(moving)
+    for number, (body, interface, values) in enumerate(first):
         shown = values * (1e3 if millimetres else 1.0)
         prefix = f"{body} {interface} " if len(moving) > 1 else ""
         _curves(axes, result.times, [(f"{prefix}{c}", shown[:, i]) for i, c in enumerate("xyz")], STYLES[number])
     where = f"{moving[0][1]!r} of {moving[0][0]!r}" if len(moving) == 1 else "interfaces"
-    _dress(axes, f"deflection [{'mm' if millimetres else 'm'}]", f"Deflection of {where} in its mesh frame", time=False)
+    _dress(
+        axes,
+        f"deflection [{'mm' if millimetres else 'm'}]",
+        f"Deflection of {where} in its mesh frame{note}",
+        time=False,
+    )
 
 
 def _forces_diagram(axes: Axes, result: Reader) -> None:
@@ -248,7 +262,13 @@ def _forces_diagram(axes: Axes, result: Reader) -> None:
     if not of_bodies:
         title = "Reactions of the joints, in the bodies' axes"
         forces = [(shape.name, result.joint_reaction(shape.name)[:, :3]) for shape in shapes]
-    forces = [(name, values) for name, values in forces if np.any(values)][: len(STYLES)]
+    forces, note = _first([(name, values) for name, values in forces if np.any(values)])
     for number, (name, values) in enumerate(forces):
         _curves(axes, result.times, [(f"{name} {c}", values[:, i]) for i, c in enumerate("xyz")], STYLES[number])
-    _dress(axes, "force [N]", title)
+    _dress(axes, "force [N]", title + note)
+
+
+def _first(found: list[Drawn]) -> tuple[list[Drawn], str]:
+    """Return as many as can be told apart by their lines, and a note of how many there are."""
+    note = f" (the first {len(STYLES)} of {len(found)})" if len(found) > len(STYLES) else ""
+    return found[: len(STYLES)], note

@@ -182,6 +182,13 @@ def test_a_checkpoint_of_another_run_is_refused(change: dict[str, Any], message:
         scene.simulate(**(options | change), resume=path)
 
 
+def test_a_longer_span_is_told_before_what_follows_from_it(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    falling_ball().simulate((0.0, 1e-3), checkpoint=path, method="dop853", most_steps=1)
+    with pytest.raises(kf.FileError, match="another option, t_span"):
+        falling_ball().simulate((0.0, 1e3), resume=path, method="radau5", rtol=1e-5)
+
+
 def test_a_checkpoint_of_another_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "run.npz"
     double_pendulum().simulate((0.0, 1.0), checkpoint=path, most_steps=2)

@@ -207,6 +207,10 @@ def test_a_scene_at_rest_stays_at_rest() -> None:
         ({"method": "extrapolation", "rtol": 1e-10}, "rtol=1e-10 is below the round-off of extrapolation"),
         ({"output_step": 0.0}, r"output_step must be above zero s, not 0\.0"),
         ({"output_step": np.nan}, "output_step must be above zero s, not nan"),
+        ({"output_step": 1e-12}, r"output_step of 1e-12 s asks for 1e\+12 states\. Remedy: a larger one"),
+        ({"output_step": "0.1"}, "output_step must be above zero s, not '0.1'"),
+        ({"rtol": "1e-6"}, "rtol must lie between 0 and 1, not '1e-6'"),
+        ({"step": "0.1", "method": "rk4"}, "step must be above zero s and within the span, not '0.1'"),
         ({"atol": 0.0}, r"atol must be above zero, not 0\.0"),
         (
             {"atol": 1e-9, "method": "generalised-alpha"},

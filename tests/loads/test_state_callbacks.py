@@ -166,7 +166,13 @@ def test_functions_of_anything_else_are_refused(function: Any) -> None:
     [
         ("add_force", lambda t, state: (1.0, 2.0), r"the force on 'hub' must give three finite numbers; at t = 0 s it"),
         ("add_force", lambda t, state: np.full(3, np.nan), "the force on 'hub' must give three finite numbers; at t"),
-        ("add_torque", lambda t, state: 1.0, "the torque on 'hub' must give three finite numbers; at t = 0 s it gave"),
+        (
+            "add_torque",
+            lambda t, state: 1.0,
+            r"the torque on 'hub' must give three .* gave 1\.0\. Remedy: add_motor for",
+        ),
+        ("add_torque", lambda t, state: "much", "the torque on 'hub' must give three finite .* gave 'much'"),
+        ("add_force", lambda t, state: (0.0, 1j, 0.0), "the force on 'hub' must give three finite .* 1j"),
         ("add_motor", lambda t, state: (1.0, 2.0), "the motor of 'hub' must give one finite number; at t = 0 s it"),
         ("add_motor", lambda t: np.inf, "the motor of 'hub' must give one finite number; at t = 0 s it gave"),
     ],

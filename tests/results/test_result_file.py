@@ -140,7 +140,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
 def test_bad_files_are_named(saved, tmp_path):
     with pytest.raises(kf.FileError, match=r"no file .*none.h5"):
         kf.load_result(tmp_path / "none.h5")
-    with pytest.raises(kf.FileError, match="no file"):
+    with pytest.raises(kf.FileError, match=r"is a folder\. Remedy: the file in it"):
         kf.load_result(tmp_path)
     whole = saved.read_bytes()
     for share in (0.0, 0.01, 0.5, 0.99):
@@ -154,6 +154,28 @@ def test_bad_files_are_named(saved, tmp_path):
     with h5py.File(saved, "r+") as file:
         file.attrs["version"] = 99
     with pytest.raises(kf.FileError, match=r"version 99.*reads version 4"):
+        kf.load_result(saved)
+
+
+def test_a_name_of_another_format_is_refused(tmp_path):
+    with pytest.raises(kf.ModelError, match=r"save writes HDF5, and 'run.xyz' ends otherwise. Remedy: .*\.h5"):
+        pendulum().save(tmp_path / "run.xyz")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rows_that_do_not_match_the_times_are_named(saved):
+    with h5py.File(saved, "r+") as file:
+        times = file["times"][:-2]
+        del file["times"]
+        file["times"] = times
+    with pytest.raises(kf.FileError, match=r"run.h5 lacks parts .* rows for"):
+        kf.load_result(saved)
+
+
+def test_an_array_that_the_file_does_not_hold_is_not_made(saved):
+    with h5py.File(saved, "r+") as file:
+        file.create_dataset("bodies/huge", shape=(10**12,), chunks=(10**4,), dtype=float)
+    with pytest.raises(kf.FileError, match=r"bodies/huge claims 8e\+12 bytes, which the file does not hold"):
         kf.load_result(saved)
 
 

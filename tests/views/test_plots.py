@@ -44,6 +44,25 @@ def test_energy_is_drawn_with_its_balance():
     assert {line.get_label() for line in figure.axes[0].lines} >= {"kinetic", "elastic", "work", "mechanical"}
 
 
+def test_gravity_is_drawn_from_its_start():
+    """Far from N's origin all other energies would be a flat line beside it."""
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    scene.add_point("ball", 1.0, joint=kf.Prismatic("z", position=1e6))
+    axes = scene.simulate((0.0, 0.1), output_step=0.01).plot("energy").axes[0]
+    curves = {line.get_label(): line.get_ydata() for line in axes.lines}
+    assert abs(curves["gravity, from its start"]).max() < 1.0
+    np.testing.assert_allclose(curves["mechanical"], 0.0, atol=1e-8)
+
+
+def test_an_overview_says_what_it_leaves_out():
+    scene = kf.System()
+    for i in range(12):
+        scene.add_rigid_body(f"b{i}", 1.0, 1.0, joint=kf.Free(velocity=(i, 0, 0)))
+    axes = scene.simulate((0.0, 0.1), output_step=0.01).plot().axes
+    assert "(the first 4 of 12)" in axes[0].get_title(loc="left")
+    assert axes[1].get_legend().get_texts()[-1].get_text() == "and 1 more" or len(axes[1].lines) <= 12
+
+
 def hung():
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
     ball = scene.add_point("ball", 1.0, joint=kf.Prismatic("z"))

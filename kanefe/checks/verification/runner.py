@@ -51,9 +51,9 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None, factor: f
     """
     cases = REGISTRY.select(registered_cases(), case_ids)
     check_target(json_path)
-    table = Table(sys.stderr if json_path == "-" else sys.stdout)
     started = time.perf_counter()
     with tolerances_times(factor):
+        table = Table(sys.stderr if json_path == "-" else sys.stdout)
         for name, parts in groupby(cases, key=lambda case: case.id):
             began = time.perf_counter()
             for part in parts:

@@ -82,6 +82,12 @@ def test_ids_are_read_in_either_case(capsys):
     assert "E03" in capsys.readouterr().out
 
 
+def test_a_factor_without_sense_is_refused_before_anything_is_printed(capsys):
+    with pytest.raises(ModelError, match="must"):
+        runner.verify(["E03"], factor=0.0)
+    assert capsys.readouterr() == ("", "")
+
+
 def test_an_unknown_case_is_named_with_those_there_are():
     with pytest.raises(ModelError, match=r"'Z99'.*A01, A02, A03.*E03, E04"):
         runner.verify(["A01", "Z99"])
