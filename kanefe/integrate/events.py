@@ -11,6 +11,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
+from kanefe.integrate.status import RunStatus
 from kanefe.tree.scene_state import SceneState
 
 DIRECTIONS = (-1, 0, 1)
@@ -83,6 +84,10 @@ class Event:
     def acts(self) -> bool:
         """Whether the run does not simply go on."""
         return self.terminal or self.action is not None
+
+    def status(self, t: float) -> RunStatus:
+        """Return how a run ended that it has ended at time t (s)."""
+        return RunStatus("stopped", t, f"by the event {self.name!r}")
 
     def value(self, t: float, state: SceneState) -> float:
         """Return the value of the function; a ModelError names the event if it is not one finite number."""

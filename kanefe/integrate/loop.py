@@ -266,7 +266,7 @@ class RunLoop:
             terminal = next((event for event in happened if event.terminal), None)
             if terminal is not None:
                 self._stand_at(acting, y)
-                return RunStatus("stopped", acting, f"by the event {terminal.name!r}")
+                return terminal.status(acting)
             try:
                 for event in happened:
                     y = self._acted(event, acting, y)

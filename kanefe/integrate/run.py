@@ -20,6 +20,7 @@ from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.loop import Limits, RunLoop
 from kanefe.integrate.options import RunOptions
+from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.model_data import WORKS
 
@@ -60,9 +61,10 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     """
     choice = choose(model, options)
     (start, stop), wanted = options.span, options.times
-    watched = checked_events(options.watched, events_of_loads(model))
+    told = checked_events(options.watched, events_of_loads(model))
+    watched = (*told, *ends_of_ranges(model, start))
     _check_room(model, wanted)
-    file, saved = _checkpoints(model, choice, options, watched)
+    file, saved = _checkpoints(model, choice, options, told)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
     clock = Clock()
     with _progress_bar(options.progress, stop - start) as bar:
@@ -105,7 +107,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
         accelerations=rates,
         status=status,
         internal=states[:, n + m : -WORKS],
-        events={name: np.array(found) for name, found in watch.times.items()} if watch else {},
+        events={event.name: np.array(watch.times[event.name]) for event in told} if watch else {},
     )
 
 

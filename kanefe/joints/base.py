@@ -87,6 +87,14 @@ class Joint(ABC):
         """Springs, dampers, friction and limits along each coordinate."""
         return (None,) * len(self.speed_names)
 
+    @property
+    def ranges(self) -> tuple[tuple[float, float] | None, ...]:
+        """Least and largest value of each coordinate, at which a run fails and says so; None: it may have any.
+
+        Steps are tried a little beyond: what the joint says there must be finite.
+        """
+        return (None,) * len(self.speed_names)
+
     @abstractmethod
     def initial_coordinates(self) -> Vector:
         """Return q at the start, shape (coordinates,)."""
@@ -220,12 +228,51 @@ class SeveralCoordinatesJoint(ScalarJoint):
         return _one_each(self.forces)
 
 
+class OneCoordinateJoint(ScalarJoint):
+    """Common part of the joints with one coordinate.
+
+    Attributes
+    ----------
+    position, speed : float
+        Coordinate (rad or m) and its rate at the start.
+    motion : Motion or None
+        Drives the coordinate; then `position` and `speed` must stay at zero.
+    forces : CoordinateForce or None
+        Spring, damper, friction and limits along the coordinate.
+    """
+
+    position: float
+    speed: float
+    motion: Motion | None
+    forces: CoordinateForce | None
+
+    @property
+    def motions(self) -> tuple[Motion | None, ...]:
+        return (self.motion,)
+
+    @property
+    def coordinate_forces(self) -> tuple[CoordinateForce | None, ...]:
+        return (self.forces,)
+
+    def initial_coordinates(self) -> Vector:
+        return np.array([self.position], dtype=float)
+
+    def initial_speeds(self) -> Vector:
+        return np.array([self.speed], dtype=float)
+
+    def _check_coordinates(self) -> None:
+        for name in ("position", "speed"):
+            if not np.isfinite(numbers(getattr(self, name))):
+                raise ModelError(f"{name} of a {self.kind} joint must be finite, not {getattr(self, name)!r}")
+        super()._check_coordinates()
+
+
 def _one_each(given: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(given) if isinstance(given, (tuple, list)) else (given,)
 
 
 @dataclass(frozen=True)
-class AxisJoint(ScalarJoint):
+class AxisJoint(OneCoordinateJoint):
     """Common part of the joints with one axis.
 
     Parameters
@@ -254,24 +301,7 @@ class AxisJoint(ScalarJoint):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
-        for name in ("position", "speed"):
-            if not np.isfinite(numbers(getattr(self, name))):
-                raise ModelError(f"{name} of a {self.kind} joint must be finite, not {getattr(self, name)!r}")
         self._check_coordinates()
-
-    @property
-    def motions(self) -> tuple[Motion | None, ...]:
-        return (self.motion,)
-
-    @property
-    def coordinate_forces(self) -> tuple[CoordinateForce | None, ...]:
-        return (self.forces,)
-
-    def initial_coordinates(self) -> Vector:
-        return np.array([self.position], dtype=float)
-
-    def initial_speeds(self) -> Vector:
-        return np.array([self.speed], dtype=float)
 
 
 def refuse_motion(motion: object, forces: object, kind: str) -> None:

@@ -59,8 +59,10 @@ def check_joint(joint: object, label: str) -> Joint:
     if held is not None and not isinstance(held, Held):
         raise ModelError(f"held() of {label} must give a kanefe.Held or None, not {held!r}")
     u = 0.5 + np.arange(count) / max(count, 1)  # no component is zero, and no two are the same
+    low, high = _checked_ranges(joint, label, q0)
     links = _checked_links(joint, label)
     for q in (q0, joint.advance(q0, AWAY * u)):
+        q = np.clip(q, low, high)  # differences at an end would look beyond it
         motion = _check_motion(joint, label, q, u)
         if links is not None:
             _check_links(links, f"{label} at q = {q.tolist()}", q, u, motion)
@@ -130,6 +132,27 @@ def _check_rate(what: str, given: Vector, change: Vector, value: Vector, but: st
     allowed = SHARE * np.maximum(np.abs(found), np.abs(given)) + LEAST * (1.0 + np.abs(value))
     if not np.all(np.abs(found - given) <= allowed):
         raise ModelError(f"{what} is {given.tolist()}, but {but} by {found.tolist()}. Remedy: make the two agree")
+
+
+def _checked_ranges(joint: Joint, label: str, q: Vector) -> tuple[Vector, Vector]:
+    """Return between what values the coordinates are looked at."""
+    low, high = np.full(len(q), -np.inf), np.full(len(q), np.inf)
+    ranges: Any = joint.ranges
+    if not isinstance(ranges, tuple) or len(ranges) != len(joint.speed_names):
+        raise ModelError(f"ranges of {label} must be {len(joint.speed_names)} of (low, high) or None, not {ranges!r}")
+    for i, ends in enumerate(ranges):
+        if ends is None:
+            continue
+        given = numbers(ends)
+        if given.shape != (2,) or not given[0] < given[1] or joint.rotation_at is not None:
+            raise ModelError(
+                f"ranges of {label} must be of a smaller and a larger number, of a joint without Euler parameters: "
+                f"{ranges!r}"
+            )
+        low[i], high[i] = given + np.array((2 * STEP, -2 * STEP))
+        if not given[0] <= q[i] <= given[1]:
+            raise ModelError(f"{label} starts at q = {q.tolist()}, out of its ranges {ranges!r}. Remedy: within them")
+    return low, high
 
 
 def _checked_links(joint: Joint, label: str) -> tuple[Link, ...] | None:

@@ -5,7 +5,7 @@ import pytest
 from numba import cfunc, njit, types
 
 import kanefe as kf
-from random_scenes import elastic_body
+from joint_scenes import assert_routes_agree, scene_of
 from scenes import derivatives
 
 RADIUS, CLIMB, ROLL = 0.6, 0.25, 1.7
@@ -119,23 +119,6 @@ class ChuteWithPin(CompiledChute):
         return *super().links(), kf.Link.turning(np.array((0.0, 1.0, 0.0)))
 
 
-def scene_of(joint, *, is_flexible=False):
-    """Return a scene with the joint between two bodies; flexible: what it carries, and a rod that closes a loop."""
-    scene = kf.System(gravity=(0.3, -1.0, -9.81))
-    base = scene.add_rigid_body("base", 2.0, (0.1, 0.2, 0.3), joint=kf.Revolute((1, 2, 3), position=0.3, speed=0.8))
-    where = {"joint": joint, "parent": base, "at": (0.1, 0.3, -0.2), "orientation": (0.9, 0.1, -0.3, 0.2)}
-    if is_flexible:
-        outer = scene.add_flexible_body("slider", elastic_body("damped modes", 1), **where).interface("tip")
-    else:
-        outer = scene.add_rigid_body("slider", 1.0, (0.02, 0.05, 0.04), com=(0.1, -0.2, 0.3), **where)
-    tip = scene.add_rigid_body("tip", 0.5, 0.01, parent=outer, at=(0.1, 0.2, 0.1), joint=kf.Universal("x", "z"))
-    scene.add_spring("spring", scene.ground, tip, stiffness=30.0, damping=0.5, rest_length=0.1)
-    if is_flexible:
-        far = scene.add_rigid_body("far", 0.3, 0.02, joint=kf.Free(position=(0.5, 1.5, 0.3)))
-        scene.add_distance("rod", far, tip, 1.2)
-    return scene
-
-
 FORCES = kf.CoordinateForce(
     stiffness=20.0,
     damping=2.0,
@@ -155,20 +138,11 @@ VARIANTS = {
 
 @pytest.mark.parametrize(("options", "around"), VARIANTS.values(), ids=VARIANTS)
 def test_both_routes_agree_to_round_off(options, around):
-    model = scene_of(CompiledChute(**options), **around).freeze()
-    assert model.route.name == "order n"
-    y = np.concatenate((model.initial_state, (0.0, 0.0)))
-    rates, wanted = model.route.evaluate(0.4, y).rates, model.literal.evaluate(0.4, y).rates
-    # sums of a few hundred products, in another order
-    np.testing.assert_allclose(rates, wanted, rtol=0, atol=1e-12 * abs(wanted).max())
-    assert model.route.energy(0.4, y).total == pytest.approx(model.literal.energy(0.4, y).total, rel=1e-13)
+    assert_routes_agree(scene_of(CompiledChute(**options), **around).freeze(), 0.4)
 
 
 def test_links_behind_a_given_one():
-    model = scene_of(ChuteWithPin()).freeze()
-    y = np.concatenate((model.initial_state, (0.0, 0.0)))
-    rates, wanted = model.route.evaluate(0.0, y).rates, model.literal.evaluate(0.0, y).rates
-    np.testing.assert_allclose(rates, wanted, rtol=0, atol=1e-12 * abs(wanted).max())
+    assert_routes_agree(scene_of(ChuteWithPin()).freeze())
 
 
 def test_derivatives_come_from_the_complex_function_and_else_from_differences():
@@ -201,6 +175,13 @@ def test_a_joint_from_python_alone_takes_the_literal_route_and_the_result_says_w
     )
     for result in results:
         assert abs(result.energy.balance_error).max() < 1e-6
+
+
+def test_what_drives_it_needs_the_same_force_on_both_routes():
+    motion = kf.Motion.steady(0.5)
+    results = [scene_of(kind(0.0, 0.0, motion)).simulate((0.0, 0.3), rtol=1e-9) for kind in (Chute, CompiledChute)]
+    forces = [result.driving_force("slider") for result in results]
+    np.testing.assert_allclose(forces[0][-1], forces[1][-1], rtol=1e-6)  # two runs with errors of rtol
 
 
 def changed(base=CompiledChute, **members):
@@ -251,6 +232,9 @@ FAULTS = [
     ),
     ({"coordinate_rates": lambda self, q, u: 2.0 * u}, r"coordinate_rates .*advance\(\) moves"),
     ({"advance": lambda self, q, step: q + 2.0 * step}, "changes by"),
+    ({"ranges": ()}, r"ranges .* 1 of \(low, high\) or None"),
+    ({"ranges": ((1.0, 0.0),)}, "a smaller and a larger number"),
+    ({"ranges": ((0.5, 1.0),)}, "starts at .* out of its ranges .*Remedy"),
     ({"links": lambda self: [kf.Link.fixed()]}, "tuple of kanefe.Link"),
     ({"links": lambda self: (kf.Link.free(),)}, "have 7 coordinates and 6 speeds, the joint has 1 and 1"),
     ({"links": lambda self: (kf.Link.turning(np.array((0, 0, 1.0))),)}, "links of .* give the position .*Remedy"),
