@@ -10,6 +10,7 @@ from kanefe.joints.link import Link
 from kanefe.joints.link import LinkKernel as LinkKernel
 from kanefe.joints.motion import Motion
 from kanefe.joints.planar import Planar
+from kanefe.joints.point_on_curve import PointOnCurve
 from kanefe.joints.prismatic import Prismatic
 from kanefe.joints.revolute import Revolute
 from kanefe.joints.screw import Screw
@@ -28,6 +29,7 @@ __all__ = [
     "LinkKernel",
     "Motion",
     "Planar",
+    "PointOnCurve",
     "Prismatic",
     "Revolute",
     "Screw",

@@ -13,6 +13,10 @@ from kanefe.frames import axial
 from kanefe.joints import Joint
 from scenes import derivatives
 
+ANGLES = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)
+REACH = 2.0 + np.cos(3 * ANGLES)
+KNOT = np.column_stack((REACH * np.cos(2 * ANGLES), REACH * np.sin(2 * ANGLES), np.sin(3 * ANGLES)))
+
 JOINTS: list[Joint] = [
     kf.Fixed(),
     kf.Revolute("x"),
@@ -26,6 +30,9 @@ JOINTS: list[Joint] = [
     kf.Universal("x", "y", position=(0.2, -0.6), speed=(1.0, 2.0)),
     kf.Universal((1.0, 1.0, 0.0), "z"),
     kf.Translation(position=(0.1, 0.2, -0.3), velocity=(1.0, 0.0, 2.0)),
+    kf.PointOnCurve(KNOT, closed=True, position=0.3, speed=-1.0),
+    kf.PointOnCurve(KNOT, closed=True, turns=True, position=2.1, speed=1.0),
+    kf.PointOnCurve(KNOT, closed=True, turns=True, up=(0.3, 0.1, 1.0), position=1.3),
     kf.Free(position=(1, 2, 3), orientation=(2, 1, 0, -1), velocity=(1, 0, 2), angular_velocity=(0.1, -0.5, 2.0)),
 ]
 

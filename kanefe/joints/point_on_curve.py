@@ -1,0 +1,301 @@
+"""A point that slides on a curve through given points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import factorial
+from typing import Any, ClassVar
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector, cross, numbers
+from kanefe.joints.base import OneCoordinateJoint, axis_direction
+from kanefe.joints.coordinate_force import CoordinateForce
+from kanefe.joints.link import Link, LinkKernel
+from kanefe.joints.motion import Motion
+
+ORDER = 12
+"""Of the Gauss quadrature of each piece of the spline: exact to round-off where the pieces are right to ARC_LENGTH."""
+
+ARC_LENGTH = 1e-12
+"""By which the length of the tangent may miss 1."""
+
+MOST_PIECES = 20_000
+"""At which pieces are no longer halved: points with so much noise have no smooth curve to be found."""
+
+ALIKE = 1e-9
+"""Share of the largest distance of the points within which two are one."""
+
+LEAST_RATE = 1e-3
+"""Of the spline by the lengths of the chords, where it is about 1: below that it stops in a cusp."""
+
+ALONG_Z = 0.99
+"""Cosine of the angle between the start of a curve and z of F above which z says little about a direction across."""
+
+LEAST_ACROSS = 1e-2
+"""Sine of the smallest angle between the curve and what is up, at which the frame may still turn fast but does turn."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointOnCurve(OneCoordinateJoint):
+    """A point that slides on a curve through given points, fixed in the parent.
+
+    The curve is the spline of order 5 through the points by the lengths of their chords, in its arc length: quintic, so
+    that the change of its curvature is continuous too, which the accelerations of a frame along it have; through less
+    than six points of an open curve, a single polynomial. The coordinate is the arc length s from the first point in m,
+    the speed its rate in m/s. On a closed curve s goes on growing from lap to lap; on an open one a run that comes to
+    an end of it fails there and says so.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 3)
+        In the joint's fixed frame F, m: two or more, of a closed curve three or more, the first not given again.
+    closed : bool
+        Whether the last point is followed by the first.
+    turns : bool
+        Whether the body turns with the curve, x of its frame M along the tangent. If not it stays parallel to F.
+    up : "x", "y", "z" or three numbers, optional
+        Of a body that turns: direction in F that z of M stays as near as x lets it, as of a rail vehicle. None: M does
+        not spin about the tangent (rotation-minimising), and at the first point z is as near as it can be to z of F,
+        or to y where the curve starts along z. On a closed curve the angle by which M would then come back turned is
+        spread evenly over the lap, so that it closes.
+    position, speed : float
+        Arc length (m) and its rate (m/s) at the start.
+    motion : Motion, optional
+        Drives the coordinate; then `position` and `speed` must stay at zero.
+    forces : CoordinateForce, optional
+        Spring, damper, friction and limits along the curve.
+
+    Attributes
+    ----------
+    length : float
+        Of the whole curve, m.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong with the points, the frame or the start.
+
+    Examples
+    --------
+    A bead in a round groove, 60 points of which are known:
+
+    >>> angles = np.linspace(0.0, 2 * np.pi, 60, endpoint=False)
+    >>> groove = np.column_stack((np.cos(angles), np.zeros(60), np.sin(angles)))
+    >>> PointOnCurve(groove, closed=True).length.round(8)
+    6.28318531
+    """
+
+    points: Any
+    closed: bool = False
+    turns: bool = False
+    up: str | Sequence[float] | None = None
+    position: float = 0.0
+    speed: float = 0.0
+    motion: Motion | None = None
+    forces: CoordinateForce | None = None
+    pieces: Any = field(init=False, repr=False)
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("arc length [m]",)
+    speed_names: ClassVar[tuple[str, ...]] = ("rate [m/s]",)
+    kind: ClassVar[str] = "point-on-curve"
+
+    def __post_init__(self) -> None:
+        points = _checked_points(self.points, self.closed, self.kind)
+        for name in ("closed", "turns"):
+            if not isinstance(getattr(self, name), (bool, np.bool_)):
+                raise ModelError(f"{name} of a {self.kind} joint must be True or False, not {getattr(self, name)!r}")
+        if self.up is not None and not self.turns:
+            raise ModelError(f"a {self.kind} joint that does not turn has nothing up. Remedy: turns=True")
+        starts, nodes, t, pieces = _by_arc_length(points, self.closed, self.kind)
+        if self.up is not None:
+            up = axis_direction(self.up, self.kind)
+            pieces = np.concatenate((pieces, _as_given(starts, t, up, self.kind)), axis=2)
+        elif self.turns:
+            pieces = np.concatenate((pieces, _rotation_minimising(starts, nodes, t, self.closed)), axis=2)
+        from scipy.interpolate import PPoly
+
+        object.__setattr__(self, "pieces", PPoly(pieces, starts))
+        self._check_coordinates()
+        if not self.closed and not 0.0 <= self.position <= self.length:
+            raise ModelError(
+                f"a {self.kind} joint starts at an arc length of {self.position:.6g} m, but its curve goes from 0 to "
+                f"{self.length:.6g} m. Remedy: a position on it, or closed=True"
+            )
+
+    @property
+    def length(self) -> float:
+        return float(self.pieces.x[-1])
+
+    @property
+    def ranges(self) -> tuple[tuple[float, float] | None, ...]:
+        return (None if self.closed else (0.0, self.length),)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        path, normal = self._derivatives(q)
+        return path[0], self._frame(path, normal)[0] if self.turns else np.eye(3)
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        path, normal = self._derivatives(q)
+        W = self._frame(path, normal)[1] if self.turns else np.zeros(3)
+        return path[1][:, None], W[:, None]
+
+    def remainders(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+        path, normal = self._derivatives(q)
+        dW = self._frame(path, normal)[2] if self.turns else np.zeros(3)
+        return u[0] ** 2 * path[2], u[0] ** 2 * dW
+
+    def links(self) -> tuple[Link, ...]:
+        from kanefe.kernels.links.curve import curve
+
+        starts, pieces = self.pieces.x, self.pieces.c[::-1].transpose(1, 2, 0)
+        constants = np.concatenate(((len(starts) - 1, self.closed, self.turns), starts, pieces.ravel()))
+        return (Link.given(LinkKernel(curve, constants, curve)),)
+
+    def _derivatives(self, q: Vector) -> tuple[Matrix, Matrix]:
+        """Return position and direction up with their first three derivatives by the arc length, each (4, 3)."""
+        lap = self.length * np.floor(q[0] / self.length)
+        at = q[0] - lap if self.closed else min(max(q[0], 0.0), self.length)
+        found = np.array([self.pieces(at, order) for order in range(4)])
+        path, normal = found[:, :3], found[:, 3:]
+        if not self.closed and at != q[0]:  # straight on, for steps that are tried before a run knows that it has ended
+            path[0] += (q[0] - at) * path[1]
+            path[2:] = normal[1:] = 0.0
+        return path, normal
+
+    @staticmethod
+    def _frame(path: Matrix, normal: Matrix) -> tuple[Matrix, Vector, Vector]:
+        """Return A_FM, W and dW/ds: x along the curve, z across it as near to a direction as may be."""
+        (_, t, bend, twist), (n, dn, ddn, _) = path, normal
+        t = t / np.linalg.norm(t)  # axes of a frame are of unit length to round-off, not to ARC_LENGTH
+        across = n - (n @ t) * t
+        length = np.linalg.norm(across)
+        z = across / length
+        y = cross(z, t)
+        lean, dlean = n @ t, dn @ t + n @ bend
+        roll = (lean * (y @ bend) - y @ dn) / length
+        W = cross(t, bend) + roll * t
+        dy = cross(W, y)
+        change = dlean * (y @ bend) + lean * (dy @ bend + y @ twist) - dy @ dn - y @ ddn
+        droll = (change - roll * (z @ dn - lean * (z @ bend))) / length
+        return np.column_stack((t, y, z)), W, cross(t, twist) + droll * t + roll * bend
+
+
+def _checked_points(given: object, closed: bool, kind: str) -> Matrix:
+    points, least = numbers(given), 3 if closed else 2
+    if points.ndim != 2 or points.shape[1:] != (3,) or not np.all(np.isfinite(points)) or len(points) < least:
+        raise ModelError(
+            f"points of a {kind} joint must be finite numbers of shape (n, 3), {least} of them or more, m; shape "
+            f"{points.shape} was given, or a number is not finite"
+        )
+    near = ALIKE * float(np.ptp(points, axis=0).max())
+    if closed and np.linalg.norm(points[-1] - points[0]) <= near:
+        raise ModelError(f"the last point of a closed {kind} joint is the first again. Remedy: leave it out")
+    alike = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) <= near)
+    if len(alike):
+        raise ModelError(
+            f"points {alike[0]} and {alike[0] + 1} of a {kind} joint are one. Remedy: leave out one of them"
+        )
+    return points
+
+
+def _by_arc_length(points: Matrix, closed: bool, kind: str) -> tuple[Vector, Matrix, Matrix, Matrix]:
+    """Return arc lengths (n + 1,), positions and tangents there, and powers 5 to 0 of each piece, (6, n, 3).
+
+    Pieces of the spline through the points are halved until they are quintic in the arc length too, with position,
+    tangent and curvature of the spline at their ends.
+    """
+    from scipy.interpolate import PPoly
+
+    ring = np.vstack((points, points[:1])) if closed else points
+    chords = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1)))
+    centre = points.mean(axis=0)  # far from F's origin round-off is that of the distance
+    spline = _spline(chords, ring - centre, closed)
+    edges = spline.x
+    places, weights = np.polynomial.legendre.leggauss(ORDER)
+    while True:
+        half = 0.5 * np.diff(edges)[:, None]
+        rates = spline(edges[:-1, None] + half * (1.0 + places), 1)
+        sizes = np.linalg.norm(rates, axis=2)
+        if sizes.min() < LEAST_RATE:
+            at = edges[int(np.argmin(sizes.min(axis=1)))]
+            raise ModelError(
+                f"the curve of a {kind} joint turns back on itself behind point "
+                f"{int(np.searchsorted(chords, at, side='right')) - 1}. Remedy: points in the order in which a smooth "
+                "curve passes them"
+            )
+        h, moved = half * (sizes @ weights)[:, None], half * np.einsum("ijk,j->ik", rates, weights)
+        slopes, rest = spline(edges, 1), spline(edges, 2)
+        t = slopes / np.linalg.norm(slopes, axis=1)[:, None]
+        bend = (rest - np.sum(rest * t, axis=1)[:, None] * t) / np.sum(slopes**2, axis=1)[:, None]
+        starts, nodes = np.append(0.0, np.cumsum(h)), spline(edges) + centre
+        # what is left of position, tangent and curvature at the end after those at the start
+        p_left = (moved - h * t[:-1] - 0.5 * h**2 * bend[:-1]) / h**3
+        t_left, bend_left = (t[1:] - t[:-1] - h * bend[:-1]) / h**2, (bend[1:] - bend[:-1]) / h
+        pieces = np.array(
+            (
+                (6.0 * p_left - 3.0 * t_left + 0.5 * bend_left) / h**2,
+                (-15.0 * p_left + 7.0 * t_left - bend_left) / h,
+                10.0 * p_left - 4.0 * t_left + 0.5 * bend_left,
+                0.5 * bend[:-1],
+                t[:-1],
+                nodes[:-1],
+            )
+        )
+        between = starts[:-1, None] + h * np.array((0.25, 0.5, 0.75))
+        misses = np.abs(np.linalg.norm(PPoly(pieces, starts)(between, 1), axis=2) - 1.0).max(axis=1)
+        wrong = misses > ARC_LENGTH
+        if not wrong.any() or len(wrong) > MOST_PIECES:
+            return starts, nodes, t, pieces
+        edges = np.sort(np.concatenate((edges, (edges[:-1] + half[:, 0])[wrong])))
+
+
+def _spline(x: Vector, y: Matrix, closed: bool) -> Any:
+    """Return the spline of order 5 through points y at x, as polynomials; through fewer than six a single one."""
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    if not closed and len(x) < 6:
+        return PPoly(np.linalg.solve(np.vander(x), y)[:, None], x[[0, -1]])
+    spline = make_interp_spline(x, y, k=5, bc_type="periodic" if closed else None)
+    edges = np.unique(spline.t[5:-5])
+    return PPoly(np.array([spline(edges[:-1], k) / factorial(k) for k in range(5, -1, -1)]), edges)
+
+
+def _as_given(starts: Vector, t: Matrix, up: Vector, kind: str) -> Matrix:
+    """Return the powers of a direction that does not change, (6, n, 3); refuse one that the curve runs along."""
+    sines = np.linalg.norm(np.cross(t, up), axis=1)
+    if sines.min() < LEAST_ACROSS:
+        raise ModelError(
+            f"the curve of a {kind} joint runs along up at an arc length of {starts[int(np.argmin(sines))]:.6g} m. "
+            "Remedy: another direction, or none: a frame that does not spin about the tangent"
+        )
+    powers = np.zeros((6, len(starts) - 1, 3))
+    powers[5] = up
+    return powers
+
+
+def _rotation_minimising(starts: Vector, nodes: Matrix, t: Matrix, closed: bool) -> Matrix:
+    """Return the powers of a direction across the curve that does not spin about it, (6, n, 3).
+
+    Two reflections from node to node (Wang, Juettler, Zheng & Liu, ACM Trans. Graph. 27, 2008), whose error is of the
+    fourth power of the pieces' length, and a spline between them. What is left is a slow spin, which V, W and their
+    derivatives know of.
+    """
+    up = np.eye(3)[2 if abs(t[0, 2]) < ALONG_Z else 1]
+    normals = [up - (up @ t[0]) * t[0]]
+    normals[0] /= np.linalg.norm(normals[0])
+    for i in range(len(t) - 1):
+        line = nodes[i + 1] - nodes[i]
+        mirror = np.eye(3) - 2.0 / (line @ line) * np.outer(line, line)
+        line = t[i + 1] - mirror @ t[i]
+        mirror = (np.eye(3) - 2.0 / (line @ line) * np.outer(line, line)) @ mirror
+        normals.append(mirror @ normals[-1])
+    n = np.array(normals)
+    if closed:
+        missing = np.arctan2(cross(n[-1], n[0]) @ t[0], n[-1] @ n[0]) * starts / starts[-1]
+        n = np.cos(missing)[:, None] * n + np.sin(missing)[:, None] * np.cross(t, n)
+        n[-1] = n[0]
+    spline = _spline(starts, n, closed)
+    return np.array([spline(starts[:-1], k) / factorial(k) for k in (5, 4, 3, 2, 1, 0)])
