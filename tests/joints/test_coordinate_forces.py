@@ -56,7 +56,16 @@ def test_a_stop_pushes_back_and_never_pulls() -> None:
     assert FORCES["one stop"].force(-1e6, 0.0) == 0.0
 
 
-@pytest.mark.parametrize("method", ["dop853", "generalised-alpha"])
+@pytest.mark.parametrize("speed", [0.5, -0.5, 1e6])
+def test_the_exact_jacobian_far_beyond_the_friction_speed(speed: float) -> None:
+    """A complex hyperbolic tangent overflows above 355 times its scale, where the force has long been constant."""
+    scene = kf.System()
+    scene.add_rigid_body("a", 1.0, joint=kf.Prismatic("x", forces=kf.CoordinateForce(friction=1.0, damping=0.25)))
+    jacobian = scene.freeze().jacobian(0.0, np.array((0.0, speed)))
+    np.testing.assert_allclose(jacobian, [[0.0, 1.0], [0.0, -0.25]], rtol=1e-14)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5", "generalised-alpha"])
 def test_friction_stops_a_slide_after_the_distance_of_the_textbook(method: str) -> None:
     m, v, F = 2.0, 1.0, 4.0
     slow = 1e-3
@@ -72,7 +81,7 @@ def test_friction_stops_a_slide_after_the_distance_of_the_textbook(method: str) 
     assert x[-1] == pytest.approx(m * v**2 / (2 * F), abs=5 * slow**2 * m / F)
     assert abs(result.joint_speeds("block")[-1, 0]) < 1e-6
     # generalised-alpha books work by the trapezoidal rule
-    assert abs(result.energy.balance_error).max() < (1e-6 if method == "dop853" else 2e-3)
+    assert abs(result.energy.balance_error).max() < (2e-3 if method == "generalised-alpha" else 1e-6)
     assert result.energy.dissipated[-1] == pytest.approx(0.5 * m * v**2, abs=2e-3)
 
 
