@@ -78,7 +78,7 @@ class EventWatch:
         t0, h = stepper.t_old, stepper.t - stepper.t_old
         places = INTERIOR if not self._noise.any() and self._values.all() else np.append(FIRST_PLACES, INTERIOR)
         times = t0 + h * places
-        times = np.append(times[(times > t0) & (times < stepper.t)], stepper.t)
+        times = np.append(np.unique(times[(times > t0) & (times < stepper.t)]), stepper.t)
         rows = [self._values_at(t, y) for t, y in zip(times, stepper.states(times), strict=True)]
         table = np.vstack((self._values, rows))
         times = np.append(t0, times)
@@ -168,19 +168,25 @@ def _brackets(
 ) -> list[Bracket]:
     """Return the intervals at whose ends the function has different signs, of those that pass zero as wanted.
 
-    A value of zero ends an interval. The first value has no sign if it is not larger than `noise`.
+    A value of zero ends an interval. After an event the values have no sign until one is larger than `noise`: the place
+    that was found lies before the root as often as behind it.
     """
     found: list[tuple[Bracket, float]] = []
     last: tuple[float, float] | None = None
-    for k, (t, value) in enumerate(zip(times.tolist(), values.tolist(), strict=True)):
-        if k == 0 and abs(value) <= noise:
-            continue
+    first = _first_beyond(values, noise)
+    for t, value in zip(times[first:].tolist(), values[first:].tolist(), strict=True):
         if last is not None and np.sign(value) != np.sign(last[1]):
             found.append(((last[0], t), -last[1]))
         last = (t, value) if value != 0.0 else None
     for (a, lowest, b), sign in _dips(times, values, noise, function):
         found += [((a, lowest), -sign), ((lowest, b), sign)]
     return sorted(bracket for bracket, way in found if way * direction >= 0.0)
+
+
+def _first_beyond(values: np.ndarray, noise: float) -> int:
+    """Return the number of the first value that is larger than the noise; behind the last one if none is."""
+    beyond = np.abs(values) > noise
+    return int(np.argmax(beyond)) if beyond.any() else len(values)
 
 
 def _dips(
@@ -191,9 +197,8 @@ def _dips(
     Three samples after each other whose parabola comes near zero between them are looked at closely.
     """
     found = []
-    first = 1 if abs(values[0]) <= noise else 0
     after = times[0]
-    for k in range(first, len(times) - 2):
+    for k in range(_first_beyond(values, noise), len(times) - 2):
         t, v = times[k : k + 3], values[k : k + 3]
         sign = np.sign(v[0])
         if t[0] < after or not sign or np.any(np.sign(v) != sign):

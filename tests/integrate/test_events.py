@@ -55,6 +55,20 @@ def test_a_bouncing_ball_bounces_when_it_should(method: str, options: dict[str, 
     assert result.position("ball")[:, 2].min() > -1e-12
 
 
+@pytest.mark.parametrize("direction", [0, -1, 1])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-5, 1e-7, 1e-8, 1e-9])
+def test_an_action_at_a_stop_that_only_counts(direction: int, rtol: float) -> None:
+    """The place that is found lies before the root as often as behind it: that is no second event, and no storm."""
+    scene = kf.System(gravity=(0, 0, -G))
+    stop = kf.CoordinateForce(limits=(0.0, None), limit_stiffness=1e5, limit_damping=10.0)
+    scene.add_point("ball", 1.0, joint=kf.Prismatic("z", position=1.0, forces=stop))
+    seen: list[float] = []
+    hit = kf.Event("hit", lambda t, state: state.position("ball")[2], direction, action=lambda t, state: seen.append(t))
+    result = scene.simulate((0.0, 3.0), rtol=rtol, events=[hit])
+    assert result.status.is_finished
+    assert len(seen) == len(result.events["hit"]) == (4 if direction else 8)
+
+
 @pytest.mark.parametrize(("direction", "expected"), [(0, [0.5, 1.5, 2.5, 3.5]), (1, [1.5, 3.5]), (-1, [0.5, 2.5])])
 def test_only_the_wanted_direction_counts(direction: int, expected: list[float]) -> None:
     event = kf.Event("quarter", lambda t, state: np.cos(np.pi * angle(state)), direction=direction)
