@@ -34,12 +34,35 @@ def test_the_loop_closes(capsys):
     assert (report.rows, report.rank) == (5, 2)
 
 
+def test_a_ball_lands_and_rolls():
+    scene = kf.System(gravity=(0, 0, -9.81))
+    ball = scene.add_rigid_body("ball", 1.0, 4e-3, joint=kf.Free(position=(0, 0, 0.2), velocity=(1, 0, 0)))
+    names = {"kf": kf, "scene": scene, "ball": ball}
+    names["height_of_ball"] = lambda t, state: state.position("ball")[2] - 0.1
+    exec(compile(SCRIPTS[2], "README.md", "exec"), names)
+    result = scene.simulate((0.0, 0.5), events=[names["lands"]])
+    assert result.velocity("ball")[-1, 0] == pytest.approx(5.0 / 7.0, abs=1e-6)
+
+
+def test_a_hoist_and_a_car_on_a_track():
+    scene = kf.System(gravity=(0, 0, -9.81))
+    hook = scene.add_point("hook", 300.0, joint=kf.Prismatic("z"))
+    ends = {name: scene.ground.frame(at=at) for name, at in (("winch", (-3, 0, 0)), ("sheave", (0, 0, 5)))}
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    track = 20.0 * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(40)))
+    exec(compile(SCRIPTS[3], "README.md", "exec"), {"kf": kf, "scene": scene, "hook": hook, "track": track, **ends})
+    result = scene.simulate((0.0, 0.5))
+    assert result.status.is_finished
+    assert result.joint_coordinates("car")[-1, 0] == pytest.approx(6.0, rel=1e-6)
+    assert result.load("hoist")[0, 2] == pytest.approx(5e3, rel=1e-6)
+
+
 def test_a_ball_bounces(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     scene = kf.System(gravity=(0, 0, -9.81))
     scene.add_point("ball", 0.1, joint=kf.Prismatic("z", position=1.0))
     names = {"kf": kf, "scene": scene}
-    exec(compile(SCRIPTS[2], "README.md", "exec"), names)
+    exec(compile(SCRIPTS[4], "README.md", "exec"), names)
     # it falls for sqrt(2 h / g) and flies for 0.8, 0.64, ... of twice that
     fall = np.sqrt(2.0 / 9.81)
     flights = fall * np.cumsum(np.concatenate(([1.0], 2.0 * 0.8 ** np.arange(1, 9))))
@@ -54,7 +77,7 @@ def test_small_motions_of_a_scene(tmp_path, monkeypatch, capsys):
     scene = kf.System(gravity=(0, 0, -9.81))
     scene.add_rigid_body("tip", 2.0, joint=kf.Prismatic("y", forces=kf.CoordinateForce(stiffness=50.0, damping=1.0)))
     names = {"np": np, "kf": kf, "scene": scene, "rotor": point_on_springs}
-    exec(compile(SCRIPTS[3], "README.md", "exec"), names)
+    exec(compile(SCRIPTS[5], "README.md", "exec"), names)
     assert {path.name for path in tmp_path.iterdir()} == {"response.png", "campbell.png"}
     assert "frequency [Hz]" in capsys.readouterr().out
-    assert len(SCRIPTS) == 4
+    assert len(SCRIPTS) == 6
