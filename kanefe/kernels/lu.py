@@ -54,3 +54,36 @@ def solve(A: np.ndarray, pivots: np.ndarray, b: np.ndarray) -> None:
         for j in range(i + 1, size):
             total -= A[i, j] * b[j]
         b[i] = total / A[i, i]
+
+
+@kernel
+def solve_in_place(system: np.ndarray, first: np.ndarray, second: np.ndarray, column: np.ndarray) -> None:
+    """Replace two matrices and a column by ``system^-1`` times them; Gauss and Jordan with row exchange."""
+    n = len(column)
+    for i in range(n):
+        best = i
+        for a in range(i + 1, n):
+            if abs(system[a, i].real) > abs(system[best, i].real):
+                best = a
+        if best != i:
+            for b in range(n):
+                system[i, b], system[best, b] = system[best, b], system[i, b]
+                first[i, b], first[best, b] = first[best, b], first[i, b]
+                second[i, b], second[best, b] = second[best, b], second[i, b]
+            column[i], column[best] = column[best], column[i]
+        pivot = 1.0 / system[i, i]
+        for b in range(i, n):
+            system[i, b] *= pivot
+        for b in range(n):
+            first[i, b] *= pivot
+            second[i, b] *= pivot
+        column[i] *= pivot
+        for a in range(n):
+            s = system[a, i]
+            if a != i and s != 0.0:
+                for b in range(i, n):
+                    system[a, b] -= s * system[i, b]
+                for b in range(n):
+                    first[a, b] -= s * first[i, b]
+                    second[a, b] -= s * second[i, b]
+                column[a] -= s * column[i]

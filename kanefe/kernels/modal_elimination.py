@@ -18,13 +18,13 @@ import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.body_inertia import hand_inward
+from kanefe.kernels.border import Border, border_in
 from kanefe.kernels.elastic import project, span, total, transposed_product
 from kanefe.kernels.layout import (
     ACCELERATION,
     ALPHA,
     BASIS,
     BENT,
-    BORDER,
     CARRIED,
     CARRIED_COUNT,
     COUNT,
@@ -46,12 +46,14 @@ from kanefe.kernels.layout import (
     M,
     R,
 )
+from kanefe.kernels.lu import solve_in_place
 from kanefe.kernels.vectors import (
     Numbers,
     accumulate,
     accumulate_matrix,
     accumulate_symmetric,
     congruent,
+    copy,
     cross,
     matrix,
     plus,
@@ -68,45 +70,12 @@ from kanefe.kernels.vectors import (
 )
 
 
-def border_size(count: int, carried: int) -> int:
-    """Return how many numbers the border of a body with `count` modes and `carried` carrying interfaces takes.
-
-    The parts of `border_span`, and a matrix and a column of six.
-    """
-    n = 6 * carried
-    return n * count + 6 * n + 3 * n * n + 2 * n + 42
-
-
 @inlined
 def coupling_span(body: np.ndarray) -> slice:
     """Return where C (6, k), the inertia between the motion of G and the modes, is in the modal work."""
     k = body[COUNT]
     start = body[MODAL] + WORK_COUPLING * k
     return slice(start, start + 6 * k)
-
-
-BASIS_PART, LEVER, SERIES, INVERSE, SYSTEM, HELD, COLUMN = range(7)
-
-
-@inlined
-def border_span(body: np.ndarray, which: int) -> slice:
-    """Return where a part of a body's border is.
-
-    B (n, k), H (n, 6), A' (n, n), (1 + A B B^T)^-1 (n, n), room (n, n), y_0 (n,) and room for a column (n,).
-    """
-    k, n = body[COUNT], 6 * body[CARRIED_COUNT]
-    at = body[BORDER]
-    if which == BASIS_PART:
-        return slice(at, at + n * k)
-    at += n * k
-    if which == LEVER:
-        return slice(at, at + 6 * n)
-    at += 6 * n
-    if which < HELD:
-        at += (which - SERIES) * n * n
-        return slice(at, at + n * n)
-    at += 3 * n * n + (which - HELD) * n
-    return slice(at, at + n)
 
 
 @kernel
@@ -127,94 +96,119 @@ def eliminate_modes(
     link = body[ROW]
     G = matrix(work, link, R)
     coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
+    parts = border_in(border, body)
+    _put_change_by_modes(coupling, p, parts)
+    if body[CARRIED_COUNT] > 0:
+        _gather_carried(rows, flexible, body, G, work, modal, coupling, is_implicit, parts)
+        _put_in_series(p, parts)
+        _add_change_by_carried(parts)
+    _change_link(work, link, G, parts)
+
+
+@inlined
+def _put_change_by_modes(coupling: np.ndarray, p: np.ndarray, parts: Border) -> None:
+    """Write what the modes alone do to the inertia and the force of G: -C C^T and C p."""
     zero = 0.0 * p[0]
-    at = border_span(body, COLUMN).stop
-    push, change = border[at : at + 6], border[at + 6 : at + 42].reshape(6, 6)
     for a in range(6):
-        push[a] = total(coupling[a], p)
+        parts.push[a] = total(coupling[a], p)
         for b in range(a, 6):
-            change[a, b] = zero - total(coupling[a], coupling[b])
-    k, carried = body[COUNT], body[CARRIED_COUNT]
-    n = 6 * carried
-    if n > 0:
-        basis = border[border_span(body, BASIS_PART)].reshape(n, k)
-        lever = border[border_span(body, LEVER)].reshape(n, 6)
-        series = border[border_span(body, SERIES)].reshape(n, n)
-        inverse = border[border_span(body, INVERSE)].reshape(n, n)
-        system = border[border_span(body, SYSTEM)].reshape(n, n)
-        held = border[border_span(body, HELD)]
-        column = border[border_span(body, COLUMN)]
-        back = transposed(G)
-        series[:] = 0.0  # A, until the system is solved
-        for c in range(carried):
-            i = flexible.carrying[body[CARRIED] + c]
-            T, placed = matrix(work, i, TANGENT), basis[6 * c : 6 * c + 6]
-            at, bent = rows[i, BASIS], rows[i, BENT]
-            if bent < 0:
-                _place_basis(flexible.pool[at : at + 6 * k].reshape(6, k), T, placed)
-            else:
-                _place_basis(modal[bent : bent + 6 * k].reshape(6, k), T, placed)
-            if is_implicit:
-                _scale(placed, modal[span(body, WORK_SCALE)])
-            r = rotated(back, vector(work, i, OFFSET))
-            block = lever[6 * c : 6 * c + 6]
-            for a in range(6):
-                for b in range(6):
-                    block[a, b] = -total(basis[6 * c + a], coupling[b])
-                block[a, a] += 1.0
-            block[0, 4] += r[2]
-            block[0, 5] -= r[1]
-            block[1, 3] -= r[2]
-            block[1, 5] += r[0]
-            block[2, 3] += r[1]
-            block[2, 4] -= r[0]
-            m, j = congruent(back, symmetric(work, i, M)), congruent(back, symmetric(work, i, J))
-            h = product(product(back, matrix(work, i, H)), G)
-            _put_block(series, 6 * c, m, h, j)
-            force, moment = rotated(back, vector(work, i, FORCE)), rotated(back, vector(work, i, MOMENT))
-            put_three(held, 6 * c, force)
-            put_three(held, 6 * c + 3, moment)
-        gram = inverse  # room
-        for a in range(n):
-            for b in range(a + 1):
-                gram[a, b] = gram[b, a] = total(basis[a], basis[b])
-        for c in range(carried):
-            for a in range(6 * c, 6 * c + 6):
-                for b in range(n):
-                    s = 0.0 * held[0]
-                    for d in range(6 * c, 6 * c + 6):
-                        s += series[a, d] * gram[d, b]
-                    system[a, b] = s
-                system[a, a] += 1.0
-        inverse[:] = 0.0
-        for a in range(n):
-            inverse[a, a] = 1.0
-        solve_in_place(system, series, inverse, held)
-        for a in range(n):
-            column[a] = total(basis[a], p)
-        for a in range(n):
-            held[a] += total(series[a], column)
-        for i in range(n):
+            parts.change[a, b] = zero - total(coupling[a], coupling[b])
+
+
+@inlined
+def _gather_carried(
+    rows: np.ndarray,
+    flexible: FlexibleTables,
+    body: np.ndarray,
+    G: Numbers,
+    work: np.ndarray,
+    modal: np.ndarray,
+    coupling: np.ndarray,
+    is_implicit: bool,
+    parts: Border,
+) -> None:
+    """Write B, H, A and f of the interfaces that carry something, in G."""
+    k, back = body[COUNT], transposed(G)
+    parts.inertia[:] = 0.0
+    for c in range(body[CARRIED_COUNT]):
+        i = flexible.carrying[body[CARRIED] + c]
+        T, placed = matrix(work, i, TANGENT), parts.basis[6 * c : 6 * c + 6]
+        at, bent = rows[i, BASIS], rows[i, BENT]
+        if bent < 0:
+            _place_basis(flexible.pool[at : at + 6 * k].reshape(6, k), T, placed)
+        else:
+            _place_basis(modal[bent : bent + 6 * k].reshape(6, k), T, placed)
+        if is_implicit:
+            _scale(placed, modal[span(body, WORK_SCALE)])
+        r = rotated(back, vector(work, i, OFFSET))
+        block = parts.lever[6 * c : 6 * c + 6]
+        for a in range(6):
             for b in range(6):
-                push[b] += lever[i, b] * held[i]
-                s = zero
-                for d in range(n):
-                    s += series[i, d] * lever[d, b]
-                for a in range(b + 1):
-                    change[a, b] += lever[i, a] * s
-    m = congruent(G, (change[0, 0], change[0, 1], change[0, 2], change[1, 1], change[1, 2], change[2, 2]))
-    h = (
-        change[0, 3], change[0, 4], change[0, 5], change[1, 3], change[1, 4], change[1, 5],
-        change[2, 3], change[2, 4], change[2, 5],
-    )  # fmt: skip
-    accumulate_symmetric(work, link, M, m)
+                block[a, b] = -total(parts.basis[6 * c + a], coupling[b])
+            block[a, a] += 1.0
+        block[0, 4] += r[2]
+        block[0, 5] -= r[1]
+        block[1, 3] -= r[2]
+        block[1, 5] += r[0]
+        block[2, 3] += r[1]
+        block[2, 4] -= r[0]
+        m, j = congruent(back, symmetric(work, i, M)), congruent(back, symmetric(work, i, J))
+        h = product(product(back, matrix(work, i, H)), G)
+        _put_block(parts.inertia, 6 * c, m, h, j)
+        force, moment = rotated(back, vector(work, i, FORCE)), rotated(back, vector(work, i, MOMENT))
+        put_three(parts.force, 6 * c, force)
+        put_three(parts.force, 6 * c + 3, moment)
+
+
+@inlined
+def _put_in_series(p: np.ndarray, parts: Border) -> None:
+    """Write A', (1 + A B B^T)^-1 and y_0: what is carried, in series with the compliance of the modes."""
+    n = len(parts.force)
+    for a in range(n):
+        for b in range(a + 1):
+            parts.gram[a, b] = parts.gram[b, a] = total(parts.basis[a], parts.basis[b])
+    for first in range(0, n, 6):  # A has a block of six for each interface
+        for a in range(first, first + 6):
+            for b in range(n):
+                s = 0.0 * parts.force[0]
+                for d in range(first, first + 6):
+                    s += parts.inertia[a, d] * parts.gram[d, b]
+                parts.system[a, b] = s
+            parts.system[a, a] += 1.0
+    parts.inverse[:] = 0.0
+    for a in range(n):
+        copy(parts.inertia[a], parts.series[a])
+        parts.inverse[a, a] = 1.0
+        parts.held[a] = parts.force[a]
+    solve_in_place(parts.system, parts.series, parts.inverse, parts.held)
+    for a in range(n):
+        parts.column[a] = total(parts.basis[a], p)
+    for a in range(n):
+        parts.held[a] += total(parts.series[a], parts.column)
+
+
+@inlined
+def _add_change_by_carried(parts: Border) -> None:
+    """Add what the carried interfaces do to the inertia and the force of G: H^T A' H and H^T y_0."""
+    n = len(parts.held)
+    for i in range(n):
+        for b in range(6):
+            parts.push[b] += parts.lever[i, b] * parts.held[i]
+            s = 0.0 * parts.held[0]
+            for d in range(n):
+                s += parts.series[i, d] * parts.lever[d, b]
+            for a in range(b + 1):
+                parts.change[a, b] += parts.lever[i, a] * s
+
+
+@inlined
+def _change_link(work: np.ndarray, link: int, G: Numbers, parts: Border) -> None:
+    """Add the change of inertia and force, in G, to those of the link, in N."""
+    c, push = parts.change, parts.push
+    h = (c[0, 3], c[0, 4], c[0, 5], c[1, 3], c[1, 4], c[1, 5], c[2, 3], c[2, 4], c[2, 5])
+    accumulate_symmetric(work, link, M, congruent(G, (c[0, 0], c[0, 1], c[0, 2], c[1, 1], c[1, 2], c[2, 2])))
     accumulate_matrix(work, link, H, product(product(G, h), transposed(G)))
-    accumulate_symmetric(
-        work,
-        link,
-        J,
-        congruent(G, (change[3, 3], change[3, 4], change[3, 5], change[4, 4], change[4, 5], change[5, 5])),
-    )
+    accumulate_symmetric(work, link, J, congruent(G, (c[3, 3], c[3, 4], c[3, 5], c[4, 4], c[4, 5], c[5, 5])))
     accumulate(work, link, FORCE, rotated(G, (push[0], push[1], push[2])))
     accumulate(work, link, MOMENT, rotated(G, (push[3], push[4], push[5])))
 
@@ -246,39 +240,6 @@ def _put_block(A: np.ndarray, at: int, m: Numbers, h: Numbers, j: Numbers) -> No
 
 
 @kernel
-def solve_in_place(system: np.ndarray, first: np.ndarray, second: np.ndarray, column: np.ndarray) -> None:
-    """Replace two matrices and a column by ``system^-1`` times them; Gauss and Jordan with row exchange."""
-    n = len(column)
-    for i in range(n):
-        best = i
-        for a in range(i + 1, n):
-            if abs(system[a, i].real) > abs(system[best, i].real):
-                best = a
-        if best != i:
-            for b in range(n):
-                system[i, b], system[best, b] = system[best, b], system[i, b]
-                first[i, b], first[best, b] = first[best, b], first[i, b]
-                second[i, b], second[best, b] = second[best, b], second[i, b]
-            column[i], column[best] = column[best], column[i]
-        pivot = 1.0 / system[i, i]
-        for b in range(i, n):
-            system[i, b] *= pivot
-        for b in range(n):
-            first[i, b] *= pivot
-            second[i, b] *= pivot
-        column[i] *= pivot
-        for a in range(n):
-            s = system[a, i]
-            if a != i and s != 0.0:
-                for b in range(i, n):
-                    system[a, b] -= s * system[i, b]
-                for b in range(n):
-                    first[a, b] -= s * first[i, b]
-                    second[a, b] -= s * second[i, b]
-                column[a] -= s * column[i]
-
-
-@kernel
 def eliminate_modal_forces(
     flexible: FlexibleTables, f: int, work: np.ndarray, modal: np.ndarray, border: np.ndarray, is_implicit: bool
 ) -> None:
@@ -299,24 +260,20 @@ def eliminate_modal_forces(
     a, b = project(coupling, 0, p), project(coupling, 3, p)
     n = 6 * carried
     if n > 0:
-        basis = border[border_span(body, BASIS_PART)].reshape(n, k)
-        lever = border[border_span(body, LEVER)].reshape(n, 6)
-        series = border[border_span(body, SERIES)].reshape(n, n)
-        inverse = border[border_span(body, INVERSE)].reshape(n, n)
-        held = border[border_span(body, HELD)]
-        column = border[border_span(body, COLUMN)]
+        parts = border_in(border, body)
+        held, column = parts.held, parts.column
         for c in range(carried):
             i = flexible.carrying[body[CARRIED] + c]
             put_three(column, 6 * c, rotated_back(G, vector(work, i, FORCE)))
             put_three(column, 6 * c + 3, rotated_back(G, vector(work, i, MOMENT)))
         for i in range(n):
-            held[i] = total(inverse[i], column)
+            held[i] = total(parts.inverse[i], column)
         for i in range(n):
-            column[i] = total(basis[i], p)
+            column[i] = total(parts.basis[i], p)
         for i in range(n):
-            held[i] += total(series[i], column)
-            a = plus(a, times(held[i], three(lever[i], 0)))
-            b = plus(b, times(held[i], three(lever[i], 3)))
+            held[i] += total(parts.series[i], column)
+            a = plus(a, times(held[i], three(parts.lever[i], 0)))
+            b = plus(b, times(held[i], three(parts.lever[i], 3)))
     accumulate(work, link, FORCE, rotated(G, a))
     accumulate(work, link, MOMENT, rotated(G, b))
 
@@ -354,27 +311,22 @@ def modal_accelerations(
         coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
         _answer(coupling, p, a, alpha, x)
         if carried > 0:
-            n = 6 * carried
-            basis = border[border_span(body, BASIS_PART)].reshape(n, k)
-            lever = border[border_span(body, LEVER)].reshape(n, 6)
-            series = border[border_span(body, SERIES)].reshape(n, n)
-            held = border[border_span(body, HELD)]
-            column = border[border_span(body, COLUMN)]
+            parts = border_in(border, body)
             for i in range(6 * carried):
-                block = lever[i]
-                column[i] = (
+                block = parts.lever[i]
+                parts.column[i] = (
                     block[0] * a[0] + block[1] * a[1] + block[2] * a[2]
                     + block[3] * alpha[0] + block[4] * alpha[1] + block[5] * alpha[2]
                 )  # fmt: skip
             for i in range(6 * carried):
-                y = held[i] + total(series[i], column)
-                _subtract(basis[i], y, x)
+                y = parts.held[i] + total(parts.series[i], parts.column)
+                _subtract(parts.basis[i], y, x)
     for c in range(carried):
         i = flexible.carrying[body[CARRIED] + c]
         zero = 0.0 * a[0]
         shift, turn = (zero, zero, zero), (zero, zero, zero)
         if k > 0:
-            basis = border[border_span(body, BASIS_PART)].reshape(6 * carried, k)
+            basis = border_in(border, body).basis
             shift = (total(basis[6 * c], x), total(basis[6 * c + 1], x), total(basis[6 * c + 2], x))
             turn = (total(basis[6 * c + 3], x), total(basis[6 * c + 4], x), total(basis[6 * c + 5], x))
         put(work, i, ACCELERATION, plus(plus(linear, cross(angular, vector(work, i, OFFSET))), rotated(G, shift)))

@@ -13,6 +13,7 @@ import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels.border import border_size
 from kanefe.kernels.layout import (
     ABOUT,
     ALONG,
@@ -61,7 +62,6 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.links.places import addresses
-from kanefe.kernels.modal_elimination import border_size
 from kanefe.order_n.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.modal_constants import modal_constants
 from kanefe.order_n.seats import Seat, Seats
@@ -215,9 +215,9 @@ class TableBuilder(Seats):
             integers[TRANSFORM] = self._pool.add(*modes.transform)
         if modes.damping is not None:
             integers[DAMPING] = self._pool.add(modes.damping)
-        integers[MODAL] = self._room(MODAL_WORK * k)
+        integers[MODAL] = self._modal_space(MODAL_WORK * k)
         if modes.quadratic is not None:
-            integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._room(9 * k)
+            integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._modal_space(9 * k)
         flexible = len(self._bodies)
         self._integers[row][FLEXIBLE] = flexible
         integers[CARRIED] = len(self._carrying)
@@ -228,7 +228,7 @@ class TableBuilder(Seats):
             self._integers[at][CARRIES] = carries
             if frame.quadratic is not None and k:
                 self._integers[at][BENDING] = self._pool.add(modes.of_bending(frame.quadratic[:, :k, :k]))
-                self._integers[at][BENT] = self._room(12 * k)
+                self._integers[at][BENT] = self._modal_space(12 * k)
             self.interfaces[number, name] = at
             if carries:
                 self._carrying.append(at)
@@ -239,12 +239,12 @@ class TableBuilder(Seats):
             constants = self._pool.add(*modes.of_field(load, k))
             quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
             if quadratic is not None and k and not load.is_pressure:
-                bending, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._room(3 * k)
+                bending, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._modal_space(3 * k)
             kinds = int(load.is_pressure), int(load.follows)
             self._fields.append((flexible, self.inputs.of(load), *kinds, constants, bending, bent))
         self._bodies.append(integers)
 
-    def _room(self, size: int) -> int:
+    def _modal_space(self, size: int) -> int:
         """Return where so many numbers are in the modal work."""
         start = self._modal
         self._modal += size
