@@ -172,7 +172,7 @@ class RunLoop:
             try:
                 stored = self.stored
                 with self._clock.part("steps"):
-                    self._march(most)
+                    self._integrate(most)
                 if self.accelerations is not None:
                     with self._clock.part("outputs"):
                         self._store_accelerations(stored, self.stored)
@@ -189,11 +189,11 @@ class RunLoop:
             self._keep()
         return RunStatus("finished", stepper.t)
 
-    def _march(self, most: int) -> None:
+    def _integrate(self, most: int) -> None:
         stepper, begun = self._stepper, time.perf_counter()
         first = self.stored
         try:
-            passed = stepper.march(self._times[first:], self.states[first:], most)
+            passed = stepper.integrate_through(self._times[first:], self.states[first:], most)
             self.stored += passed
         except (KanefeError, np.linalg.LinAlgError):
             # what was passed before the failure is stored all the same

@@ -42,7 +42,7 @@ def beyond(error: KanefeError) -> StepFailure:
 class Stepper(Protocol):
     """A method in the middle of a run, with state ``y = (q, u, dissipated energy, work)``.
 
-    What it computes does not depend on how a run is cut into calls of `march`.
+    What it computes does not depend on how a run is cut into calls of `integrate_through`.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Stepper(Protocol):
         """What was done so far: "steps", "rejected", "evaluations"; "factorisations", "jacobians" where there are."""
         ...
 
-    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Go on until all `times` are passed, or `most_steps` steps are accepted.
 
         Parameters

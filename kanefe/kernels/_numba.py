@@ -58,6 +58,18 @@ def inlined(function: Function) -> Function:
     return numba.njit(fastmath=RELAXED, forceinline=True, **INNER)(function)  # type: ignore[no-any-return]
 
 
+def expanded(function: Function) -> Function:
+    """Have a function compiled as a part of each that calls it, and not by itself: that would take as long again.
+
+    Of those that call most kernels; arguments that are None leave out code in it as in the one that calls it.
+    """
+    if not IS_COMPILED:
+        return function
+    import numba
+
+    return numba.njit(inline="always")(function)  # type: ignore[no-any-return]
+
+
 def vector_kernel(function: Function) -> Function:
     """Compile a function of long sums whose order may change, so that they use vector instructions."""
     if not IS_COMPILED:

@@ -61,7 +61,7 @@ there, after two, or need their own."""
 
 
 class Closing(NamedTuple):
-    """Room of `close`.
+    """Workspace of `close`.
 
     Attributes
     ----------
@@ -86,25 +86,25 @@ class Closing(NamedTuple):
 
 @entry
 def close_size(m: int, n: int, coordinates: int) -> int:
-    """Return how many numbers `close` needs room for, with m rows, n free and driven speeds and so many coordinates."""
+    """Return how many numbers the workspace of `close` has, with m rows, n free and driven speeds."""
     return hold_size(m, n) + 4 * n + 4 * m + 2 * coordinates
 
 
 @inlined
-def _closing_in(room: np.ndarray, m: int, n: int, count: int, coordinates: int) -> Closing:
+def _closing_in(workspace: np.ndarray, m: int, n: int, count: int, coordinates: int) -> Closing:
     a, b = 2 * n + 4 * m, 2 * n + 4 * m + 2 * count
-    rows = room[2 * n : a]
+    rows = workspace[2 * n : a]
     return Closing(
-        room[:n],
-        room[n : 2 * n],
+        workspace[:n],
+        workspace[n : 2 * n],
         rows[:m],
         rows[m : 2 * m],
         rows[2 * m : 3 * m],
         rows[3 * m :],
-        room[a : a + count],
-        room[a + count : b],
-        room[b : b + coordinates],
-        room[b + coordinates : b + 2 * coordinates],
+        workspace[a : a + count],
+        workspace[a + count : b],
+        workspace[b : b + coordinates],
+        workspace[b + coordinates : b + 2 * coordinates],
     )
 
 
@@ -121,7 +121,7 @@ def close(
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
-    room: np.ndarray,
+    workspace: np.ndarray,
 ) -> tuple[int, float]:
     """Close the loops: change q and then u, both to the nearest; return how it ended and the weakest pivot.
 
@@ -137,11 +137,11 @@ def close(
         Of which the switches say which rows hold.
     work, modal, border : ndarray
         Work arrays: what is in them is lost.
-    room : ndarray, shape (`close_size`,)
+    workspace : ndarray, shape (`close_size`,)
     """
     m, count, n = len(loops.rows), len(u), len(u) + len(drives)
-    kept = answers_in(room, m, n)
-    at = _closing_in(room[hold_size(m, n) :], m, n, count, len(q))
+    kept = answers_in(workspace, m, n)
+    at = _closing_in(workspace[hold_size(m, n) :], m, n, count, len(q))
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     worst, total = openings(loops, tables, drives, at.place, z, work, at.residuals)
@@ -233,13 +233,13 @@ def close_state(
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
-    room: np.ndarray,
+    workspace: np.ndarray,
 ) -> bool:
     """Close the loops of a state ``(q, u, z, ...)`` at time t, see `close`; tell whether that was possible."""
     put_drives(motions, t, drives)
     n, m, k = tables.sizes[COORDINATES], tables.sizes[SPEEDS], tables.sizes[STATES]
     q, u, z = y[:n], y[n : n + m], y[n + m : n + m + k]
-    ended, _ = close(tables, flexible, loops, drives, share_stiffness, q, u, z, work, modal, border, room)
+    ended, _ = close(tables, flexible, loops, drives, share_stiffness, q, u, z, work, modal, border, workspace)
     return ended == CLOSED
 
 
@@ -313,7 +313,7 @@ def close_loops(
         modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     rows = WORK * len(tables.rows)
     size = close_size(len(loops.rows), len(u) + len(drives), len(q))
-    room = np.empty(rows + modes + borders + size)
+    workspace = np.empty(rows + modes + borders + size)
     return close(
         tables,
         flexible,
@@ -323,8 +323,8 @@ def close_loops(
         q,
         u,
         z,
-        room[:rows].reshape(-1, WORK),
-        room[rows : rows + modes],
-        room[rows + modes : rows + modes + borders],
-        room[rows + modes + borders :],
+        workspace[:rows].reshape(-1, WORK),
+        workspace[rows : rows + modes],
+        workspace[rows + modes : rows + modes + borders],
+        workspace[rows + modes + borders :],
     )

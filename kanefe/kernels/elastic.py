@@ -144,10 +144,10 @@ def set_flexible(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, mod
     if body[QUADRATIC] < 0:
         transposed_product(products, 6 * k, deta, of_deta)
     else:
-        room = modal[body[QUADRATIC_WORK] : body[QUADRATIC_WORK] + 9 * k].reshape(9, k)
+        workspace = modal[body[QUADRATIC_WORK] : body[QUADRATIC_WORK] + 9 * k].reshape(9, k)
         at = body[QUADRATIC]
         quadratic = pool[at : at + 6 * k * k].reshape(k, 6 * k)
-        first, pull, twist = _bend(quadratic, products, eta, deta, of_deta, first, room, coupling)
+        first, pull, twist = _bend(quadratic, products, eta, deta, of_deta, first, workspace, coupling)
 
     # moments of the deformed body: int rho r_a r_b and int rho r_a du_b
     B = _second_moments(second_shapes, of_eta, eta, 2.0)
@@ -182,7 +182,7 @@ def _bend(
     deta: np.ndarray,
     of_deta: np.ndarray,
     first: Numbers,
-    room: np.ndarray,
+    workspace: np.ndarray,
     coupling: np.ndarray,
 ) -> tuple[Numbers, Numbers, Numbers]:
     """Add the second-order displacement to the coupling of translations; see `mass_moments.add_quadratic_terms`.
@@ -191,15 +191,19 @@ def _bend(
     and the forces ``deta^T G deta`` and ``deta^T N deta`` on the translation and rotation of G.
     """
     k = len(eta)
-    flat = room.reshape(9 * k)
+    flat = workspace.reshape(9 * k)
     transposed_product(quadratic, 0, eta, flat[: 3 * k])
     transposed_product(quadratic, 0, deta, flat[3 * k : 6 * k])
     transposed_product(quadratic, 3 * k, deta, of_deta)
     transposed_product(products, 6 * k, deta, flat[6 * k :])
     for c in range(3):
         for i in range(k):
-            coupling[c, i] += room[c, i]
-    return plus(first, times(-0.5, project(room, 0, eta))), project(room, 3, deta), project(room, 6, deta)
+            coupling[c, i] += workspace[c, i]
+    return (
+        plus(first, times(-0.5, project(workspace, 0, eta))),
+        project(workspace, 3, deta),
+        project(workspace, 6, deta),
+    )
 
 
 @inlined

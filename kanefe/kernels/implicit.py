@@ -55,8 +55,8 @@ def stiffen_modes(
         k, speed = body[COUNT], body[DETA]
         p, scale = modal[span(body, WORK_FORCE)], modal[span(body, WORK_SCALE)]
         coupling = modal[coupling_span(body)].reshape(6, k)
-        room = modal[body[MODAL] + WORK_PRODUCTS * k : body[MODAL] + (WORK_PRODUCTS + 2) * k]
-        of_damping, of_stiffness = room[:k], room[k:]
+        workspace = modal[body[MODAL] + WORK_PRODUCTS * k : body[MODAL] + (WORK_PRODUCTS + 2) * k]
+        of_damping, of_stiffness = workspace[:k], workspace[k:]
         if body[TRANSFORM] < 0:
             copy(push_damping[speed : speed + k], of_damping)
             copy(push_stiffness[speed : speed + k], of_stiffness)

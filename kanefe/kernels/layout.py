@@ -20,7 +20,7 @@ FIXED, REVOLUTE, AXIS, GIVEN, SPHERICAL, FREE, INTERFACE = range(7)
 PARENT, KIND, COORDINATE, SPEED, DRIVE, FLEXIBLE, HAS_GRAVITY, BASIS, CARRIES, BENDING, BENT = range(11)
 ROW_INTEGERS = 11
 # of an interface with a second-order motion: BENDING is its place in the pool, (k, 6 k), and BENT that of its current
-# basis (6, k) in the modal work, followed by as much room
+# basis (6, k) in the modal work, followed by as many numbers of workspace
 FUNCTION, COMPLEX_FUNCTION, FIRST_NUMBER = BASIS, BENDING, BENT
 # of a given link in place of them: addresses of its function for real and for complex numbers, and the first of its
 # constants in `Tables.numbers`
@@ -72,7 +72,7 @@ CARRIED = 8  # first of its interfaces that carry something, in `FlexibleTables.
 CARRIED_COUNT = 9
 BORDER = 10  # its place in the border work array
 QUADRATIC = 11  # moments of the second-order displacement, (k, 6 k) in the pool; -1: none
-QUADRATIC_WORK = 12  # room for 9 k numbers in the modal work
+QUADRATIC_WORK = 12  # workspace of 9 k numbers in the modal work
 BODY_INTEGERS = 13
 
 # Constants of a flexible body, from POOL on
@@ -139,7 +139,7 @@ class FlexibleTables(NamedTuple):
         Rows of interfaces that carry something, body by body.
     fields : ndarray of int, shape (distributed loads, 7)
         Body, first input, is a pressure, follows, first constant in `pool`; second-order moments in the pool, (k, 3 k),
-        or -1, and their room in the modal work.
+        or -1, and their workspace in the modal work.
     sizes : ndarray of int
         Modal work, border work, slope measure.
     """

@@ -45,8 +45,8 @@ class LoadsBetween(NamedTuple):
     markers : ndarray, shape (ends, MARKER_NUMBERS)
     numbers : ndarray
         Constants of all loads.
-    room : ndarray of int, shape (1,)
-        How many numbers a load takes room for: see `room_of`.
+    workspace_size : ndarray of int, shape (1,)
+        How many numbers the workspace of a load has: see `load_workspace_size`.
     """
 
     loads: np.ndarray
@@ -54,11 +54,11 @@ class LoadsBetween(NamedTuple):
     rows: np.ndarray
     markers: np.ndarray
     numbers: np.ndarray
-    room: np.ndarray
+    workspace_size: np.ndarray
 
 
-def room_of(ends: int, states: int) -> int:
-    """Return how many numbers the kernels need room for, for a load with so many ends and internal states."""
+def load_workspace_size(ends: int, states: int) -> int:
+    """Return how many numbers the workspace of a load with so many ends and internal states has."""
     return ends * (END_NUMBERS + WRENCH) + WRENCHES + states
 
 
@@ -73,14 +73,14 @@ def add_loads_between(
     rates: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
-    room: np.ndarray,
+    workspace: np.ndarray,
 ) -> tuple[Any, Any]:
     """Apply loads between frames and write the rates of their states; return the power taken and the power given."""
     taken = given = 0.0 * work[0, 0]
     for n in range(len(between.loads)):
         first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
-        out = room[END_NUMBERS * count :]
-        _evaluate(between, n, t, inputs, states, work, room[: END_NUMBERS * count], out)
+        out = workspace[END_NUMBERS * count :]
+        _evaluate(between, n, t, inputs, states, work, workspace[: END_NUMBERS * count], out)
         taken += out[TAKEN]
         given += out[GIVEN]
         for i in range(count):
@@ -96,14 +96,14 @@ def add_loads_between(
 
 @kernel
 def potential_between(
-    between: LoadsBetween, t: float, inputs: np.ndarray, states: np.ndarray, work: np.ndarray, room: np.ndarray
+    between: LoadsBetween, t: float, inputs: np.ndarray, states: np.ndarray, work: np.ndarray, workspace: np.ndarray
 ) -> Any:
     """Return the energy in loads between frames."""
     energy = 0.0 * work[0, 0]
     for n in range(len(between.loads)):
         ends = END_NUMBERS * between.loads[n, END_COUNT]
-        _evaluate(between, n, t, inputs, states, work, room[:ends], room[ends:])
-        energy += room[ends + POTENTIAL]
+        _evaluate(between, n, t, inputs, states, work, workspace[:ends], workspace[ends:])
+        energy += workspace[ends + POTENTIAL]
     return energy
 
 

@@ -85,8 +85,6 @@ def put_balance(
     t: float,
     drives: np.ndarray,
     inputs: np.ndarray,
-    q: np.ndarray,
-    z: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
     acting: np.ndarray,
@@ -94,7 +92,11 @@ def put_balance(
     reals: np.ndarray,
     vectors: np.ndarray,
 ) -> None:
-    """Write the energies of a state, and where momenta are kept those, and the rigid motions of the scene."""
+    """Write the energies of the state AT, and where momenta are kept those, and the rigid motions of the scene."""
+    at, n, m = vectors[AT], tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
+    q, u, z = at[:n], at[n:m], at[m : m + tables.sizes[STATES]]
+    sweep_outward(tables, flexible, drives, q, u, work, modal)
+    set_inertia(tables, flexible, work, modal)
     kinetic, elastic, weight = 0.0, _joint_energy(tables, drives, q), 0.0
     if between is not None:
         elastic += potential_between(between, t, inputs, z, work, acting)
@@ -238,13 +240,11 @@ def balance(
     vectors: np.ndarray,
 ) -> None:
     """Write what a method asks for by BALANCE, for scenes whose functions are called from Python."""
-    rows, modes, n = WORK * len(tables.rows), 0, tables.sizes[COORDINATES]
+    rows, modes, acting = WORK * len(tables.rows), 0, 0
     if flexible is not None:
         modes = flexible.sizes[MODAL_SIZE]
-    room = np.empty(rows + modes + (0 if between is None else between.room[0]))
-    work, modal, acting = room[:rows].reshape(-1, WORK), room[rows : rows + modes], room[rows + modes :]
-    at, m = vectors[AT], n + tables.sizes[SPEEDS]
-    q, u, z = at[:n], at[n:m], at[m : m + tables.sizes[STATES]]
-    sweep_outward(tables, flexible, drives, q, u, work, modal)
-    set_inertia(tables, flexible, work, modal)
-    put_balance(tables, flexible, between, t, drives, inputs, q, z, work, modal, acting, integers, reals, vectors)
+    if between is not None:
+        acting = between.workspace_size[0]
+    memory = np.empty(rows + modes + acting)
+    own = memory[:rows].reshape(-1, WORK), memory[rows : rows + modes], memory[rows + modes :]
+    put_balance(tables, flexible, between, t, drives, inputs, *own, integers, reals, vectors)

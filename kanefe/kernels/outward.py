@@ -231,9 +231,9 @@ def frames_of_rows(
     modes = 0
     if flexible is not None:
         modes = flexible.sizes[MODAL_SIZE]
-    room = np.empty(rows + modes)
-    work = room[:rows].reshape(-1, WORK)
-    sweep_outward(tables, flexible, drives, q, u, work, room[rows:])
+    memory = np.empty(rows + modes)
+    work = memory[:rows].reshape(-1, WORK)
+    sweep_outward(tables, flexible, drives, q, u, work, memory[rows:])
     frames = np.empty((len(tables.rows), 18))
     for i in range(len(tables.rows)):
         put(frames, i, 0, vector(work, i, POSITION))

@@ -119,7 +119,7 @@ def solve(
     column: np.ndarray,
     x: np.ndarray,
 ) -> None:
-    """Write x of ``A x = right`` (m,), zero for rows that were left out; `column` is room."""
+    """Write x of ``A x = right`` (m,), zero for rows that were left out; `column` is workspace."""
     for k in range(rank):
         i = int(order[k].real)
         total = scale[i] * right[i]

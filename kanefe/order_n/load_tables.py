@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.kernels.force_elements.given import given
 from kanefe.kernels.force_elements.places import addresses
-from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, room_of
+from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, load_workspace_size
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.loads.base import LoadKernel
 from kanefe.order_n.seats import Seats
@@ -94,5 +94,5 @@ def loads_between(builder: Seats) -> LoadsBetween | None:
         rows=np.array(rows, dtype=np.int64),
         markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
         numbers=np.array(pool, dtype=float),
-        room=np.array([max(room_of(row[1], row[5]) for row in integers)]),
+        workspace_size=np.array([max(load_workspace_size(row[1], row[5]) for row in integers)]),
     )

@@ -52,7 +52,7 @@ def planar_tables(model: ModelData, tables: Tables) -> PlanarTables | None:
     Returns
     -------
     PlanarTables or None
-        For `kanefe.kernels.planar.march.march_planar`.
+        For `kanefe.kernels.planar.evaluation.evaluate_planar`.
 
     Examples
     --------

@@ -7,6 +7,7 @@ proportional to the number of bodies. Objects are read-only after they are made:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,14 +19,15 @@ from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
 from kanefe.kernels._numba import filler
 from kanefe.kernels.closing import CLOSED, close_loops
+from kanefe.kernels.constraints import Loops
 from kanefe.kernels.derivatives import derivatives
-from kanefe.kernels.drives import Drives
-from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND
-from kanefe.kernels.loads_between import COMPLEX
-from kanefe.kernels.march import march, room_size
+from kanefe.kernels.evaluation import evaluate, workspace_size
+from kanefe.kernels.integration import integrate
+from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables
+from kanefe.kernels.loads_between import COMPLEX, LoadsBetween
 from kanefe.kernels.momenta import balance
 from kanefe.kernels.outward import frames_of_rows
-from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_STIFFNESS, SLOPE, TIME_AT, Run
+from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
@@ -63,7 +65,7 @@ class OrderN(LiteralRoute):
         self.between = loads_between(builder)
         self.loops = loop_tables(builder)
         self._size = model.coordinate_count + model.free_count + model.state_count + WORKS
-        self._room = room_size(self.tables, self.flexible, self.between, self.loops, self._size)
+        self._workspace_size = workspace_size(self.tables, self.flexible, self.between, self.loops, self._size)
         self.seats: Sequence[Seat] = tuple(builder.seats)
         self.inputs = builder.inputs
         self._constants = self.inputs.constants if self.inputs.is_constant else None
@@ -162,10 +164,9 @@ class OrderN(LiteralRoute):
         With four rows or more the evaluation is linearly implicit: see `kanefe.kernels.implicit` for the shares and
         for the two rows of pushes.
         """
-        y, shares = vectors[AT], (share_damping, share_stiffness)
+        y = vectors[AT]
         inputs, drives = self.values(t, y), self.drives(t)
-        is_implicit = len(vectors) > PUSH_STIFFNESS
-        done, weakest = self._march(drives, None, None, t, inputs, vectors, shares, None, is_implicit=is_implicit)
+        done, weakest = self._evaluate(drives, t, inputs, vectors, (share_damping, share_stiffness))
         if done == NO_INERTIA:
             if self.loops is not None:  # what has no inertia by itself may be held by a loop
                 return 0.0
@@ -194,11 +195,9 @@ class OrderN(LiteralRoute):
         vectors[AT] = y
         inputs = self.values(t, y)
         found = np.empty((len(directions), len(y)))
-        scene = self.tables, self.flexible, self.between, self.loops
+        memory = np.empty(self._workspace_size, dtype=complex)
         try:
-            is_regular = derivatives(
-                *scene, self.drives(t), t, inputs, vectors, directions, found, np.empty(self._room, complex)
-            )
+            is_regular = derivatives(*self._scene, self.drives(t), t, inputs, vectors, directions, found, memory)
         except ZeroDivisionError:  # numba divides complex numbers like Python, whatever its error model
             is_regular = False
         if not is_regular:
@@ -256,33 +255,29 @@ class OrderN(LiteralRoute):
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        drives, inputs = np.empty((len(self._drives), 3)), self.inputs.constants.copy()
-        moved, none = (drives, self._motions, self._fill), (0.0, 0.0)
-        command, _ = self._march(
-            *moved, 0.0, inputs, vectors, none, run, is_implicit=is_implicit, is_balanced=is_balanced
-        )
+        command, _ = self._integrate(run, vectors, is_implicit, is_balanced)
         if command == NO_INERTIA:
             y = vectors[AT]
             self._explain(float(run.reals[TIME_AT]), y)
         return command
 
-    def _march(
-        self,
-        drives: np.ndarray,
-        motions: Drives | None,
-        fill: Callable[..., None] | None,
-        t: float,
-        inputs: np.ndarray,
-        vectors: np.ndarray,
-        shares: tuple[float, float],
-        run: Run | None,
-        *,
-        is_implicit: bool,
-        is_balanced: bool = False,
+    @property
+    def _scene(self) -> tuple[Tables, FlexibleTables | None, LoadsBetween | None, Loops | None]:
+        return self.tables, self.flexible, self.between, self.loops
+
+    def _evaluate(
+        self, drives: np.ndarray, t: float, inputs: np.ndarray, vectors: np.ndarray, shares: tuple[float, float]
     ) -> tuple[int, float]:
-        """Call the kernel of the scene."""
-        rest = drives, motions, fill, t, inputs, vectors, *shares, run
-        return march(self.tables, self.flexible, self.between, self.loops, *rest, np.empty(self._room))
+        """Call the kernel that evaluates the rates once."""
+        return evaluate(*self._scene, drives, t, inputs, vectors, *shares, np.empty(self._workspace_size))
+
+    def _integrate(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> tuple[int, float]:
+        """Call the kernel that goes on with a run."""
+        return integrate(*self._scene, *self._written(), run, vectors, np.empty(self._workspace_size))
+
+    def _written(self) -> tuple[np.ndarray, Any, Callable[..., None], np.ndarray]:
+        """Return drives and inputs for a run to write, and what writes them."""
+        return np.empty((len(self._drives), 3)), self._motions, self._fill, self.inputs.constants.copy()
 
     def _explain(self, t: float, y: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""

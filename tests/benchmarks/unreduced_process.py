@@ -72,7 +72,7 @@ def swing(mesh: str, span: str, rounds: str) -> dict[str, Any]:
         stepper = _stepper(body, SWING)
         states = np.empty((1, len(stepper.state())))
         start = time.process_time()
-        stepper.march(np.array([SWING]), states, 1_000_000)
+        stepper.integrate_through(np.array([SWING]), states, 1_000_000)
         times.append((time.process_time() - start) / stepper.statistics["steps"])
     return {
         "seconds": times[1:],

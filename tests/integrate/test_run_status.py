@@ -45,7 +45,7 @@ class ScriptedStepper:
     def statistics(self) -> dict[str, int | float]:
         return {"steps": self._count, "rejected": 0, "evaluations": 4 * self._count}
 
-    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         self.calls.append(most_steps)
         passed = 0
         while passed < len(times) and most_steps > 0:

@@ -33,14 +33,14 @@ def counted(count: int, out: Any) -> None:
 
 
 @entry
-def called(addresses: np.ndarray, s: Any, numbers: np.ndarray, room: np.ndarray) -> Any:
-    """Call the real or the complex function, as the room is."""
-    out = room[1, 1:3]
-    if room.itemsize == 8:
+def called(addresses: np.ndarray, s: Any, numbers: np.ndarray, workspace: np.ndarray) -> Any:
+    """Call the real or the complex function, as the workspace is."""
+    out = workspace[1, 1:3]
+    if workspace.itemsize == 8:
         call_address(addresses[0], (s.real, numbers, out))
     else:
-        room[1, 0] = s
-        call_address(addresses[1], (room[1, 0:1], numbers, out))
+        workspace[1, 0] = s
+        call_address(addresses[1], (workspace[1, 0:1], numbers, out))
     return out[0] + out[1]
 
 

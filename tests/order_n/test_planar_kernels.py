@@ -13,8 +13,8 @@ from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
+from kanefe.kernels.planar.evaluation import evaluate_planar, planar_workspace_size
 from kanefe.kernels.planar.layout import FLOAT, KIND, PlanarTables
-from kanefe.kernels.planar.march import march_planar, room_size
 from kanefe.kernels.stepping import NOT_FINITE
 from kanefe.order_n.planar_route import PlanarRoute
 from kanefe.order_n.planar_tables import planar_tables
@@ -99,8 +99,8 @@ def planar_rates(model: Model, t: float, y: np.ndarray) -> tuple[np.ndarray, int
     assert tables is not None
     values = in_space.values(t, y)
     vectors = np.array((y, np.full(len(y), np.nan)))
-    room = np.empty(room_size(tables))
-    done, _ = march_planar(tables, in_space.drives(t), None, None, t, values, vectors, 0.0, 0.0, None, room)
+    memory = np.empty(planar_workspace_size(tables))
+    done, _ = evaluate_planar(tables, in_space.drives(t), t, values, vectors, 0.0, 0.0, memory)
     return vectors[1], done
 
 

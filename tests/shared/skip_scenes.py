@@ -65,8 +65,8 @@ FREE: dict[str, Any] = {"reduction": kf.CraigBampton(modes=2)}
 SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
     "elastic code without flexible bodies": (
         [
-            "march.modal_dissipation",
-            "march.add_field_loads",
+            "evaluation.modal_dissipation",
+            "evaluation.add_field_loads",
             "outward.modal_state",
             "outward._interface",
             "inertia.set_flexible",
@@ -76,16 +76,16 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
         chain,
         lambda: chain(flexible_beside),
     ),
-    "springs": (["march.add_loads_between"], chain, lambda: chain(spring_beside)),
-    "constraints": (["march.hold"], chain, lambda: chain(loop_beside)),
+    "springs": (["evaluation.add_loads_between"], chain, lambda: chain(spring_beside)),
+    "constraints": (["evaluation.hold"], chain, lambda: chain(loop_beside)),
     "constraints that are switched off": (
         ["constraints.write_row", "constraints.walk_inward"],
         lambda: chain(lambda scene: switched_beside(scene, is_on=False)),
         lambda: chain(lambda scene: switched_beside(scene, is_on=True)),
     ),
-    "driving forces": (["march.put_driving_forces"], chain, lambda: chain(drive_beside)),
+    "driving forces": (["evaluation.put_driving_forces"], chain, lambda: chain(drive_beside)),
     "damping product": (
-        ["march.total", "elastic._subtract_product"],
+        ["evaluation.total", "elastic._subtract_product"],
         lambda: chain(**FREE),
         lambda: chain(**DAMPED),
     ),

@@ -117,7 +117,7 @@ def springs(rounds: int) -> Skip:
             rows=np.zeros(0, dtype=np.int64),
             markers=np.zeros((0, MARKER_NUMBERS)),
             numbers=np.zeros(0),
-            room=np.zeros(1, dtype=np.int64),
+            workspace_size=np.zeros(1, dtype=np.int64),
         )
 
     return _of_steps("code of springs without springs", CHAIN, _chain, with_code, STEP, rounds)

@@ -214,8 +214,8 @@ class KernelStepper:
         for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
             array[:] = snapshot[name]
 
-    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
         integers[STORED], integers[IS_LEFT_OPEN], integers[WANTS_DENSE] = 0, 0, most_steps == 1
         reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf

@@ -1,4 +1,4 @@
-"""What steppers written in Python have in common: their clock, their counts, and the march over the output times."""
+"""What steppers written in Python have in common: their clock, their counts, and the way through the output times."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class PythonStepper(ABC):
         counts = {"steps": self._steps, "rejected": self._rejected, "evaluations": self._dynamics.evaluations}
         return counts | self._counted()
 
-    def march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.march`."""
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         passed = 0
         while passed < len(times) and most_steps > 0:
             self._advance(float(times[passed]))

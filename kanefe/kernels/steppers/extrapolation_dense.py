@@ -43,7 +43,7 @@ def derive(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None
         for column in range(order, columns + 1):
             scale = column**order * factor
             last = vectors[SUBSTATES + column * (column - 1) // 2 + column - 1]
-            # Aitken & Neville over the columns from `order` on, rows at the end of the tableau as room
+            # Aitken & Neville over the columns from `order` on, rows at the end of the tableau as workspace
             new = vectors[AT]
             for c in range(len(new)):
                 new[c] = scale * last[c]

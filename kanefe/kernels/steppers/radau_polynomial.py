@@ -95,7 +95,7 @@ REALS = REALS_OF_METHOD + 8
 
 
 # Rows of the method: rates at the start of the step, changes Z at the nodes, the same transformed, rates at the nodes,
-# Z of the last accepted step, error, room for a complex vector of the state and for two of the speeds, rates of
+# Z of the last accepted step, error, workspace: a complex vector of the state and two of the speeds, rates of
 # rotations with which the matrices were made, the Jacobian (derivatives of the speeds' and quadratures' rates by
 # tangents, then by speeds); and the factors
 START = ROWS_OF_METHOD

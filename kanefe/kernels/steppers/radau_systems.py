@@ -131,7 +131,7 @@ def _solve(
     du: np.ndarray,
     r: np.ndarray,
 ) -> None:
-    """Replace r, of the length of the state, by ``(g - J)^-1 r``; A holds factors, z and du are room."""
+    """Replace r, of the length of the state, by ``(g - J)^-1 r``; A holds factors, z and du are workspace."""
     n, m = integers[COORDINATES], integers[SPEEDS]
     q = vectors[STATE]
     _divide(integers, vectors, g, r)

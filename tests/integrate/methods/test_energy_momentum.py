@@ -80,10 +80,10 @@ def stepper(model: Model, span: float, step: float) -> Stepper:
     return METHOD.make(Dynamics(model), 0.0, span, StepControl(1e-6, 1e-9, step))
 
 
-def march(model: Model, span: float, step: float, outputs: int = 1) -> np.ndarray:
+def integrated(model: Model, span: float, step: float, outputs: int = 1) -> np.ndarray:
     """Return the states at times evenly spread over a span."""
     found, run = np.empty((outputs, len(model.initial_state) + 2)), stepper(model, span, step)
-    assert run.march(np.linspace(0.0, span, outputs + 1)[1:], found, 10**9) == outputs
+    assert run.integrate_through(np.linspace(0.0, span, outputs + 1)[1:], found, 10**9) == outputs
     return found
 
 
@@ -92,7 +92,7 @@ def test_free_flight_keeps_energy_and_momenta(make: Callable[[], Model]) -> None
     model = make()
     assert flies_freely(model)
     steps = 1000
-    states = march(model, 0.02 * steps, 0.02, outputs=10)
+    states = integrated(model, 0.02 * steps, 0.02, outputs=10)
     start = kept(model, 0.0, np.append(model.initial_state, [0.0, 0.0]))
     for i, y in enumerate(states):
         drift = kept(model, 0.02 * steps * (i + 1) / 10, y) - start
@@ -106,7 +106,7 @@ def test_free_flight_keeps_energy_and_momenta(make: Callable[[], Model]) -> None
 def test_a_tree_in_gravity_keeps_the_balance_of_energy(damping: float, torque: float) -> None:
     model = pendulum(damping, torque)
     assert not flies_freely(model)
-    states = march(model, 10.0, 0.01, outputs=20)
+    states = integrated(model, 10.0, 0.01, outputs=20)
     balance = [kept(model, 0.0, y)[0] for y in states]
     # the largest energies are those of the fall by 3 m, 30 J
     np.testing.assert_allclose(balance, 0.0, rtol=0, atol=1e-10)
@@ -119,7 +119,7 @@ def test_it_is_of_order_two(make: Callable[[], Model]) -> None:
     model = make()
     exact = integrate(model, (0.0, 0.5), rtol=1e-12, method="dop853", output_step=0.5)
     y = np.concatenate((exact.coordinates[-1], exact.speeds[-1]))
-    errors = [abs(march(model, 0.5, step)[-1, :-2] - y) for step in (5e-3, 2.5e-3)]
+    errors = [abs(integrated(model, 0.5, step)[-1, :-2] - y) for step in (5e-3, 2.5e-3)]
     n = model.coordinate_count
     for part in (slice(n), slice(n, None)):
         assert errors[0][part].max() / errors[1][part].max() == pytest.approx(4.0, rel=0.1)
@@ -130,11 +130,11 @@ def test_a_run_backwards_returns(make: Callable[[], Model]) -> None:
     model = make()
     n, m, step = model.coordinate_count, model.free_count, 0.01
     run, states = stepper(model, 100.0, step), np.empty((1, n + m + 2))
-    run.march(np.array([100.0]), states, 100)
+    run.integrate_through(np.array([100.0]), states, 100)
     y = run.state()
     y[n : n + m] *= -1.0
     run.restart(0.0, y)
-    run.march(np.array([100.0]), states, 100)
+    run.integrate_through(np.array([100.0]), states, 100)
     back, start = run.state(), model.initial_state
     # 200 steps, each solved to 1e-13 of speeds of 1; with one end's directions in place of means of both it is 1e-8
     np.testing.assert_allclose(back[:n], start[:n], rtol=0, atol=2e-10)
@@ -153,7 +153,7 @@ def test_modes_that_steps_do_not_resolve_do_not_hold_it_up(spring: float, step: 
     model, steps = bar(spring), 400
     run, states = stepper(model, 1e3, step), np.empty((1, len(model.initial_state) + 2))
     start = kept(model, 0.0, run.state())
-    assert run.march(np.array([1e3]), states, steps) == 0
+    assert run.integrate_through(np.array([1e3]), states, steps) == 0
     assert run.statistics["steps"] == steps
     assert run.statistics["evaluations"] < sweeps * steps
     drift = kept(model, run.t, run.state()) - start
@@ -165,9 +165,9 @@ def test_modes_that_steps_do_not_resolve_do_not_hold_it_up(spring: float, step: 
 def test_what_is_kept_is_so_at_outputs_after_very_many_steps() -> None:
     """Times of steps are no rounded sums: else outputs would come to lie between steps, where nothing is kept."""
     model, count, step = top(), 100_000, 0.1
-    states = march(model, count * step, step, outputs=10)
+    states = integrated(model, count * step, step, outputs=10)
     run = stepper(model, 2.0 * count * step, step)
-    assert run.march(np.array([2.0 * count * step]), np.empty((1, states.shape[1])), count) == 0
+    assert run.integrate_through(np.array([2.0 * count * step]), np.empty((1, states.shape[1])), count) == 0
     assert run.t == pytest.approx(count * step, rel=3e-16)  # a plain sum is off by 2e-12
     start = kept(model, 0.0, np.append(model.initial_state, [0.0, 0.0]))
     energies = np.array([kept(model, 0.0, y)[0] for y in states])
@@ -224,10 +224,10 @@ def test_functions_of_python_keep_the_balance() -> None:
 def test_a_run_goes_on_from_a_snapshot_to_the_bit() -> None:
     whole, first, second = (stepper(flexible(), 1.0, 0.02) for _ in range(3))
     times, states = np.array([1.0]), np.empty((1, len(whole.state())))
-    assert whole.march(times, states, 10**6) == 1
-    assert first.march(times, np.empty_like(states), 17) == 0
+    assert whole.integrate_through(times, states, 10**6) == 1
+    assert first.integrate_through(times, np.empty_like(states), 17) == 0
     second.resume(first.snapshot())
-    assert second.march(times, states, 10**6) == 1
+    assert second.integrate_through(times, states, 10**6) == 1
     np.testing.assert_array_equal(second.state(), whole.state())
 
 

@@ -43,7 +43,7 @@ def errors(model: Model, name: str, span: float, step: float) -> np.ndarray:
     exact = integrate(model, (0.0, span), rtol=1e-12, method="dop853", output_step=step)
     run, found = stepper(model, name, span, step), np.zeros(3)
     for i in range(1, steps + 1):
-        run.march(np.array([span]), np.empty((1, len(run.state()))), 1)
+        run.integrate_through(np.array([span]), np.empty((1, len(run.state()))), 1)
         q, u = exact.coordinates[i], exact.speeds[i]
         du = accelerations(State(model, run.t, q, u))
         y = run.state()
@@ -78,7 +78,7 @@ def test_what_a_step_does_not_resolve_is_damped(name: str) -> None:
     hinge = kf.Prismatic("x", position=1e-3, forces=kf.CoordinateForce(stiffness=1e8))
     scene.add_rigid_body("mass", 1.0, 0.1, joint=hinge)
     run = stepper(scene.freeze(), name, 1.0, 0.01)
-    run.march(np.array([1.0]), np.empty((1, len(run.state()))), 40)
+    run.integrate_through(np.array([1.0]), np.empty((1, len(run.state()))), 40)
     assert abs(run.state()[0]) < 1e-3 * 40 * SPECTRAL_RADIUS**40 * 10  # a double root: n r^n
 
 
@@ -101,10 +101,10 @@ def pendulum_run(name: str, output_step: float) -> Trajectory:
 def test_a_run_goes_on_from_a_snapshot_to_the_bit(name: str, step: float | None) -> None:
     whole, first, second = (stepper(pendulum(), name, 0.5, step) for _ in range(3))
     times, states = np.array([0.5]), np.empty((1, len(whole.state())))
-    assert whole.march(times, states, 10**6) == 1
-    assert first.march(times, np.empty_like(states), 7) == 0
+    assert whole.integrate_through(times, states, 10**6) == 1
+    assert first.integrate_through(times, np.empty_like(states), 7) == 0
     second.resume(first.snapshot())
-    assert second.march(times, states, 10**6) == 1
+    assert second.integrate_through(times, states, 10**6) == 1
     np.testing.assert_array_equal(second.state(), whole.state())
 
 

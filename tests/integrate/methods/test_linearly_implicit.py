@@ -78,7 +78,7 @@ def run(model: Model, span: float, outputs: int, *, rtol: float = 1e-6, step: fl
     stepper = METHOD.make(Dynamics(model), 0.0, span, StepControl(rtol, 0.1 * rtol, step))
     times = np.linspace(0.0, span, outputs + 1)[1:]
     stored = np.empty((outputs, len(stepper.state())))
-    assert stepper.march(times, stored, 10**6) == outputs
+    assert stepper.integrate_through(times, stored, 10**6) == outputs
     return Found(stored, stepper.statistics)
 
 
@@ -120,8 +120,8 @@ def test_a_run_goes_on_from_a_snapshot_to_the_bit() -> None:
     model = steel_bar().freeze()
     whole, first, second = (METHOD.make(Dynamics(model), 0.0, 1.0, StepControl(1e-6, 1e-7, None)) for _ in range(3))
     times, states = np.array([1.0]), np.empty((1, len(whole.state())))
-    assert whole.march(times, states, 10**6) == 1
-    assert first.march(times, np.empty_like(states), 3) == 0
+    assert whole.integrate_through(times, states, 10**6) == 1
+    assert first.integrate_through(times, np.empty_like(states), 3) == 0
     second.resume(first.snapshot())
-    assert second.march(times, states, 10**6) == 1
+    assert second.integrate_through(times, states, 10**6) == 1
     np.testing.assert_array_equal(second.state(), whole.state())

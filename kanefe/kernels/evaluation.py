@@ -1,0 +1,272 @@
+"""One evaluation of the right-hand side in order n: dy/dt of a state ``(q, u, z, energy dissipated, work)``."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.kernels._numba import entry_without_arrays, expanded, inlined
+from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
+from kanefe.kernels.closing import close_size
+from kanefe.kernels.constraints import Loops, hold
+from kanefe.kernels.elastic import span, total
+from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
+from kanefe.kernels.inertia import set_inertia
+from kanefe.kernels.inward import sweep_inward
+from kanefe.kernels.joint_forces import add_joint_forces
+from kanefe.kernels.layout import (
+    BORDER_SIZE,
+    COORDINATE,
+    COORDINATES,
+    COUNT,
+    DAMPING,
+    DETA,
+    DRIVE,
+    DRIVES,
+    ETA,
+    FIXED,
+    FREE,
+    GIVEN,
+    KIND,
+    MODAL_SIZE,
+    SPEED,
+    SPEEDS,
+    SPHERICAL,
+    STATES,
+    WORK,
+    WORK_DETA,
+    FlexibleTables,
+    Tables,
+)
+from kanefe.kernels.loads import add_field_loads, add_point_loads
+from kanefe.kernels.loads_between import LoadsBetween, add_loads_between
+from kanefe.kernels.outward import sweep_outward
+from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_DAMPING, PUSH_STIFFNESS, RATES, SLOPE, is_finite
+from kanefe.kernels.vectors import put_euler_rates, three
+
+
+class Workspace(NamedTuple):
+    """What an evaluation writes on its way, of the type of the state.
+
+    Attributes
+    ----------
+    work : ndarray, shape (rows, WORK)
+    modal, border : ndarray
+        Of flexible bodies: see `kanefe.kernels.layout` and `kanefe.kernels.border`.
+    applied, added : ndarray, shape (free + driven,)
+        Generalised forces at the joints, and inertia that a linearly implicit evaluation adds along them.
+    driving : ndarray, shape (driven,)
+        Forces that drive the driven coordinates.
+    multipliers : ndarray, shape (m,)
+        Of the constraints.
+    closing : ndarray, shape (`close_size`,)
+        Of `hold`, and of `close`.
+    asked : ndarray, shape (state,)
+        The state that was asked for, while another is in its place.
+    acting : ndarray
+        Of `add_loads_between`.
+    """
+
+    work: np.ndarray
+    modal: np.ndarray
+    border: np.ndarray
+    applied: np.ndarray
+    added: np.ndarray
+    driving: np.ndarray
+    multipliers: np.ndarray
+    closing: np.ndarray
+    asked: np.ndarray
+    acting: np.ndarray
+
+
+def workspace_size(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween | None,
+    loops: Loops | None,
+    state: int,
+) -> int:
+    """Return how many numbers the workspace of a scene has, with so many in a state."""
+    speeds = tables.sizes[SPEEDS] + tables.sizes[DRIVES]
+    size = WORK * len(tables.rows) + 2 * speeds + tables.sizes[DRIVES] + state
+    if flexible is not None:
+        size += flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE]
+    if between is not None:
+        size += between.workspace_size[0]
+    if loops is not None:
+        size += len(loops.rows) + close_size(len(loops.rows), speeds, tables.sizes[COORDINATES])
+    return size
+
+
+@expanded
+def workspace_in(
+    memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, loops: Loops | None, state: int
+) -> Workspace:
+    """Return the parts of a memory of `workspace_size`."""
+    rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
+    speeds, modes, borders, m, closings = tables.sizes[SPEEDS] + driven, 0, 0, 0, 0
+    if flexible is not None:
+        modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
+    if loops is not None:
+        m = len(loops.rows)
+        closings = close_size(m, speeds, tables.sizes[COORDINATES])
+    work, rest = memory[:rows].reshape(-1, WORK), memory[rows:]
+    modal, border, rest = rest[:modes], rest[modes : modes + borders], rest[modes + borders :]
+    applied, added, rest = rest[:speeds], rest[speeds : 2 * speeds], rest[2 * speeds :]
+    driving, multipliers, rest = rest[:driven], rest[driven : driven + m], rest[driven + m :]
+    closing, asked, acting = rest[:closings], rest[closings : closings + state], rest[closings + state :]
+    return Workspace(work, modal, border, applied, added, driving, multipliers, closing, asked, acting)
+
+
+@entry_without_arrays
+def evaluate(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween | None,
+    loops: Loops | None,
+    drives: np.ndarray,
+    t: float,
+    inputs: np.ndarray,
+    vectors: np.ndarray,
+    share_damping: float,
+    share_stiffness: float,
+    memory: np.ndarray,
+) -> tuple[int, float]:
+    """Evaluate dy/dt.
+
+    Parameters
+    ----------
+    tables : Tables
+    flexible, between, loops : FlexibleTables, LoadsBetween, Loops or None
+        None leaves out their code.
+    drives : ndarray, shape (driven, 3)
+        Position, speed and acceleration of the driven coordinates.
+    t : float
+        Time, s.
+    inputs : ndarray
+        Values of loads.
+    vectors : ndarray, shape (2 or more, state)
+        The state, of `coordinates + free + states + 2` numbers, and, on return, dy/dt; two pushes follow for a linearly
+        implicit evaluation, which gives ``z`` in the place of du: see `kanefe.kernels.implicit`.
+    share_damping, share_stiffness : float
+        s and r of a linearly implicit evaluation.
+    memory : ndarray, shape (`workspace_size`,)
+        Of the type of the vectors.
+
+    Returns
+    -------
+    done : int
+        RATES, or NO_INERTIA along a joint, or rates that are NOT_FINITE.
+    weakest : float
+        Smallest pivot of a constraint, of 1: it falls to zero towards a singular position.
+    """
+    workspace = workspace_in(memory, tables, flexible, loops, len(vectors[AT]))
+    is_implicit, shares = len(vectors) > PUSH_STIFFNESS, (share_damping, share_stiffness)
+    is_regular, pivot = put_rates(
+        tables, flexible, between, loops, drives, t, inputs, vectors, is_implicit, shares, workspace
+    )
+    weakest = min(1.0, pivot)
+    if not is_regular:
+        return NO_INERTIA, weakest
+    return RATES if is_finite(vectors[SLOPE]) else NOT_FINITE, weakest
+
+
+@expanded
+def put_rates(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween | None,
+    loops: Loops | None,
+    drives: np.ndarray,
+    t: float,
+    inputs: np.ndarray,
+    vectors: np.ndarray,
+    is_implicit: bool,
+    shares: tuple[float, float],
+    workspace: Workspace,
+) -> tuple[bool, Any]:
+    """Write dy/dt; return whether every joint has inertia along it, and the smallest pivot of the constraints."""
+    work, modal, border, applied, added, driving, multipliers, closing, _, acting = workspace
+    at, slope = vectors[AT], vectors[SLOPE]
+    first_speed, first_state = tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
+    first_work = first_state + tables.sizes[STATES]
+    q, u, z = at[:first_speed], at[first_speed:first_state], at[first_state:first_work]
+    du, dz, powers = slope[first_speed:first_state], slope[first_state:first_work], slope[first_work:]
+
+    rates_of_coordinates(tables, flexible, q, u, slope)
+    sweep_outward(tables, flexible, drives, q, u, work, modal)
+    set_inertia(tables, flexible, work, modal)
+
+    applied[:] = 0.0
+    dz[:] = 0.0
+    powers[1] = add_point_loads(tables, flexible, inputs, work, modal)
+    dissipated, motors = add_joint_forces(tables, drives, inputs, q, u, applied)
+    powers[0] = dissipated
+    powers[1] += motors
+    if flexible is not None:
+        powers[0] += modal_dissipation(flexible, modal, powers)
+        powers[1] += add_field_loads(flexible, inputs, work, modal)
+    if between is not None:
+        taken, given = add_loads_between(between, tables.rows, flexible, t, inputs, z, dz, work, modal, acting)
+        powers[0] += taken
+        powers[1] += given
+
+    if is_implicit:
+        pushes = vectors[PUSH_DAMPING, first_speed:first_state], vectors[PUSH_STIFFNESS, first_speed:first_state]
+        stiffen_joints(tables, shares[0], shares[1], pushes[0], pushes[1], q, u, applied, added)
+        if flexible is not None:
+            stiffen_modes(flexible, shares[0], shares[1], pushes[0], pushes[1], modal)
+
+    is_regular = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added)
+    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
+    if len(driving) > 0:
+        put_driving_forces(tables, applied, work, driving)
+
+    pivot = 1.0
+    if loops is not None:
+        pivot = hold(
+            loops, tables, flexible, drives, z, applied, work, modal, border, du, driving, multipliers, closing,
+            is_implicit,
+        )  # fmt: skip
+    for i in range(len(driving)):
+        powers[1] += driving[i] * drives[i, 1]
+    return is_regular, pivot
+
+
+@inlined
+def rates_of_coordinates(
+    tables: Tables, flexible: FlexibleTables | None, q: np.ndarray, u: np.ndarray, rates: np.ndarray
+) -> None:
+    """Write dq/dt."""
+    rows = tables.rows
+    for i in range(len(rows)):
+        kind, at, speed = rows[i, KIND], rows[i, COORDINATE], rows[i, SPEED]
+        if FIXED < kind <= GIVEN:
+            if rows[i, DRIVE] < 0:
+                rates[at] = u[speed]
+        elif kind == SPHERICAL:
+            put_euler_rates(rates, at, q, three(u, speed))
+        elif kind == FREE:
+            rates[at], rates[at + 1], rates[at + 2] = u[speed], u[speed + 1], u[speed + 2]
+            put_euler_rates(rates, at + 3, q, three(u, speed + 3))
+    if flexible is not None:
+        for f in range(len(flexible.bodies)):
+            at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
+            for j in range(flexible.bodies[f, COUNT]):
+                rates[at + j] = u[speed + j]
+
+
+@inlined
+def modal_dissipation(flexible: FlexibleTables, modal: np.ndarray, powers: np.ndarray) -> float:
+    """Return deta^T C deta of all flexible bodies."""
+    power = 0.0 * powers[1]
+    for f in range(len(flexible.bodies)):
+        body = flexible.bodies[f]
+        if body[DAMPING] >= 0:
+            k = body[COUNT]
+            deta = modal[span(body, WORK_DETA)]
+            C = flexible.pool[body[DAMPING] : body[DAMPING] + k * k].reshape(k, k)
+            for j in range(k):
+                power += deta[j] * total(C[j], deta)
+    return power

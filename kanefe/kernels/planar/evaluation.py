@@ -1,0 +1,109 @@
+"""One evaluation of the right-hand side of a planar scene, with three speeds a body at most."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels._numba import entry_without_arrays, expanded
+from kanefe.kernels.implicit import stiffen_joints
+from kanefe.kernels.joint_forces import add_joint_forces
+from kanefe.kernels.layout import COORDINATES, DRIVES, SPEEDS, STATES
+from kanefe.kernels.planar.cosines import put_cosines
+from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
+from kanefe.kernels.planar.layout import WORK, PlanarTables
+from kanefe.kernels.planar.outward import add_point_loads, set_ground, sweep_outward, sweep_turns
+from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_DAMPING, PUSH_STIFFNESS, RATES, SLOPE, is_finite
+
+
+class PlanarWorkspace(NamedTuple):
+    """What an evaluation writes on its way.
+
+    Attributes
+    ----------
+    work : ndarray, shape (rows, WORK)
+    angles, cosines, sines : ndarray, shape (rows,)
+    applied, added : ndarray, shape (free + driven,)
+        Generalised forces at the joints, and inertia that a linearly implicit evaluation adds along them.
+    """
+
+    work: np.ndarray
+    angles: np.ndarray
+    cosines: np.ndarray
+    sines: np.ndarray
+    applied: np.ndarray
+    added: np.ndarray
+
+
+def planar_workspace_size(tables: PlanarTables) -> int:
+    """Return how many numbers the workspace of a planar scene has."""
+    return (WORK + 3) * len(tables.rows) + 2 * (tables.sizes[SPEEDS] + tables.sizes[DRIVES])
+
+
+@expanded
+def planar_workspace_in(memory: np.ndarray, tables: PlanarTables) -> PlanarWorkspace:
+    """Return the parts of a memory of `planar_workspace_size`, of which those that stay the same are written."""
+    rows, speeds = len(tables.rows), tables.sizes[SPEEDS] + tables.sizes[DRIVES]
+    work, rest = memory[: WORK * rows].reshape(rows, WORK), memory[WORK * rows :]
+    angles, cosines, sines, rest = rest[:rows], rest[rows : 2 * rows], rest[2 * rows : 3 * rows], rest[3 * rows :]
+    set_ground(work, angles)
+    return PlanarWorkspace(work, angles, cosines, sines, rest[:speeds], rest[speeds:])
+
+
+@entry_without_arrays
+def evaluate_planar(
+    tables: PlanarTables,
+    drives: np.ndarray,
+    t: float,
+    inputs: np.ndarray,
+    vectors: np.ndarray,
+    share_damping: float,
+    share_stiffness: float,
+    memory: np.ndarray,
+) -> tuple[int, float]:
+    """Evaluate dy/dt, as `kanefe.kernels.evaluation.evaluate` does in space.
+
+    States, drives, inputs and what is returned are the same; `weakest` is 1, as of a scene without constraints.
+    """
+    is_implicit, shares = len(vectors) > PUSH_STIFFNESS, (share_damping, share_stiffness)
+    workspace = planar_workspace_in(memory, tables)
+    if not put_planar_rates(tables, drives, inputs, vectors, is_implicit, shares, workspace):
+        return NO_INERTIA, 1.0
+    return RATES if is_finite(vectors[SLOPE]) else NOT_FINITE, 1.0
+
+
+@expanded
+def put_planar_rates(
+    tables: PlanarTables,
+    drives: np.ndarray,
+    inputs: np.ndarray,
+    vectors: np.ndarray,
+    is_implicit: bool,
+    shares: tuple[float, float],
+    workspace: PlanarWorkspace,
+) -> bool:
+    """Write dy/dt; return whether every joint has inertia along it."""
+    work, angles, cosines, sines, applied, added = workspace
+    at, rates = vectors[AT], vectors[SLOPE]
+    first_speed, first_state = tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
+    first_work = first_state + tables.sizes[STATES]
+    q, u, du = at[:first_speed], at[first_speed:first_state], rates[first_speed:first_state]
+
+    sweep_turns(tables, drives, q, u, angles, work)
+    put_cosines(angles, cosines, sines)
+    sweep_outward(tables, drives, q, u, rates, cosines, sines, len(tables.loads) > 0, work)
+
+    applied[:] = 0.0
+    work_of_loads = add_point_loads(tables, inputs, work)
+    dissipated, work_of_motors = add_joint_forces(tables, drives, inputs, q, u, applied)
+    if is_implicit:
+        pushes = vectors[PUSH_DAMPING, first_speed:first_state], vectors[PUSH_STIFFNESS, first_speed:first_state]
+        stiffen_joints(tables, shares[0], shares[1], pushes[0], pushes[1], q, u, applied, added)
+
+    is_regular = sweep_inward(tables, drives, applied, work, is_implicit, added)
+    work_of_drives = sweep_accelerations(tables, drives, applied, work, du)
+    rates[first_state:first_work] = 0.0
+    rates[first_work] = dissipated
+    rates[first_work + 1] = work_of_loads + work_of_motors + work_of_drives
+    return is_regular
