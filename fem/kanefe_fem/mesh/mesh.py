@@ -21,9 +21,6 @@ Blocks = Mapping[str, tuple[Cells, ...]]
 """Blocks of cells by the name of their group."""
 
 
-_EMPTY: Blocks = MappingProxyType({})
-
-
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """A mesh with its groups by name, in metres.

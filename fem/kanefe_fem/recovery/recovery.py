@@ -4,8 +4,6 @@
 mode-displacement method: it holds the stress that the kept modes carry and misses the quasi-static part of those
 that the reduction dropped, which matters near concentrated loads and for loads that the kept modes resemble little.
 Remedies: more modes, or a reduction with the static shapes of the loads of the scene (load-dependent vectors).
-
-Which output times and which material a recovery is asked for, checked.
 """
 
 from __future__ import annotations
@@ -18,10 +16,10 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.result import Result
-from kanefe.results.channels import BodyShape
 from kanefe.results.reader import LARGEST_TABLE
 from kanefe.results.selection import Frames, frame_index
 from kanefe_fem.recovery import envelope as measures
+from kanefe_fem.recovery.choices import material_row, nearest_frames
 from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, envelope_of
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, checked_elasticity
@@ -29,33 +27,6 @@ from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, check
 if TYPE_CHECKING:
     from kanefe_fem.recovery.expressions import ExpressionTerms
     from kanefe_fem.recovery.section_forces import SectionForces
-
-
-def nearest_frames(stored: np.ndarray, times: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the numbers of the output times nearest to some times."""
-    wanted = np.atleast_1d(np.asarray(times, dtype=float))
-    slack = 0.5 * float(np.diff(stored).max()) if len(stored) > 1 else 0.0
-    outside = ~((wanted >= stored[0] - slack) & (wanted <= stored[-1] + slack))
-    if outside.any():
-        raise ModelError(
-            f"the time {wanted[outside][0]:g} s was not stored: the run has {stored[0]:g} to {stored[-1]:g} s. "
-            "Remedy: choose times of the run"
-        )
-    return np.abs(stored[None] - wanted[:, None]).argmin(axis=1)
-
-
-def material_row(name: str, shape: BodyShape, material: int | str) -> int:
-    """Return the row of the table of moduli that a group of cells or a number names."""
-    table = checked_elasticity(name, shape).table
-    groups = list(shape.provenance.get("materials", {}))
-    if isinstance(material, str):
-        if material not in groups or len(groups) != len(table):
-            known = ", ".join(groups) if len(groups) == len(table) else f"numbers 0 to {len(table) - 1}"
-            raise ModelError(f"body {name!r} has no material of the group {material!r}. It has: {known}")
-        return groups.index(material)
-    if not 0 <= material < len(table):
-        raise ModelError(f"material {material} of body {name!r} is none of 0 to {len(table) - 1}")
-    return int(material)
 
 
 def recover(
