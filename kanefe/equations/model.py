@@ -100,14 +100,15 @@ class Model(ModelData):
             If the scene needs the literal route (such as for matrices with rotations), which is not complex.
         """
         self._check(y)
-        self._check_dense("the Jacobian")
+        self.route.check_dense("the Jacobian")
         size = len(y)
         full = np.concatenate((y, np.zeros(WORKS)))
         found = self.route.partial_derivatives(t, full, np.eye(size, size + WORKS))
         if found is None:
-            obstacle = self.route.obstacle
-            what = " for this scene" if obstacle is None else " for scenes with {} ({})".format(*obstacle)
-            raise ModelError(f"the exact Jacobian is not offered{what}. Remedy: finite differences of rhs")
+            what = " and ".join(map(str, self.route.obstacles)) or "functions that take no complex numbers"
+            raise ModelError(
+                f"the exact Jacobian is not offered for scenes with {what}. Remedy: finite differences of rhs"
+            )
         return found[:, :size].T
 
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
@@ -185,15 +186,8 @@ class Model(ModelData):
         from kanefe.kane.state import State
 
         self._check(y)
-        self._check_dense(what)
+        self.route.check_dense(what)
         return State(self, t, *self.parts(y))
-
-    def _check_dense(self, what: str) -> None:
-        if not self.route.is_dense:
-            raise ModelError(
-                f"{what} of a scene with unreduced bodies is not offered: it would be dense over {self.free_count} "
-                "speeds. Remedy: rhs, or reduction=CraigBampton(modes=20)"
-            )
 
     def _check(self, y: Vector) -> None:
         """Raise a ModelError if a state has another shape."""

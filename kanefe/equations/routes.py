@@ -15,11 +15,11 @@ def route_of(model: ModelData) -> Route:
         return UnreducedRoute(model)
     from kanefe.order_n.planar_route import PlanarRoute
     from kanefe.order_n.planar_tables import planar_tables
-    from kanefe.order_n.route import OrderN, obstacle_of
+    from kanefe.order_n.route import OrderN, obstacles_of
 
-    obstacle = obstacle_of(model)
-    if obstacle is not None:
-        return LiteralRoute(model, obstacle)
+    obstacles = obstacles_of(model)
+    if obstacles:
+        return LiteralRoute(model, obstacles)
     in_space = OrderN(model)
     planar = planar_tables(model, in_space.tables)
     return in_space if planar is None else PlanarRoute(in_space, planar)

@@ -14,7 +14,7 @@ from kanefe.errors import ModelError
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.methods.method import Method
-from kanefe.integrate.methods.table import row_for
+from kanefe.integrate.methods.table import own_methods, row_for, serving
 from kanefe.integrate.options import AUTO, RunOptions
 from kanefe.integrate.stepper import StepControl, Stepper
 from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
@@ -119,19 +119,19 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     sweep (springs between frames). Where that is outside and Radau's method too much work, or forces have kinks, which
     both may step over, generalised-alpha.
     """
-    if not model.route.is_dense:
-        return "generalised-alpha", "the highest modes of an unreduced body are stiff"
+    own = serving(model, *own_methods())
+    if len(own) == 1:
+        return own[0], f"the only one for {model.route.reason}"
     rate = _fastest(model, start, stop)
     if not _is_stiff(rate, start, stop):
         return "dop853", "no stiff elastic modes"
     reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {stop - start:g} s"
     if model.states_move:
-        name = "extrapolation" if model.route.has_sweeps else "dop853"
-        return name, f"{reason}, and internal states of loads are followed"
+        return serving(model, "extrapolation", "dop853")[0], f"{reason}, and internal states of loads are followed"
     if model.has_stops:
         return "generalised-alpha", f"{reason}, with stops or dry friction"
     names = ["springs between frames"] if model.loads else []
-    names += [model.route.obstacle.kind] if model.route.obstacle else []
+    names += [obstacle.kind for obstacle in model.route.obstacles]
     if not names:
         followed = _followed(model, start, stop, rtol, atol)
         if not followed:

@@ -24,9 +24,6 @@ from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.model_data import WORKS
 
-LARGEST_STORE = 2**32
-"""Bytes of states and accelerations of unreduced bodies above which a run asks for fewer outputs."""
-
 
 def integrate(model: Model, t_span: tuple[float, float], **options: Any) -> Trajectory:
     """Run a model in time.
@@ -63,7 +60,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     (start, stop), wanted = options.span, options.times
     told = checked_events(options.watched, events_of_loads(model))
     watched = (*told, *ends_of_ranges(model, start))
-    _check_room(model, wanted)
+    model.route.check_outputs(len(wanted))
     file, saved = _checkpoints(model, choice, options, told)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
     clock = Clock()
@@ -126,15 +123,6 @@ def _checkpoints(
     saved = None if options.resume is None else read_checkpoint(options.resume, of)
     every = float(options.checkpoint_seconds)
     return None if options.checkpoint is None else CheckpointFile(options.checkpoint, of, every), saved
-
-
-def _check_room(model: Model, times: np.ndarray) -> None:
-    size = 24 * model.free_count * len(times)
-    if not model.route.is_dense and size > LARGEST_STORE:
-        raise ModelError(
-            f"{len(times)} states of {model.free_count} speeds take {size / 2**30:.1f} GiB. Remedy: a larger "
-            f"output_step, which leaves at most {LARGEST_STORE // (24 * model.free_count)} of them"
-        )
 
 
 def _progress_bar(wanted: bool | None, span: float) -> Any:

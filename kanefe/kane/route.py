@@ -25,7 +25,7 @@ from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.loads.checks import check_start
 from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
-from kanefe.tree.route import Evaluation, Obstacle
+from kanefe.tree.route import Evaluation, Form, Obstacle
 from kanefe.tree.scene_state import SceneState
 
 
@@ -35,17 +35,30 @@ class LiteralRoute:
     Parameters
     ----------
     model : ModelData
-    obstacle : Obstacle, optional
+    obstacles : tuple of Obstacle
         What keeps the scene from a faster route.
     """
 
     name = "literal"
-    has_sweeps = False
-    is_dense = True
 
-    def __init__(self, model: ModelData, obstacle: Obstacle | None = None) -> None:
-        self.model, self.obstacle = model, obstacle
-        self.reason = "asked for" if obstacle is None else f"{obstacle.kind} ({obstacle.detail})"
+    def __init__(self, model: ModelData, obstacles: tuple[Obstacle, ...] = ()) -> None:
+        self.model, self.obstacles = model, obstacles
+        self.reason = " and ".join(map(str, obstacles)) or "asked for"
+
+    def lacks(self, form: Form) -> str:
+        """Return why there are no sweeps and no substructures."""
+        if form is Form.SWEEPS:
+            lacking = " and ".join(map(str, self.obstacles)) or "what was asked for"
+            return f"needs the order-n route, which does not have {lacking}. Remedy: method='auto'"
+        if form is Form.SUBSTRUCTURES:
+            return "has this form for unreduced bodies alone. Remedy: reduction=None"
+        return ""
+
+    def check_dense(self, what: str) -> None:
+        """Nothing to refuse: all is dense."""
+
+    def check_outputs(self, count: int) -> None:
+        """Nothing to refuse: of a dense scene more fit than a run lasts."""
 
     @property
     def is_autonomous(self) -> bool:

@@ -43,11 +43,7 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     model = scene.freeze(t) if isinstance(scene, Freezable) else scene
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
-    if not model.route.is_dense:
-        raise ModelError(
-            f"{what} of a scene with unreduced bodies is not offered: its matrices would be dense over "
-            f"{model.free_count} speeds. Remedy: reduction=CraigBampton(modes=20)"
-        )
+    model.route.check_dense(what)
     if model.states_move:
         names = ", ".join(repr(load.name) for load in model.loads if load.has_rates)
         raise ModelError(

@@ -36,7 +36,7 @@ from kanefe.order_n.seats import Seat
 from kanefe.order_n.tables import TableBuilder
 from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.placed import Placed
-from kanefe.tree.route import Evaluation, Obstacle
+from kanefe.tree.route import Evaluation, Form, Obstacle
 from kanefe.tree.scene_state import SceneState
 
 GROWN = 1e100
@@ -51,11 +51,10 @@ class OrderN(LiteralRoute):
     Parameters
     ----------
     model : ModelData
-        Without an `obstacle_of`.
+        Without `obstacles_of`.
     """
 
     name = "order n"
-    has_sweeps = True
 
     def __init__(self, model: ModelData) -> None:
         super().__init__(model)
@@ -74,6 +73,10 @@ class OrderN(LiteralRoute):
         self._fill = filler(parts)
         self._drives = model.drives
         self._motions = drive_tables(model)
+
+    def lacks(self, form: Form) -> str:
+        """Return why there are no substructures."""
+        return "" if form is Form.SWEEPS else super().lacks(form)
 
     @property
     def is_constant(self) -> bool:
@@ -290,15 +293,15 @@ class OrderN(LiteralRoute):
         )
 
 
-def obstacle_of(model: ModelData) -> Obstacle | None:
-    """Return what keeps a scene from the order-n route; None: nothing does."""
+def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
+    """Return what keeps a scene from the order-n route; nothing: it is served."""
     for body in model.bodies:
         if body.flexible is not None and not isinstance(body.flexible.free_moments, MassMoments):
-            return Obstacle("bodies in the nodal form", "matrices of nodes that rotate")
+            return (Obstacle("bodies in the nodal form", "matrices of nodes that rotate"),)
     for body in model.bodies:
         if body.joint.links() is None:
-            return Obstacle("joints that give no links", f"that of {body.name!r}")
-    return None
+            return (Obstacle("joints that give no links", f"that of {body.name!r}"),)
+    return ()
 
 
 def _placed(work: np.ndarray, seat: Seat) -> Placed:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -21,6 +22,17 @@ class Obstacle(NamedTuple):
 
     kind: str
     detail: str
+
+    def __str__(self) -> str:
+        return f"{self.kind} ({self.detail})"
+
+
+class Form(Enum):
+    """What a method of integration builds upon."""
+
+    DENSE = "mass matrix, forces and derivatives over all speeds"
+    SWEEPS = "linearly implicit evaluations, energies and momenta by sweeps in order n"
+    SUBSTRUCTURES = "residuals and borders of bodies with all degrees of freedom of the mesh"
 
 
 class Evaluation(NamedTuple):
@@ -49,12 +61,8 @@ class Route(Protocol):
     model : ModelData
     name, reason : str
         Which route it is, and why it was chosen: for results.
-    obstacle : Obstacle or None
+    obstacles : tuple of Obstacle
         What keeps the scene from sweeps in order n.
-    has_sweeps : bool
-        Whether it offers linearly implicit evaluations, energies and momenta by sweeps in order n.
-    is_dense : bool
-        Whether mass matrix, forces and derivatives over all speeds can be had.
     is_autonomous : bool
         Whether whole runs stay in compiled code.
     is_constant : bool
@@ -64,9 +72,7 @@ class Route(Protocol):
     model: ModelData
     name: str
     reason: str
-    obstacle: Obstacle | None
-    has_sweeps: bool
-    is_dense: bool
+    obstacles: tuple[Obstacle, ...]
 
     @property
     def is_autonomous(self) -> bool:
@@ -76,6 +82,21 @@ class Route(Protocol):
     @property
     def is_constant(self) -> bool:
         """See above."""
+        ...
+
+    def lacks(self, form: Form) -> str:
+        """Return why there are no equations of a form, with a remedy, as a sentence goes on after a method's name.
+
+        Empty if there are.
+        """
+        ...
+
+    def check_dense(self, what: str) -> None:
+        """Raise a ModelError that names what would need matrices over all speeds, if these are not to be had."""
+        ...
+
+    def check_outputs(self, count: int) -> None:
+        """Raise a ModelError if so many states of a run take more memory than is sensible."""
         ...
 
     def start(self, t: float) -> Vector:
@@ -132,11 +153,11 @@ class Route(Protocol):
         ...
 
     def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
-        """Write a linearly implicit evaluation to the rows of a method, return the weakest pivot; if `has_sweeps`."""
+        """Write a linearly implicit evaluation to the rows of a method; return the weakest pivot. Of `Form.SWEEPS`."""
         ...
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
-        """Write energies and momenta that a method asks for, if `has_sweeps`."""
+        """Write energies and momenta that a method asks for. Of `Form.SWEEPS`."""
         ...
 
     def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:

@@ -22,13 +22,16 @@ from kanefe.kane.route import LiteralRoute, state_rates
 from kanefe.kane.state import State
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import MechanicalEnergy, ModelData
-from kanefe.tree.route import Evaluation
+from kanefe.tree.route import Evaluation, Form
 from kanefe.tree.scene_state import SceneState
 from kanefe.unreduced.bordered import Bordered, Edge, edge
 from kanefe.unreduced.closing import closed_start
 from kanefe.unreduced.condensed import Condensed, condensed_inertia, is_unreduced
 from kanefe.unreduced.demand import demand, equivalent_moments
 from kanefe.unreduced.mass_solver import MassSolver
+
+LARGEST_STORE = 2**32
+"""Bytes of states and accelerations above which a run asks for fewer outputs."""
 
 
 class Residual(NamedTuple):
@@ -72,7 +75,6 @@ class UnreducedRoute(LiteralRoute):
     """
 
     name = "unreduced"
-    is_dense = False
 
     def __init__(self, model: ModelData) -> None:
         names = [repr(body.name) for body in model.bodies if is_unreduced(body)]
@@ -89,6 +91,31 @@ class UnreducedRoute(LiteralRoute):
         self.factorisations = 0
         self.evaluations = 0
         self._complete: Condensed | None = None
+
+    def lacks(self, form: Form) -> str:
+        """Return why there is nothing but substructures."""
+        if form is Form.SUBSTRUCTURES:
+            return ""
+        return (
+            "would need a step for the highest mode of the mesh: an unreduced body is run by 'generalised-alpha'. "
+            "Remedy: that method, or reduction=CraigBampton(modes=20)"
+        )
+
+    def check_dense(self, what: str) -> None:
+        """Refuse it."""
+        raise ModelError(
+            f"{what} of a scene with unreduced bodies is not offered: it would be dense over {self.model.free_count} "
+            "speeds. Remedy: reduction=CraigBampton(modes=20)"
+        )
+
+    def check_outputs(self, count: int) -> None:
+        """Refuse states and accelerations that take more than `LARGEST_STORE`."""
+        free = self.model.free_count
+        if 24 * free * count > LARGEST_STORE:
+            raise ModelError(
+                f"{count} states of {free} speeds take {24 * free * count / 2**30:.1f} GiB. Remedy: a larger "
+                f"output_step, which leaves at most {LARGEST_STORE // (24 * free)} of them"
+            )
 
     @property
     def complete(self) -> Condensed:

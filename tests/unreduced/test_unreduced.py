@@ -343,7 +343,7 @@ def test_bad_input(monkeypatch, tmp_path):
         body_of(beam(), HELD, True, monkeypatch, damping=kf.ModalDamping(0.01))
     with pytest.raises(FileError, match="Remedy"):
         body.save(str(tmp_path / "arm.npz"))
-    monkeypatch.setattr("kanefe.integrate.run.LARGEST_STORE", 10_000)
+    monkeypatch.setattr("kanefe.unreduced.route.LARGEST_STORE", 10_000)
     with pytest.raises(ModelError, match="output_step"):
         hinged(body).simulate((0.0, 1.0))
     monkeypatch.undo()

@@ -9,7 +9,8 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels, Memory
-from kanefe.integrate.methods.method import Method, serves_kept_states
+from kanefe.integrate.methods.method import Method, kept_states
+from kanefe.tree.route import Form
 
 
 @cache
@@ -57,10 +58,8 @@ def _serves(model: Model) -> str:
         "does not close loops": bool(model.constraints),
         "keeps the energy of joints that move freely, and does not drive them": model.driven_count > 0,
     }
-    if model.route.obstacle:
-        cannot[f"needs the order-n route, which {model.route.obstacle.kind} do not have"] = True
     reasons = [f"{what}. Remedy: method='auto'" for what, is_so in cannot.items() if is_so]
-    return serves_kept_states(model) or (reasons[0] if reasons else "")
+    return kept_states(model) or (reasons[0] if reasons else "")
 
 
 METHOD = Method(
@@ -70,5 +69,6 @@ METHOD = Method(
     order=2,
     has_error_control=False,
     has_fixed_steps=True,
+    form=Form.SWEEPS,
     serves=_serves,
 )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import cache
 
-from kanefe.equations.model import Model
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels, Memory
-from kanefe.integrate.methods.method import Method, serves_reduced
+from kanefe.integrate.methods.method import Method
+from kanefe.tree.route import Form
 
 COLUMNS_OF_FIXED_STEPS = 6
 """Columns of an extrapolation with fixed steps: order 6."""
@@ -54,15 +54,6 @@ def _first_step(memory: Memory) -> float:
     return long
 
 
-def _serves(model: Model) -> str:
-    if model.route.obstacle:
-        kind, detail = model.route.obstacle
-        return serves_reduced(model) or (
-            f"needs the order-n route, which {kind} ({detail}) do not have. Remedy: method='generalised-alpha'"
-        )
-    return serves_reduced(model)
-
-
 METHOD = Method(
     name="extrapolation",
     about="linearly implicit, one order-n sweep a substep: stiff scenes",
@@ -71,5 +62,5 @@ METHOD = Method(
     has_fixed_steps=True,
     takes_atol=True,
     least_rtol=1e-9,
-    serves=_serves,
+    form=Form.SWEEPS,
 )

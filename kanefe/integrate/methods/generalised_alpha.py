@@ -20,7 +20,7 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, no_step
-from kanefe.integrate.methods.method import Method, serves_kept_states
+from kanefe.integrate.methods.method import Method, kept_states
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_matrix
@@ -28,6 +28,7 @@ from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.route import Form
 from kanefe.tree.scales import displacement_scales
 
 if TYPE_CHECKING:
@@ -216,7 +217,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         q0, u0 = self._dynamics.parts(self._state)
         if not self._model.free_count:  # driven all through: nothing to solve for
             return 0.0, q0, u0, self._du, self._a
-        is_swept = self._dynamics.route.has_sweeps and not self._model.constraints
+        is_swept = not self._dynamics.route.lacks(Form.SWEEPS) and not self._model.constraints
         correct = self._correct_by_rates if is_swept else self._correct_literally
         if self._kept is not None and self._kept.h != h:
             self._kept = None
@@ -372,7 +373,7 @@ def stiffest_rate(model: Model, start: float) -> float:
 
 
 METHOD = Method(
-    serves=serves_kept_states,
+    serves=kept_states,
     name="generalised-alpha",
     about="damps what a step does not resolve: stiff scenes of every kind",
     stepper=GeneralisedAlphaStepper,

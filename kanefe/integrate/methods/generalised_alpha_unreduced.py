@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from kanefe.equations.model import Model
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
@@ -24,6 +23,7 @@ from kanefe.integrate.methods.method import Method, kept_states
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
 from kanefe.tree.model_data import WORKS
+from kanefe.tree.route import Form
 from kanefe.unreduced.bordered import Bordered
 from kanefe.unreduced.closing import closed_state
 from kanefe.unreduced.route import Residual, UnreducedRoute
@@ -103,7 +103,7 @@ class UnreducedStepper(PythonStepper):
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
         super().__init__(name, dynamics)
         self._model = dynamics.model
-        self._scene = _route_of(dynamics)
+        self._scene = cast(UnreducedRoute, dynamics.route)  # its row is taken of no other
         self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
         self._reach = 1.0 / (control.rtol * large_displacements(self._scene))
         self._start, self._span, self._stop = start, stop - start, stop
@@ -385,23 +385,12 @@ def _doublings(error: float) -> int:
     return max(0, math.floor(math.log2(0.7 / max(error, 1e-9)) / 3))
 
 
-def _route_of(dynamics: Dynamics) -> UnreducedRoute:
-    if not isinstance(dynamics.route, UnreducedRoute):
-        raise TypeError("this stepper is for scenes with unreduced bodies")
-    return dynamics.route
-
-
-def _serves(model: Model) -> str:
-    if model.route.is_dense:
-        return "has this form for unreduced bodies alone. Remedy: reduction=None"
-    return kept_states(model)
-
-
 METHOD = Method(
     name="generalised-alpha",
     about="the same for unreduced bodies, factored once for each size of steps",
     stepper=UnreducedStepper,
     order=2,
     refuses_step="unreduced bodies, whose run chooses its own. Remedy: rtol",
-    serves=_serves,
+    form=Form.SUBSTRUCTURES,
+    serves=kept_states,
 )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from kanefe.equations.model import Model
+from kanefe.tree.route import Form
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,14 +15,9 @@ if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl, Stepper
 
 
-def serves_reduced(model: Model) -> str:
-    """Return why no method that takes a scene as dense equations can run a model; empty if it can."""
-    if model.route.is_dense:
-        return ""
-    return (
-        "would need a step for the highest mode of the mesh: an unreduced body is run by 'generalised-alpha'. "
-        "Remedy: that method, or reduction=CraigBampton(modes=20)"
-    )
+def serves_all(model: Model) -> str:
+    """Return nothing: no scene that is in its form is refused."""
+    return ""
 
 
 def kept_states(model: Model) -> str:
@@ -30,11 +26,6 @@ def kept_states(model: Model) -> str:
         return ""
     names = ", ".join(repr(load.name) for load in model.loads if load.has_rates)
     return f"does not follow the internal states of the load {names}. Remedy: 'dopri5', 'extrapolation' or 'auto'"
-
-
-def serves_kept_states(model: Model) -> str:
-    """Return the same of a method that takes a scene as dense equations, too."""
-    return serves_reduced(model) or kept_states(model)
 
 
 class MakesSteppers(Protocol):
@@ -70,8 +61,11 @@ class Method:
         Below which round-off is all that it controls.
     is_plugged : bool
         Whether it is a solver of another package, which keeps its memory to itself: no checkpoints.
+    form : Form
+        Of the equations, upon which it builds.
     serves : function
-        (model) -> str: empty, or why it cannot run the model, with a remedy, as a sentence goes on after its name.
+        (model) -> str: empty, or why it cannot run a model in that form, with a remedy, as a sentence goes on after its
+        name.
     """
 
     name: str
@@ -85,7 +79,12 @@ class Method:
     takes_atol: bool = False
     least_rtol: float = 0.0
     is_plugged: bool = False
-    serves: Callable[[Model], str] = serves_reduced
+    form: Form = Form.DENSE
+    serves: Callable[[Model], str] = serves_all
+
+    def refuses(self, model: Model) -> str:
+        """Return why it cannot run a model, as `serves` does; empty if it can."""
+        return model.route.lacks(self.form) or self.serves(model)
 
     def make(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:
         """Return a stepper at the start; times in s."""

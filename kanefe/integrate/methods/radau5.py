@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.frames import Matrix
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels
-from kanefe.integrate.methods.method import Method, serves_kept_states
+from kanefe.integrate.methods.method import Method, kept_states
 
 
 def radau_iia() -> Matrix:
@@ -58,7 +58,7 @@ def _kernels() -> Kernels:
 
 
 METHOD = Method(
-    serves=serves_kept_states,
+    serves=kept_states,
     name="radau5",
     about="Radau IIA with the exact Jacobian: stiff scenes, vibrations followed",
     stepper=Compiled(_kernels),

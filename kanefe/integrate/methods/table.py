@@ -58,9 +58,14 @@ def row_for(model: Model, name: str) -> Method:
     """
     rows = [row for row in ROWS if row.name == name]
     for row in rows:
-        if not row.serves(model):
+        if not row.refuses(model):
             return row
-    raise ModelError(f"method {name!r} {rows[0].serves(model)}")
+    raise ModelError(f"method {name!r} {rows[0].refuses(model)}")
+
+
+def serving(model: Model, *names: str) -> list[str]:
+    """Return those of some methods, in their order, that serve a model."""
+    return [name for name in names if any(row.name == name and not row.refuses(model) for row in ROWS)]
 
 
 def methods() -> str:
