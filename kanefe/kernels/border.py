@@ -54,23 +54,24 @@ def border_size(count: int, carried: int) -> int:
 @inlined
 def border_in(border: np.ndarray, body: np.ndarray) -> Border:
     """Return the parts of the border of a body, in the border work array."""
-    k, n = body[COUNT], 6 * body[CARRIED_COUNT]
-    at = body[BORDER]
+    k, n, at = body[COUNT], 6 * body[CARRIED_COUNT], body[BORDER]
     levers = at + n * k
-    squares = levers + 6 * n
+    squares = levers + 6 * (n + 6)
     columns = squares + 5 * n * n
     ends = columns + 3 * n
+    # as few reshapes as can be: each is a call
+    sixes, square = border[levers:squares].reshape(n + 6, 6), border[squares:columns].reshape(5, n, n)
     return Border(
         basis=border[at:levers].reshape(n, k),
-        lever=border[levers:squares].reshape(n, 6),
-        inertia=border[squares : squares + n * n].reshape(n, n),
+        lever=sixes[:n],
+        inertia=square[0],
         force=border[columns : columns + n],
-        gram=border[squares + n * n : squares + 2 * n * n].reshape(n, n),
-        system=border[squares + 2 * n * n : squares + 3 * n * n].reshape(n, n),
-        series=border[squares + 3 * n * n : squares + 4 * n * n].reshape(n, n),
-        inverse=border[squares + 4 * n * n : columns].reshape(n, n),
+        gram=square[1],
+        system=square[2],
+        series=square[3],
+        inverse=square[4],
         held=border[columns + n : columns + 2 * n],
         column=border[columns + 2 * n : ends],
         push=border[ends : ends + 6],
-        change=border[ends + 6 : ends + 42].reshape(6, 6),
+        change=sixes[n:],
     )

@@ -55,11 +55,11 @@ def walk_inward(
             G = matrix(work, rows[i, PARENT], R)
             a, b = rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
             at, bent = rows[i, BASIS], rows[i, BENT]
-            own, room = J[first : first + k], reach[first : first + k]
+            own, own_reach = J[first : first + k], reach[first : first + k]
             if bent < 0:
-                _add_modal_row(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
+                _add_modal_row(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, f_size, m_size, own, own_reach)
             else:
-                _add_modal_row(modal[bent : bent + 6 * k].reshape(6, k), a, b, f_size, m_size, own, room)
+                _add_modal_row(modal[bent : bent + 6 * k].reshape(6, k), a, b, f_size, m_size, own, own_reach)
         elif FIXED < kind <= GIVEN:
             v, w = partials(rows, geometry, i, work)
             J[speed] += dot(v, force) + dot(w, moment)

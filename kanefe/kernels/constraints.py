@@ -37,7 +37,7 @@ from kanefe.kernels.vectors import Numbers, cross, dot, plus, put, vector
 # Columns of the integers of a row
 KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH = range(9)
 CONSTRAINT_INTEGERS = 9
-# Columns of the room of a row
+# Columns of the workspace of a row
 FORCE_A, MOMENT_A, FORCE_B, MOMENT_B = 0, 3, 6, 9
 WRENCHES = 12
 # Places of the limits of a scene
@@ -100,7 +100,7 @@ class Answers(NamedTuple):
         hold.
     rest, column : ndarray, shape (m,)
     J, reach : ndarray, shape (n,)
-        Room.
+        Workspace.
     """
 
     wrenches: np.ndarray
@@ -118,33 +118,33 @@ class Answers(NamedTuple):
 
 @entry
 def hold_size(m: int, n: int) -> int:
-    """Return how many numbers `hold` needs room for, with m rows and n free and driven speeds."""
+    """Return how many numbers the workspace of `hold` has, with m rows and n free and driven speeds."""
     return m * (WRENCHES + n + 2 * m + 5) + 2 * n
 
 
 @inlined
-def answers_in(room: np.ndarray, m: int, n: int) -> Answers:
-    """Return the parts of a room of `hold_size`."""
+def answers_in(workspace: np.ndarray, m: int, n: int) -> Answers:
+    """Return the parts of a workspace of `hold_size`."""
     at = m * WRENCHES
-    wrenches = room[:at].reshape(m, WRENCHES)
-    answers = room[at : at + m * n].reshape(m, n)
+    wrenches = workspace[:at].reshape(m, WRENCHES)
+    answers = workspace[at : at + m * n].reshape(m, n)
     at += m * n
-    A = room[at : at + m * m].reshape(m, m)
+    A = workspace[at : at + m * m].reshape(m, m)
     at += m * m
-    L = room[at : at + m * m].reshape(m, m)
-    room = room[at + m * m :]
+    L = workspace[at : at + m * m].reshape(m, m)
+    workspace = workspace[at + m * m :]
     return Answers(
         wrenches,
         answers,
         A,
         L,
-        room[:m],
-        room[m : 2 * m],
-        room[2 * m : 3 * m],
-        room[3 * m : 4 * m],
-        room[4 * m : 5 * m],
-        room[5 * m : 5 * m + n],
-        room[5 * m + n : 5 * m + 2 * n],
+        workspace[:m],
+        workspace[m : 2 * m],
+        workspace[2 * m : 3 * m],
+        workspace[3 * m : 4 * m],
+        workspace[4 * m : 5 * m],
+        workspace[5 * m : 5 * m + n],
+        workspace[5 * m + n : 5 * m + 2 * n],
     )
 
 
@@ -169,7 +169,7 @@ def hold(
     du: np.ndarray,
     driving: np.ndarray,
     multipliers: np.ndarray,
-    room: np.ndarray,
+    workspace: np.ndarray,
     is_implicit: bool,
 ) -> Any:
     """Add to du and driving forces of the tree what the constraints need; return the weakest pivot that counts.
@@ -179,15 +179,15 @@ def hold(
     z : ndarray, shape (states,)
         Internal states, of which the switches say which rows hold.
     applied : ndarray, shape (free + driven,)
-        Room: what is in it is lost.
+        Workspace: what is in it is lost.
     multipliers : ndarray, shape (m,)
         On return: of each row.
-    room : ndarray, shape (`hold_size`,)
+    workspace : ndarray, shape (`hold_size`,)
     is_implicit : bool
         Whether the inertias are those of a linearly implicit sweep.
     """
     m, count = len(loops.rows), len(du)
-    kept = answers_in(room, m, len(applied))
+    kept = answers_in(workspace, m, len(applied))
     for j in range(m):
         if not holds(loops, j, z):
             continue
@@ -229,7 +229,7 @@ def answer_rows(
     ----------
     z : ndarray, shape (states,)
     applied : ndarray, shape (free + driven,)
-        Room.
+        Workspace.
     count : int
         Of free speeds.
     """

@@ -42,6 +42,7 @@ from kanefe.kernels.layout import (
 from kanefe.kernels.loads import add_field_loads, add_point_loads
 from kanefe.kernels.loads_between import LoadsBetween, add_loads_between
 from kanefe.kernels.outward import sweep_outward
+from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_DAMPING, PUSH_STIFFNESS, RATES, SLOPE, is_finite
 from kanefe.kernels.vectors import put_euler_rates, three
 
@@ -78,6 +79,26 @@ class Workspace(NamedTuple):
     closing: np.ndarray
     asked: np.ndarray
     acting: np.ndarray
+
+
+class Parts(NamedTuple):
+    """Parts of the state AT and of the rates SLOPE.
+
+    Attributes
+    ----------
+    q, u, z : ndarray, shapes (coordinates,), (free,), (states,)
+        Coordinates, free speeds, internal states of loads.
+    du, dz : ndarray, shapes (free,), (states,)
+    powers : ndarray, shape (2,)
+        Taken and given, W.
+    """
+
+    q: np.ndarray
+    u: np.ndarray
+    z: np.ndarray
+    du: np.ndarray
+    dz: np.ndarray
+    powers: np.ndarray
 
 
 def workspace_size(
@@ -117,6 +138,15 @@ def workspace_in(
     driving, multipliers, rest = rest[:driven], rest[driven : driven + m], rest[driven + m :]
     closing, asked, acting = rest[:closings], rest[closings : closings + state], rest[closings + state :]
     return Workspace(work, modal, border, applied, added, driving, multipliers, closing, asked, acting)
+
+
+@inlined
+def parts_of(tables: Tables | PlanarTables, vectors: np.ndarray) -> Parts:
+    """Return the parts of the state and of its rates."""
+    at, slope, n = vectors[AT], vectors[SLOPE], tables.sizes[COORDINATES]
+    m = n + tables.sizes[SPEEDS]
+    k = m + tables.sizes[STATES]
+    return Parts(at[:n], at[n:m], at[m:k], slope[n:m], slope[m:k], slope[k:])
 
 
 @entry_without_arrays
@@ -163,8 +193,9 @@ def evaluate(
     """
     workspace = workspace_in(memory, tables, flexible, loops, len(vectors[AT]))
     is_implicit, shares = len(vectors) > PUSH_STIFFNESS, (share_damping, share_stiffness)
+    parts = parts_of(tables, vectors)
     is_regular, pivot = put_rates(
-        tables, flexible, between, loops, drives, t, inputs, vectors, is_implicit, shares, workspace
+        tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, shares, workspace
     )
     weakest = min(1.0, pivot)
     if not is_regular:
@@ -182,19 +213,16 @@ def put_rates(
     t: float,
     inputs: np.ndarray,
     vectors: np.ndarray,
+    parts: Parts,
     is_implicit: bool,
     shares: tuple[float, float],
     workspace: Workspace,
 ) -> tuple[bool, Any]:
     """Write dy/dt; return whether every joint has inertia along it, and the smallest pivot of the constraints."""
     work, modal, border, applied, added, driving, multipliers, closing, _, acting = workspace
-    at, slope = vectors[AT], vectors[SLOPE]
-    first_speed, first_state = tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
-    first_work = first_state + tables.sizes[STATES]
-    q, u, z = at[:first_speed], at[first_speed:first_state], at[first_state:first_work]
-    du, dz, powers = slope[first_speed:first_state], slope[first_state:first_work], slope[first_work:]
+    q, u, z, du, dz, powers = parts
 
-    rates_of_coordinates(tables, flexible, q, u, slope)
+    rates_of_coordinates(tables, flexible, q, u, vectors[SLOPE])
     sweep_outward(tables, flexible, drives, q, u, work, modal)
     set_inertia(tables, flexible, work, modal)
 
@@ -213,7 +241,8 @@ def put_rates(
         powers[1] += given
 
     if is_implicit:
-        pushes = vectors[PUSH_DAMPING, first_speed:first_state], vectors[PUSH_STIFFNESS, first_speed:first_state]
+        speeds = slice(len(q), len(q) + len(u))
+        pushes = vectors[PUSH_DAMPING, speeds], vectors[PUSH_STIFFNESS, speeds]
         stiffen_joints(tables, shares[0], shares[1], pushes[0], pushes[1], q, u, applied, added)
         if flexible is not None:
             stiffen_modes(flexible, shares[0], shares[1], pushes[0], pushes[1], modal)

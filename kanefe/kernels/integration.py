@@ -10,7 +10,7 @@ from kanefe.kernels._numba import entry_without_arrays, expanded
 from kanefe.kernels.closing import close_state
 from kanefe.kernels.constraints import Loops
 from kanefe.kernels.drives import Drives, put_drives
-from kanefe.kernels.evaluation import Workspace, put_rates, workspace_in
+from kanefe.kernels.evaluation import Workspace, parts_of, put_rates, workspace_in
 from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads_between import LoadsBetween
 from kanefe.kernels.momenta import put_balance
@@ -75,7 +75,7 @@ def integrate(
         Smallest pivot of a constraint met, of 1.
     """
     workspace = workspace_in(memory, tables, flexible, loops, len(vectors[AT]))
-    at, reals = vectors[AT], run.reals
+    parts, at, reals = parts_of(tables, vectors), vectors[AT], run.reals
     weakest, closed = 1.0, run.integers[STORED]
     while True:
         command = go_on(run, vectors)
@@ -101,7 +101,7 @@ def integrate(
         for is_beside in range(2):  # a second time where the loops are nearly singular
             fill(t, at, inputs)
             is_regular, pivot = put_rates(
-                tables, flexible, between, loops, drives, t, inputs, vectors, is_implicit, shares, workspace
+                tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, shares, workspace
             )
             weakest = min(weakest, pivot)
             if loops is None:

@@ -306,40 +306,48 @@ def modal_accelerations(
     G = matrix(work, link, R)
     linear, angular = vector(work, link, ACCELERATION), vector(work, link, ALPHA)
     a, alpha = rotated_back(G, linear), rotated_back(G, angular)
-    x = modal[span(body, WORK_DDETA)]
-    if k > 0:
-        coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
-        _answer(coupling, p, a, alpha, x)
-        if carried > 0:
-            parts = border_in(border, body)
-            for i in range(6 * carried):
-                block = parts.lever[i]
-                parts.column[i] = (
-                    block[0] * a[0] + block[1] * a[1] + block[2] * a[2]
-                    + block[3] * alpha[0] + block[4] * alpha[1] + block[5] * alpha[2]
-                )  # fmt: skip
-            for i in range(6 * carried):
-                y = parts.held[i] + total(parts.series[i], parts.column)
-                _subtract(parts.basis[i], y, x)
-    for c in range(carried):
-        i = flexible.carrying[body[CARRIED] + c]
+    if k == 0:
         zero = 0.0 * a[0]
-        shift, turn = (zero, zero, zero), (zero, zero, zero)
-        if k > 0:
-            basis = border_in(border, body).basis
-            shift = (total(basis[6 * c], x), total(basis[6 * c + 1], x), total(basis[6 * c + 2], x))
-            turn = (total(basis[6 * c + 3], x), total(basis[6 * c + 4], x), total(basis[6 * c + 5], x))
-        put(work, i, ACCELERATION, plus(plus(linear, cross(angular, vector(work, i, OFFSET))), rotated(G, shift)))
-        put(work, i, ALPHA, plus(angular, rotated(G, turn)))
-    if k > 0:
-        if is_implicit:
-            _scale(x.reshape(1, k), modal[span(body, WORK_SCALE)])
-        if body[TRANSFORM] < 0:
-            for j in range(k):
-                du[speed + j] = x[j]
-        else:
-            at = body[TRANSFORM] + k * k
-            transposed_product(flexible.pool[at : at + k * k].reshape(k, k), 0, x, du[speed : speed + k])
+        none = zero, zero, zero
+        for c in range(carried):
+            _carry(work, flexible.carrying[body[CARRIED] + c], G, linear, angular, none, none)
+        return
+    coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
+    x = modal[span(body, WORK_DDETA)]
+    _answer(coupling, p, a, alpha, x)
+    if carried > 0:
+        parts = border_in(border, body)
+        basis = parts.basis
+        for i in range(6 * carried):
+            block = parts.lever[i]
+            parts.column[i] = (
+                block[0] * a[0] + block[1] * a[1] + block[2] * a[2]
+                + block[3] * alpha[0] + block[4] * alpha[1] + block[5] * alpha[2]
+            )  # fmt: skip
+        for i in range(6 * carried):
+            y = parts.held[i] + total(parts.series[i], parts.column)
+            _subtract(basis[i], y, x)
+        for c in range(carried):
+            shift = total(basis[6 * c], x), total(basis[6 * c + 1], x), total(basis[6 * c + 2], x)
+            turn = total(basis[6 * c + 3], x), total(basis[6 * c + 4], x), total(basis[6 * c + 5], x)
+            _carry(work, flexible.carrying[body[CARRIED] + c], G, linear, angular, shift, turn)
+    if is_implicit:
+        _scale(x.reshape(1, k), modal[span(body, WORK_SCALE)])
+    if body[TRANSFORM] < 0:
+        for j in range(k):
+            du[speed + j] = x[j]
+    else:
+        at = body[TRANSFORM] + k * k
+        transposed_product(flexible.pool[at : at + k * k].reshape(k, k), 0, x, du[speed : speed + k])
+
+
+@inlined
+def _carry(
+    work: np.ndarray, i: int, G: Numbers, linear: Numbers, angular: Numbers, shift: Numbers, turn: Numbers
+) -> None:
+    """Write the share of du in the motion of an interface: with G, and in G from the modes."""
+    put(work, i, ACCELERATION, plus(plus(linear, cross(angular, vector(work, i, OFFSET))), rotated(G, shift)))
+    put(work, i, ALPHA, plus(angular, rotated(G, turn)))
 
 
 @vector_kernel

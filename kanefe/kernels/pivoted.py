@@ -49,7 +49,7 @@ def factor(
     L, inverses, order : ndarray, shapes (m, m), (m,), (m,)
         On return: for `solve`.
     column : ndarray, shape (m,)
-        Room.
+        Workspace.
     """
     live = 0
     for i in range(len(scale)):

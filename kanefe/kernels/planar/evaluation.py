@@ -7,14 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels._numba import entry_without_arrays, expanded
+from kanefe.kernels.evaluation import Parts, parts_of
 from kanefe.kernels.implicit import stiffen_joints
 from kanefe.kernels.joint_forces import add_joint_forces
-from kanefe.kernels.layout import COORDINATES, DRIVES, SPEEDS, STATES
+from kanefe.kernels.layout import DRIVES, SPEEDS
 from kanefe.kernels.planar.cosines import put_cosines
 from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import WORK, PlanarTables
 from kanefe.kernels.planar.outward import add_point_loads, set_ground, sweep_outward, sweep_turns
-from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_DAMPING, PUSH_STIFFNESS, RATES, SLOPE, is_finite
+from kanefe.kernels.stepping import NO_INERTIA, NOT_FINITE, PUSH_DAMPING, PUSH_STIFFNESS, RATES, SLOPE, is_finite
 
 
 class PlanarWorkspace(NamedTuple):
@@ -68,7 +69,8 @@ def evaluate_planar(
     """
     is_implicit, shares = len(vectors) > PUSH_STIFFNESS, (share_damping, share_stiffness)
     workspace = planar_workspace_in(memory, tables)
-    if not put_planar_rates(tables, drives, inputs, vectors, is_implicit, shares, workspace):
+    parts = parts_of(tables, vectors)
+    if not put_planar_rates(tables, drives, inputs, vectors, parts, is_implicit, shares, workspace):
         return NO_INERTIA, 1.0
     return RATES if is_finite(vectors[SLOPE]) else NOT_FINITE, 1.0
 
@@ -79,31 +81,30 @@ def put_planar_rates(
     drives: np.ndarray,
     inputs: np.ndarray,
     vectors: np.ndarray,
+    parts: Parts,
     is_implicit: bool,
     shares: tuple[float, float],
     workspace: PlanarWorkspace,
 ) -> bool:
     """Write dy/dt; return whether every joint has inertia along it."""
     work, angles, cosines, sines, applied, added = workspace
-    at, rates = vectors[AT], vectors[SLOPE]
-    first_speed, first_state = tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
-    first_work = first_state + tables.sizes[STATES]
-    q, u, du = at[:first_speed], at[first_speed:first_state], rates[first_speed:first_state]
+    q, u, _, du, dz, powers = parts
 
     sweep_turns(tables, drives, q, u, angles, work)
     put_cosines(angles, cosines, sines)
-    sweep_outward(tables, drives, q, u, rates, cosines, sines, len(tables.loads) > 0, work)
+    sweep_outward(tables, drives, q, u, vectors[SLOPE], cosines, sines, len(tables.loads) > 0, work)
 
     applied[:] = 0.0
     work_of_loads = add_point_loads(tables, inputs, work)
     dissipated, work_of_motors = add_joint_forces(tables, drives, inputs, q, u, applied)
     if is_implicit:
-        pushes = vectors[PUSH_DAMPING, first_speed:first_state], vectors[PUSH_STIFFNESS, first_speed:first_state]
+        speeds = slice(len(q), len(q) + len(u))
+        pushes = vectors[PUSH_DAMPING, speeds], vectors[PUSH_STIFFNESS, speeds]
         stiffen_joints(tables, shares[0], shares[1], pushes[0], pushes[1], q, u, applied, added)
 
     is_regular = sweep_inward(tables, drives, applied, work, is_implicit, added)
     work_of_drives = sweep_accelerations(tables, drives, applied, work, du)
-    rates[first_state:first_work] = 0.0
-    rates[first_work] = dissipated
-    rates[first_work + 1] = work_of_loads + work_of_motors + work_of_drives
+    dz[:] = 0.0
+    powers[0] = dissipated
+    powers[1] = work_of_loads + work_of_motors + work_of_drives
     return is_regular

@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.kernels._numba import entry_without_arrays
 from kanefe.kernels.drives import Drives, put_drives
+from kanefe.kernels.evaluation import parts_of
 from kanefe.kernels.planar.evaluation import planar_workspace_in, put_planar_rates
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.stepping import (
@@ -36,7 +37,7 @@ def integrate_planar(
     memory: np.ndarray,
 ) -> tuple[int, float]:
     """Go on with a run, as `kanefe.kernels.integration.integrate` does in space."""
-    workspace, reals = planar_workspace_in(memory, tables), run.reals
+    workspace, parts, reals = planar_workspace_in(memory, tables), parts_of(tables, vectors), run.reals
     while True:
         command = go_on(run, vectors)
         if command != RATES and command != IMPLICIT:
@@ -45,5 +46,5 @@ def integrate_planar(
         reals[LARGEST_OF_DRIVES] = put_drives(motions, t, drives)
         fill(t, vectors[AT], inputs)
         shares = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS]
-        if not put_planar_rates(tables, drives, inputs, vectors, command == IMPLICIT, shares, workspace):
+        if not put_planar_rates(tables, drives, inputs, vectors, parts, command == IMPLICIT, shares, workspace):
             return NO_INERTIA, 1.0
