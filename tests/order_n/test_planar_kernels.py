@@ -9,7 +9,6 @@ import pytest
 
 import kanefe as kf
 from kanefe.equations.model import Model
-from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
@@ -19,78 +18,14 @@ from kanefe.kernels.stepping import NOT_FINITE
 from kanefe.order_n.planar_route import PlanarRoute
 from kanefe.order_n.planar_tables import planar_tables
 from kanefe.order_n.route import OrderN
-from loaded_scenes import force_of
-from scenes import lattice_body, random_inertia, random_state, swing, unit_axis
+from random_scenes import Recipe, planar_model
+from scenes import lattice_body, random_state
 
 T = 0.3
 
 
 def tables_of(model: Model) -> PlanarTables | None:
     return planar_tables(model, OrderN(model).tables)
-
-
-def turned_to(normal: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return random axes of which the third is `normal`."""
-    x = np.cross(normal, rng.standard_normal(3))
-    x /= np.linalg.norm(x)
-    return np.column_stack((x, np.cross(normal, x), normal))
-
-
-class PlanarScene:
-    """A random tree that moves in a plane, though its frames point anywhere."""
-
-    def __init__(self, seed: int, *, autonomous: bool = False) -> None:
-        self.rng = rng = np.random.default_rng(seed)
-        self.autonomous = autonomous
-        self.normal = np.eye(3)[seed % 3] if seed < 3 else unit_axis(rng)
-        self.scene = kf.System(gravity=3.0 * rng.standard_normal(3))
-        self.frames: list[Any] = [None]
-        self.axes = [np.eye(3)]
-        for i in range(8):
-            self.add_body(i)
-        self.scene.add_rotor(self.frames[1], unit_axis(rng), 0.1, 20.0)
-        for body in self.frames[3:6]:
-            self.add_loads(body)
-
-    def add_body(self, i: int) -> None:
-        rng = self.rng
-        kind = ("fixed", "turn", "slide", "float")[i if i < 4 else rng.integers(4)]
-        parent = 2 if i == 3 else int(rng.integers(len(self.frames)))  # a planar joint on a body that turns
-        sign = rng.choice([-1.0, 1.0])
-        here = turned_to(sign * self.normal, rng) if kind == "float" else rotation_matrix(rng.standard_normal(4))
-        inward = here.T @ (sign * self.normal)
-        motion = None if self.autonomous or rng.uniform() < 0.6 else swing(rng)
-        force = force_of(rng, limited=True) if rng.uniform() < 0.5 else None
-        joint: kf.Joint = kf.Fixed()
-        if kind == "turn":
-            joint = kf.Revolute(inward, motion=motion, forces=force)
-        elif kind == "slide":
-            joint = kf.Prismatic(np.cross(inward, rng.standard_normal(3)), motion=motion, forces=force)
-        elif kind == "float":
-            joint = kf.Planar(motion=(None, motion, None), forces=(None, force_of(rng), force_of(rng)))
-        body = self.scene.add_rigid_body(
-            f"b{i}",
-            rng.uniform(0.5, 2.0),
-            random_inertia(rng),
-            com=rng.uniform(-0.3, 0.3, 3),
-            parent=self.frames[parent],
-            joint=joint,
-            at=rng.uniform(-0.5, 0.5, 3),
-            orientation=euler_parameters_from_matrix(self.axes[parent].T @ here),
-            gravity=bool(rng.uniform() < 0.7),
-        )
-        if kind == "turn" and motion is None:
-            self.scene.add_motor(body, 0.3 if self.autonomous else lambda t, state: 0.4 * np.cos(t))
-        self.frames.append(body)
-        self.axes.append(here)
-
-    def add_loads(self, body: Any) -> None:
-        rng, name = self.rng, body.name
-        for follows in (False, True):
-            self.scene.add_force(body, rng.standard_normal(3), point=rng.uniform(-0.3, 0.3, 3), follows=follows)
-            self.scene.add_torque(body, rng.standard_normal(3), follows=follows)
-        if not self.autonomous:
-            self.scene.add_force(body, lambda t, state: -state.velocity(name) * np.cos(t))
 
 
 def planar_rates(model: Model, t: float, y: np.ndarray) -> tuple[np.ndarray, int]:
@@ -110,7 +45,7 @@ def state_of(model: Model, seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_planar_equals_literal_and_space(seed: int) -> None:
-    model = PlanarScene(seed).scene.freeze()
+    model = planar_model(Recipe(seed, bodies=8, loads=12))
     y, n, m = state_of(model, seed), model.coordinate_count, model.free_count
     rates, _ = planar_rates(model, T, y)
     literal = accelerations(State(model, T, y[:n], y[n : n + m]))
@@ -122,7 +57,7 @@ def test_planar_equals_literal_and_space(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_steps_equal_those_in_space(seed: int) -> None:
-    in_plane, in_space = (PlanarScene(seed, autonomous=True).scene.freeze() for _ in range(2))
+    in_plane, in_space = (planar_model(Recipe(seed, bodies=8, loads=12, is_autonomous=True)) for _ in range(2))
     assert in_plane.route.is_autonomous
     assert isinstance(in_plane.route, PlanarRoute)
     in_space.__dict__["route"] = OrderN(in_space)

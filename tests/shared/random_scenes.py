@@ -322,16 +322,17 @@ def random_model(recipe: Recipe) -> Model:
 def planar_model(recipe: Recipe) -> Model:
     """Return a frozen tree that moves in a plane, though its normal and the frames of its bodies point anywhere."""
     rng = np.random.default_rng((recipe.seed, 5))
-    normal = unit_axis(rng)
-    scene = kf.System(gravity=rng.standard_normal(3))
+    normal = np.eye(3)[recipe.seed] if recipe.seed < 3 else unit_axis(rng)
+    scene = kf.System(gravity=3.0 * rng.standard_normal(3))
     carriers: list[tuple[Frame, np.ndarray]] = [(scene.ground, np.eye(3))]  # with their axes at zero coordinates
     motors: list[Frame] = []
     for i in range(recipe.bodies):
         rng = np.random.default_rng((recipe.seed, 6, i))
         parent, axes = carriers[int(rng.integers(max(0, len(carriers) - 4), len(carriers)))]
         kind = "turn" if i == 0 else rng.choice(["turn", "turn", "slide", "fixed", "float"])
-        here = rotation_matrix(rng.standard_normal(4)) if kind != "float" else _axes_about(normal, rng)
-        inward = here.T @ normal
+        up = rng.choice([-1.0, 1.0]) * normal
+        here = rotation_matrix(rng.standard_normal(4)) if kind != "float" else _axes_about(up, rng)
+        inward = here.T @ up
         motion = swing(rng) if i > 0 and not recipe.is_autonomous and rng.uniform() < 0.2 else None
         force = force_of(rng, limited=bool(rng.integers(2))) if rng.uniform() < 0.4 else None
         joint: kf.Joint = kf.Fixed()
@@ -355,12 +356,14 @@ def planar_model(recipe: Recipe) -> Model:
         carriers.append((body, here))
         if kind in ("turn", "slide") and motion is None:
             motors.append(body)
+    scene.add_rotor(carriers[1][0], unit_axis(rng), 0.1, 20.0)
     for i in range(recipe.loads):
         rng = np.random.default_rng((recipe.seed, 7, i))
         body = carriers[int(rng.integers(1, len(carriers)))][0]
         value, follows = rng.standard_normal(3), bool(rng.integers(2))
         if rng.uniform() < 0.3 and motors:
-            scene.add_motor(motors[int(rng.integers(len(motors)))], float(value[0]))
+            torque = float(value[0]) if recipe.is_autonomous else lambda t, state, v=value[0]: v * np.cos(t)
+            scene.add_motor(motors[int(rng.integers(len(motors)))], torque)
         elif rng.uniform() < 0.5:
             scene.add_torque(body, value, follows=follows)
         elif recipe.is_autonomous:
