@@ -12,20 +12,9 @@ import kanefe.order_n.route
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
 from kanefe.kernels._numba import IS_COMPILED
+from pickled_scenes import acceleration, angle, rate
 
 TIMES = np.linspace(0.0, 1.0, 6)
-
-
-def angle(t: float) -> float:
-    return 0.3 * math.sin(3.0 * t)
-
-
-def rate(t: float) -> float:
-    return 0.9 * math.cos(3.0 * t)
-
-
-def acceleration(t: float) -> float:
-    return -2.7 * math.sin(3.0 * t)
 
 
 def compiled_motion() -> kf.Motion:

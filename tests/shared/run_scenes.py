@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.model import Model
 from kanefe.integrate.methods.table import METHODS, own_methods
+from kanefe.integrate.stepper import Stepper
 from kanefe.tree.scene_state import SceneState
 from scenes import lattice_body
 
@@ -27,6 +29,26 @@ def double_pendulum() -> kf.System:
     first = scene.add_rigid_body("first", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z", position=-0.3))
     scene.add_rigid_body("second", 0.5, 0.05, com=(0.4, 0, 0), parent=first, at=(1, 0, 0), joint=kf.Revolute("z"))
     return scene
+
+
+def thrown_pendulum() -> Model:
+    """Return a double pendulum on a ball joint, thrown."""
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    upper = scene.add_rigid_body("upper", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("y", speed=1.0))
+    hinge = kf.Spherical(angular_velocity=(0.5, 1.0, 2.0))
+    scene.add_rigid_body("lower", 1.0, (0.1, 0.2, 0.3), com=(0.5, 0, 0), joint=hinge, parent=upper, at=(1, 0, 0))
+    return scene.freeze()
+
+
+def check_snapshot(make: Callable[[], Stepper], end: float, steps: int) -> None:
+    """Compare a run to its end with one that is left after some steps and taken up by another stepper: to the bit."""
+    whole, first, second = make(), make(), make()
+    times, states = np.array([end]), np.empty((1, len(whole.state())))
+    assert whole.integrate_through(times, states, 10**6) == 1
+    assert first.integrate_through(times, np.empty_like(states), steps) == 0
+    second.resume(first.snapshot())
+    assert second.integrate_through(times, states, 10**6) == 1
+    np.testing.assert_array_equal(second.state(), whole.state())
 
 
 def tumbling() -> kf.System:

@@ -20,6 +20,7 @@ from kanefe.kane.state import State
 from kanefe.kernels import stepping
 from kanefe.kernels.stepping import AT
 from order_n_rates import order_n
+from run_scenes import check_snapshot
 from scenes import lattice_body, random_inertia, random_state
 
 NAME = "energy-momentum"
@@ -222,13 +223,7 @@ def test_functions_of_python_keep_the_balance() -> None:
 
 
 def test_a_run_goes_on_from_a_snapshot_to_the_bit() -> None:
-    whole, first, second = (stepper(flexible(), 1.0, 0.02) for _ in range(3))
-    times, states = np.array([1.0]), np.empty((1, len(whole.state())))
-    assert whole.integrate_through(times, states, 10**6) == 1
-    assert first.integrate_through(times, np.empty_like(states), 17) == 0
-    second.resume(first.snapshot())
-    assert second.integrate_through(times, states, 10**6) == 1
-    np.testing.assert_array_equal(second.state(), whole.state())
+    check_snapshot(lambda: stepper(flexible(), 1.0, 0.02), 1.0, 17)
 
 
 def test_a_step_far_too_large_is_a_failure_with_advice() -> None:

@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-import kanefe as kf
-from kanefe.equations.model import Model
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.kernels.steppers.explicit_steps import DENSE, ESTIMATES, EXTRA, ORDER, STAGES
+from run_scenes import thrown_pendulum
 
 EXPLICIT = [name for name, method in METHODS.items() if method.is_explicit]
 CONTROLLED = [name for name in EXPLICIT if METHODS[name].has_error_control]
@@ -135,16 +134,7 @@ def test_the_dense_output_is_of_one_order_less(name: str) -> None:
     assert misses[-1] > 1e2 * DENSE_ROUND_OFF
 
 
-@cache
-def swing() -> Model:
-    """Return a double pendulum on a ball joint, thrown."""
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    upper = scene.add_rigid_body("upper", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("y", speed=1.0))
-    hinge = kf.Spherical(angular_velocity=(0.5, 1.0, 2.0))
-    scene.add_rigid_body("lower", 1.0, (0.1, 0.2, 0.3), com=(0.5, 0, 0), joint=hinge, parent=upper, at=(1, 0, 0))
-    return scene.freeze()
-
-
+swing = cache(thrown_pendulum)
 SPAN = 2.0
 TIMES = np.linspace(0.0, SPAN, 78)[1:]
 """Most of them within steps."""

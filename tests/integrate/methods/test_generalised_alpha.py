@@ -18,17 +18,9 @@ from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
 from loop_scenes import four_bar
+from run_scenes import check_snapshot, thrown_pendulum
 
 NAMES = ["generalised-alpha", "hht"]
-
-
-def pendulum() -> Model:
-    """Return a double pendulum with a spring, thrown."""
-    scene = kf.System(gravity=(0, 0, -9.81))
-    upper = scene.add_rigid_body("upper", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("y", speed=1.0))
-    hinge = kf.Spherical(angular_velocity=(0.5, 1.0, 2.0))
-    scene.add_rigid_body("lower", 1.0, (0.1, 0.2, 0.3), com=(0.5, 0, 0), joint=hinge, parent=upper, at=(1, 0, 0))
-    return scene.freeze()
 
 
 def stepper(model: Model, name: str, span: float, step: float | None) -> GeneralisedAlphaStepper:
@@ -53,7 +45,7 @@ def errors(model: Model, name: str, span: float, step: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("make", [pendulum, lambda: four_bar().freeze()], ids=["tree", "loop"])
+@pytest.mark.parametrize("make", [thrown_pendulum, lambda: four_bar().freeze()], ids=["tree", "loop"])
 def test_coordinates_speeds_and_accelerations_are_of_order_two_from_the_first_step_on(
     name: str, make: Callable[[], Model]
 ) -> None:
@@ -63,7 +55,7 @@ def test_coordinates_speeds_and_accelerations_are_of_order_two_from_the_first_st
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("make", [pendulum, lambda: four_bar().freeze()], ids=["tree", "loop"])
+@pytest.mark.parametrize("make", [thrown_pendulum, lambda: four_bar().freeze()], ids=["tree", "loop"])
 def test_the_first_step_is_as_good_as_the_others(name: str, make: Callable[[], Model]) -> None:
     model = make()
     coarse, fine = errors(model, name, 0.002, 0.002)[1], errors(model, name, 0.001, 0.001)[1]
@@ -87,25 +79,19 @@ def test_fixed_steps_are_taken_whatever_is_stored(name: str) -> None:
     runs = [pendulum_run(name, output_step=output_step) for output_step in (0.1, 0.013)]
     assert [run.statistics["steps"] for run in runs] == [20, 20]
     np.testing.assert_array_equal(runs[0].coordinates[-1], runs[1].coordinates[-1])
-    exact = integrate(pendulum(), (0.0, 0.2), rtol=1e-12, method="dop853", output_step=0.013)
+    exact = integrate(thrown_pendulum(), (0.0, 0.2), rtol=1e-12, method="dop853", output_step=0.013)
     off = abs(runs[1].coordinates - exact.coordinates).max(axis=1)
     assert off.max() < 1.5 * off[-1]  # between the steps as good as at their ends
 
 
 def pendulum_run(name: str, output_step: float) -> Trajectory:
-    return integrate(pendulum(), (0.0, 0.2), method=name, step=0.01, output_step=output_step)
+    return integrate(thrown_pendulum(), (0.0, 0.2), method=name, step=0.01, output_step=output_step)
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("step", [None, 0.01])
 def test_a_run_goes_on_from_a_snapshot_to_the_bit(name: str, step: float | None) -> None:
-    whole, first, second = (stepper(pendulum(), name, 0.5, step) for _ in range(3))
-    times, states = np.array([0.5]), np.empty((1, len(whole.state())))
-    assert whole.integrate_through(times, states, 10**6) == 1
-    assert first.integrate_through(times, np.empty_like(states), 7) == 0
-    second.resume(first.snapshot())
-    assert second.integrate_through(times, states, 10**6) == 1
-    np.testing.assert_array_equal(second.state(), whole.state())
+    check_snapshot(lambda: stepper(thrown_pendulum(), name, 0.5, step), 0.5, 7)
 
 
 @pytest.mark.parametrize("name", NAMES)

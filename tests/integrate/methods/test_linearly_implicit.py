@@ -18,6 +18,7 @@ from kanefe.integrate.stepper import StepControl
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
 from kanefe.order_n.planar_route import PlanarRoute
 from order_n_rates import order_n
+from run_scenes import check_snapshot
 from scenes import chain_scene, floating_scene, random_state
 from steel_beams import BAR_LENGTH, STEEL, steel_bar
 
@@ -118,10 +119,4 @@ def test_states_between_the_steps_are_as_good_as_at_their_ends() -> None:
 
 def test_a_run_goes_on_from_a_snapshot_to_the_bit() -> None:
     model = steel_bar().freeze()
-    whole, first, second = (METHOD.make(Dynamics(model), 0.0, 1.0, StepControl(1e-6, 1e-7, None)) for _ in range(3))
-    times, states = np.array([1.0]), np.empty((1, len(whole.state())))
-    assert whole.integrate_through(times, states, 10**6) == 1
-    assert first.integrate_through(times, np.empty_like(states), 3) == 0
-    second.resume(first.snapshot())
-    assert second.integrate_through(times, states, 10**6) == 1
-    np.testing.assert_array_equal(second.state(), whole.state())
+    check_snapshot(lambda: METHOD.make(Dynamics(model), 0.0, 1.0, StepControl(1e-6, 1e-7, None)), 1.0, 3)
