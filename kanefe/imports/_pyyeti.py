@@ -60,6 +60,9 @@ def direct_matrices(path: Path) -> dict[str, LabelledMatrix]:
     """Return the matrices of DMIG cards (punch or bulk file) by upper-case name."""
     nastran = _import_pyyeti()
     _check_there(path, "matrices")
+    with path.open(errors="replace") as file:
+        if not any(line.lstrip().upper().startswith("DMIG") for line in file):
+            raise FileError(f"{path} has no DMIG cards. Remedy: EXTSEOUT(STIFFNESS,MASS,DMIGPCH), or an op4 file")
     try:
         found = nastran.bulk.rddmig(str(path), square=True)
     except _DAMAGE as error:
@@ -85,6 +88,7 @@ def _import_pyyeti() -> Any:
     try:
         from pyyeti import nastran
         from pyyeti.nastran import bulk, n2p, op2, op4  # noqa: F401
-    except ImportError as problem:
-        raise MissingDependency("pyyeti", "read_nastran", "pip install 'kanefe[nastran]'") from problem
+    except ImportError as problem:  # pyyeti itself, or what it needs in turn
+        missing = (problem.name or "pyyeti").partition(".")[0]
+        raise MissingDependency(missing, "read_nastran", "pip install 'kanefe[nastran]'") from problem
     return nastran
