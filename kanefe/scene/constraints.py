@@ -75,6 +75,8 @@ class ConstraintMethods(Scene):
         label = f"loop joint {name!r}"
         self._check_new(name, label, starts_on)
         made = joint() if isinstance(joint, type) and issubclass(joint, Joint) else joint
+        if not isinstance(made, Joint):
+            raise ModelError(f"{label} takes a joint, such as Revolute('z'), not {joint!r}")
         check_joint(made, f"the joint of {label}")
         _check_plain(made, label)
         held = held_by(made)
