@@ -70,6 +70,16 @@ def numbers(value: object) -> np.ndarray:
         return np.array(np.nan)
 
 
+def shaped_numbers(value: object, shape: tuple[int, ...], what: str, *, is_finite: bool = True) -> np.ndarray:
+    """Return an array of floats of a shape; raise a ModelError that names `what` if it is another, or not finite."""
+    array = numbers(value)
+    if array.shape != shape or (is_finite and not np.all(np.isfinite(array))):
+        finite = "finite " if is_finite else ""
+        wanted = f"{finite}numbers of shape {shape}" if shape else f"one {finite}number"
+        raise ModelError(f"{what} must be {wanted}; got {value!r}")
+    return array
+
+
 def unit_vector(v: Vector | Sequence[float], what: str) -> Vector:
     """Return v / |v|; raise a ModelError that names `what` if v has no length or is not three finite numbers."""
     array = numbers(v)

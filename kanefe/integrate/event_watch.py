@@ -173,32 +173,28 @@ def _brackets(
     """
     found: list[tuple[Bracket, float]] = []
     last: tuple[float, float] | None = None
-    first = _first_beyond(values, noise)
+    beyond = np.abs(values) > noise
+    first = int(np.argmax(beyond)) if beyond.any() else len(values)
     for t, value in zip(times[first:].tolist(), values[first:].tolist(), strict=True):
         if last is not None and np.sign(value) != np.sign(last[1]):
             found.append(((last[0], t), -last[1]))
         last = (t, value) if value != 0.0 else None
-    for (a, lowest, b), sign in _dips(times, values, noise, function):
+    for (a, lowest, b), sign in _dips(times, values, first, function):
         found += [((a, lowest), -sign), ((lowest, b), sign)]
     return sorted(bracket for bracket, way in found if way * direction >= 0.0)
 
 
-def _first_beyond(values: np.ndarray, noise: float) -> int:
-    """Return the number of the first value that is larger than the noise; behind the last one if none is."""
-    beyond = np.abs(values) > noise
-    return int(np.argmax(beyond)) if beyond.any() else len(values)
-
-
 def _dips(
-    times: np.ndarray, values: np.ndarray, noise: float, function: Callable[[float], float]
+    times: np.ndarray, values: np.ndarray, first: int, function: Callable[[float], float]
 ) -> list[tuple[tuple[float, float, float], float]]:
     """Return where the function goes through zero and back between samples of one sign, and that sign.
 
-    Three samples after each other whose parabola comes near zero between them are looked at closely.
+    Three samples after each other, from the first that has a sign, whose parabola comes near zero between them are
+    looked at closely.
     """
     found = []
     after = times[0]
-    for k in range(_first_beyond(values, noise), len(times) - 2):
+    for k in range(first, len(times) - 2):
         t, v = times[k : k + 3], values[k : k + 3]
         sign = np.sign(v[0])
         if t[0] < after or not sign or np.any(np.sign(v) != sign):

@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.methods.table import METHODS
-from kanefe.integrate.trajectory import checked_span, wanted_times
+from kanefe.integrate.trajectory import checked_span, is_finite_number, wanted_times
 
 AUTO = "auto"
 """In place of the name of a method: one that suits the scene."""
@@ -66,20 +66,15 @@ class RunOptions:
         if self.method != AUTO and self.method not in METHODS:
             raise ModelError(f"there is no method {self.method!r}. Remedy: auto, {', '.join(sorted(METHODS))}")
         for name, value, top in (("rtol", self.rtol, 1.0), ("atol", self.atol, math.inf)):
-            if value is not None and not (_is_finite(value) and 0 < value < top):
+            if value is not None and not (is_finite_number(value) and 0 < value < top):
                 bounds = "lie between 0 and 1" if name == "rtol" else "be above zero"
                 raise ModelError(f"{name} must {bounds}, not {value!r}")
-        if self.step is not None and not (_is_finite(self.step) and 0 < self.step <= stop - start):
+        if self.step is not None and not (is_finite_number(self.step) and 0 < self.step <= stop - start):
             raise ModelError(f"step must be above zero s and within the span, not {self.step!r}")
         derive("times", wanted_times(start, stop, self.output_step, self.output_times, self.step))
         derive("watched", checked_events(self.events))
         if self.most_steps is not None and not (isinstance(self.most_steps, (int, np.integer)) and self.most_steps > 0):
             raise ModelError(f"most_steps must be a whole number above zero, not {self.most_steps!r}")
         for seconds in (self.checkpoint_seconds, self.most_seconds):
-            if seconds is not None and not (_is_finite(seconds) and seconds >= 0):
+            if seconds is not None and not (is_finite_number(seconds) and seconds >= 0):
                 raise ModelError(f"checkpoint_seconds and most_seconds must be zero s or more, not {seconds!r}")
-
-
-def _is_finite(value: object) -> bool:
-    """Return whether an option is a finite number."""
-    return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))

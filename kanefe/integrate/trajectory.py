@@ -74,6 +74,11 @@ MOST_OUTPUTS = 100_000_000
 """Of one pendulum they would take 3 GiB: more is a slip of the pen."""
 
 
+def is_finite_number(value: object) -> bool:
+    """Return whether an option is a finite number."""
+    return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))
+
+
 def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Return start and end in s; a ModelError says what is wrong with them."""
     try:
@@ -118,8 +123,7 @@ def wanted_times(
         output_step = fixed_step * max(1, round((stop - start) / fixed_step / OUTPUTS))
     if output_step is None:
         return np.linspace(start, stop, OUTPUTS + 1)
-    is_number = isinstance(output_step, (int, float, np.number))
-    if not (is_number and math.isfinite(output_step) and output_step > 0):
+    if not (is_finite_number(output_step) and output_step > 0):
         raise ModelError(f"output_step must be above zero s, not {output_step!r}")
     if (stop - start) / output_step > MOST_OUTPUTS:
         raise ModelError(

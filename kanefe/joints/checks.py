@@ -7,14 +7,14 @@ from typing import Any, cast
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, axial, axis_rotation, cross, numbers, rotation_matrix
+from kanefe.frames import Matrix, Vector, axial, axis_rotation, cross, numbers, rotation_matrix, shaped_numbers
 from kanefe.joints.base import Joint
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.link import Link, LinkKernel
 from kanefe.joints.motion import Motion
-from kanefe.kernels.addresses import call_in_python
-from kanefe.kernels.links.places import DV, DW, MOTION_NUMBERS, A, P, V, W, addresses
+from kanefe.kernels.addresses import addresses, call_in_python, check_functions
+from kanefe.kernels.links.places import DV, DW, MOTION_NUMBERS, SIGNATURE, A, P, V, W
 
 Motions = tuple[Vector, Matrix, Vector, Vector]
 """Position, rotation, velocity and angular velocity of M seen from F, in components of F."""
@@ -46,9 +46,9 @@ def check_joint(joint: object, label: str) -> Joint:
         return joint
     label = f"{label} ({type(joint).__name__})"
     _check_names(joint, label)
-    q0 = _shaped(joint.initial_coordinates(), (len(joint.coordinate_names),), f"initial_coordinates of {label}")
+    q0 = shaped_numbers(joint.initial_coordinates(), (len(joint.coordinate_names),), f"initial_coordinates of {label}")
     count = len(joint.speed_names)
-    _shaped(joint.initial_speeds(), (count,), f"initial_speeds of {label}")
+    shaped_numbers(joint.initial_speeds(), (count,), f"initial_speeds of {label}")
     for what, given, kind in (
         ("motions", joint.motions, Motion),
         ("coordinate_forces", joint.coordinate_forces, CoordinateForce),
@@ -100,8 +100,10 @@ def _check_motion(joint: Joint, label: str, q: Vector, u: Vector) -> Motions:
     """Return the motion at q with speeds u, or raise a ModelError if it is not one motion."""
     count, where = len(u), f"{label} at q = {q.tolist()}"
     p, axes = _pose(joint, q, where)
-    V_, W_ = (_shaped(x, (3, count), f"{n} of {where}") for n, x in zip("VW", joint.partial_velocities(q), strict=True))
-    Z, Y = (_shaped(x, (3,), f"{n} of {where}") for n, x in zip("ZY", joint.remainders(q, u), strict=True))
+    V_, W_ = (
+        shaped_numbers(x, (3, count), f"{n} of {where}") for n, x in zip("VW", joint.partial_velocities(q), strict=True)
+    )
+    Z, Y = (shaped_numbers(x, (3,), f"{n} of {where}") for n, x in zip("ZY", joint.remainders(q, u), strict=True))
     for i in range(count):
         step = STEP * np.eye(count)[i]
         back, ahead = (_pose(joint, joint.advance(q, way * step), where) for way in (-1.0, 1.0))
@@ -109,7 +111,7 @@ def _check_motion(joint: Joint, label: str, q: Vector, u: Vector) -> Motions:
         _check_rate(f"column {i} of V of {where}", V_[:, i], ahead[0] - back[0], p, "the position of pose() changes")
         _check_rate(f"column {i} of W of {where}", W_[:, i], turned, np.zeros(3), "the rotation of pose() changes")
     back_q, ahead_q = joint.advance(q, -STEP * u), joint.advance(q, STEP * u)
-    rates = _shaped(joint.coordinate_rates(q, u), q.shape, f"coordinate_rates of {where}")
+    rates = shaped_numbers(joint.coordinate_rates(q, u), q.shape, f"coordinate_rates of {where}")
     _check_rate(f"coordinate_rates of {where}, u = {u.tolist()}", rates, ahead_q - back_q, q, "advance() moves q")
     back, ahead = joint.partial_velocities(back_q), joint.partial_velocities(ahead_q)
     at = f"of remainders() of {where}, u = {u.tolist()},"
@@ -120,7 +122,10 @@ def _check_motion(joint: Joint, label: str, q: Vector, u: Vector) -> Motions:
 
 def _pose(joint: Joint, q: Vector, where: str) -> tuple[Vector, Matrix]:
     p, axes = joint.pose(q)
-    p, axes = _shaped(p, (3,), f"the position of {where}"), _shaped(axes, (3, 3), f"the rotation of {where}")
+    p, axes = (
+        shaped_numbers(p, (3,), f"the position of {where}"),
+        shaped_numbers(axes, (3, 3), f"the rotation of {where}"),
+    )
     if abs(axes.T @ axes - np.eye(3)).max() > SAME or np.linalg.det(axes) < 0.0:
         raise ModelError(f"the rotation of {where} is no rotation matrix: {axes.tolist()}")
     return p, axes
@@ -171,13 +176,8 @@ def _checked_links(joint: Joint, label: str) -> tuple[Link, ...] | None:
     for kernel in (link.kernel for link in links if link.is_given):
         if not isinstance(kernel, LinkKernel):
             raise ModelError(f"a given link of {label} takes a kanefe.LinkKernel, not {kernel!r}")
-        for function in (kernel.real, kernel.complex_):
-            if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
-                raise ModelError(
-                    f"a function of a link of {label} must be the address of a C function, such as "
-                    f"numba.cfunc(...).address, not {function!r}"
-                )
-        _shaped(kernel.numbers, np.shape(kernel.numbers)[:1], f"numbers of a link of {label}")
+        check_functions((kernel.real, kernel.complex_), f"a link of {label}")
+        shaped_numbers(kernel.numbers, np.shape(kernel.numbers)[:1], f"numbers of a link of {label}")
     return links
 
 
@@ -224,13 +224,6 @@ def _outputs(link: Link, q: float, where: str) -> Vector:
     """Return what the function of a given link writes."""
     kernel = cast(LinkKernel, link.kernel)
     out = np.zeros(MOTION_NUMBERS)
-    real, _ = addresses(kernel.real, None)
+    real, _ = addresses(kernel.real, None, SIGNATURE)
     call_in_python(real, (np.array(kernel.numbers, dtype=float), np.array((q,)), out))
-    return _shaped(out, out.shape, f"what the function of a link of {where} writes")
-
-
-def _shaped(value: object, shape: tuple[int, ...], what: str) -> Vector:
-    array = numbers(value)
-    if array.shape != shape or not np.all(np.isfinite(array)):
-        raise ModelError(f"{what} must be finite numbers of shape {shape}; got {value!r}")
-    return array
+    return shaped_numbers(out, out.shape, f"what the function of a link of {where} writes")

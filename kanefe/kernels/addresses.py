@@ -9,17 +9,20 @@ Kernels call them with `kanefe.kernels.calls.call_address`; `kanefe.kernels._num
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from kanefe.errors import ModelError
 from kanefe.kernels._numba import native
 
 # Kinds of arguments of a function of the house: see `house_address`
 INTEGER, NUMBER = "int64", "float64"
 INTEGERS, NUMBERS, COMPLEX_NUMBERS = "int64*", "float64*", "complex128*"
+VALUES = "float64* or complex128*"
+"""Of a function that there is twice, see `addresses`: numbers that are complex where those of the scene are."""
 
 _in_python: dict[int, Callable[..., None]] = {}
 """Functions of the house by their stand-in for an address, below zero, where nothing is compiled."""
@@ -46,6 +49,33 @@ def house_address(function: Callable[..., None], *kinds: str) -> int:
         return number
     _kept.append(made)
     return int(made.address)
+
+
+def addresses(
+    real: Callable[..., None] | int, complex_: Callable[..., None] | int | None, signature: tuple[str, ...]
+) -> tuple[int, int]:
+    """Return the addresses of a function for real and for complex numbers, 0 if there is none for them.
+
+    Functions are those of the house, compiled when they are first used; whole numbers are addresses already. The kinds
+    of arguments are those of `house_address`, and VALUES.
+    """
+
+    def address(function: Callable[..., None] | int, values: str) -> int:
+        if isinstance(function, int):
+            return function
+        return house_address(function, *(values if kind == VALUES else kind for kind in signature))
+
+    return address(real, NUMBERS), 0 if complex_ is None else address(complex_, COMPLEX_NUMBERS)
+
+
+def check_functions(functions: Iterable[object], what: str) -> None:
+    """Raise a ModelError if what should be functions of the house, addresses or None is none of them."""
+    for function in functions:
+        if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
+            raise ModelError(
+                f"a function of {what} must be the address of a C function, such as numba.cfunc(...).address, not "
+                f"{function!r}"
+            )
 
 
 def call_in_python(address: int, arguments: tuple[Any, ...]) -> None:

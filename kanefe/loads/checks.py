@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, numbers
+from kanefe.frames import numbers, shaped_numbers
+from kanefe.kernels.addresses import check_functions
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 
 
@@ -60,44 +61,31 @@ def check_start(load: Load, t: float, ends: Sequence[End]) -> None:
         ("given", done.given, ()),
         ("rates", done.rates, z.shape),
     ):
-        _check_numbers(f"{what} of the action of {label}", value, shape)
+        shaped_numbers(value, shape, f"{what} of the action of {label}")
     if (done.taken or done.given) and not load.exchanges_energy:
         raise ModelError(
             f"{label} takes or gives power, but says that it exchanges no energy. Remedy: exchanges_energy"
         )
     if load.kernel is not None:
         constants = load.kernel.numbers
-        _check_numbers(f"numbers of the kernel of {label}", constants, np.shape(constants)[:1])
+        shaped_numbers(constants, np.shape(constants)[:1], f"numbers of the kernel of {label}")
     if load.input_count:
-        _check_numbers(f"inputs of {label}", load.inputs(t, ends, z), (load.input_count,))
+        shaped_numbers(load.inputs(t, ends, z), (load.input_count,), f"inputs of {label}")
     if load.columns:
-        _check_numbers(f"what {label} tells", load.tell(t, ends, z), (len(load.columns),), is_finite=False)
+        shaped_numbers(load.tell(t, ends, z), (len(load.columns),), f"what {label} tells", is_finite=False)
     tangent: object = load.tangent(t, ends, z)
     if tangent is not None:
         if not isinstance(tangent, Tangent):
             raise ModelError(f"the tangent of {label} must be a kanefe.Tangent or None, not {tangent!r}")
         count = len(np.atleast_1d(tangent.stiffness))
-        _check_numbers(f"rows of the tangent of {label}", tangent.rows, (count, 6 * len(ends)))
-        _check_numbers(f"stiffness of the tangent of {label}", tangent.stiffness, (count,))
-        _check_numbers(f"damping of the tangent of {label}", tangent.damping, (count,))
+        shaped_numbers(tangent.rows, (count, 6 * len(ends)), f"rows of the tangent of {label}")
+        shaped_numbers(tangent.stiffness, (count,), f"stiffness of the tangent of {label}")
+        shaped_numbers(tangent.damping, (count,), f"damping of the tangent of {label}")
     for event in load.events:
-        _check_numbers(f"event {event.name!r} of {label}", event.function(t, ends, z), ())
+        shaped_numbers(event.function(t, ends, z), (), f"event {event.name!r} of {label}")
 
 
 def _check_kernel(kernel: Any, label: str) -> None:
     if not isinstance(kernel, LoadKernel):
         raise ModelError(f"the kernel of {label} must be a kanefe.LoadKernel or None, not {kernel!r}")
-    for function in (kernel.real, kernel.complex_):
-        if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
-            raise ModelError(
-                f"a function of the kernel of {label} must be the address of a C function, such as numba.cfunc(...)"
-                f".address, not {function!r}"
-            )
-
-
-def _check_numbers(what: str, value: object, shape: tuple[int, ...], *, is_finite: bool = True) -> Vector:
-    array = numbers(value)
-    if array.shape != shape or (is_finite and not np.all(np.isfinite(array))):
-        wanted = f"numbers of shape {shape}" if shape else "one number"
-        raise ModelError(f"{what} must be {wanted}{', finite' if is_finite else ''}; got {value!r}")
-    return array
+    check_functions((kernel.real, kernel.complex_), f"the kernel of {label}")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
+from kanefe.kernels.addresses import addresses
 from kanefe.kernels.force_elements.given import given
-from kanefe.kernels.force_elements.places import addresses
+from kanefe.kernels.force_elements.places import SIGNATURE
 from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, load_workspace_size
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.loads.base import LoadKernel
@@ -82,7 +83,7 @@ def loads_between(builder: Seats) -> LoadsBetween | None:
         kernel = load.kernel or LoadKernel(given, np.array((float(load.input_count),)), given)
         first, count = max(builder.inputs.of(load), 0), len(load.ends)
         integers.append((len(rows), count, len(pool), first, states.start, states.stop - states.start))
-        addresses_of.append(addresses(kernel.real, kernel.complex_))
+        addresses_of.append(addresses(kernel.real, kernel.complex_, SIGNATURE))
         pool += kernel.numbers.tolist()
         for marker in load.ends:
             row, numbers = builder.marker_numbers(marker)

@@ -13,6 +13,7 @@ import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels.addresses import addresses
 from kanefe.kernels.border import border_size
 from kanefe.kernels.layout import (
     ABOUT,
@@ -61,7 +62,7 @@ from kanefe.kernels.layout import (
     FlexibleTables,
     Tables,
 )
-from kanefe.kernels.links.places import addresses
+from kanefe.kernels.links.places import SIGNATURE
 from kanefe.order_n.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.modal_constants import modal_constants
 from kanefe.order_n.seats import Seat, Seats
@@ -159,7 +160,7 @@ class TableBuilder(Seats):
             row = self._add_row(link.kind, row, place, axes @ turn, link.along, link.about)
             integers = self._integers[row]
             if link.kernel is not None:
-                functions = addresses(link.kernel.real, link.kernel.complex_)
+                functions = addresses(link.kernel.real, link.kernel.complex_, SIGNATURE)
                 integers[FUNCTION], integers[COMPLEX_FUNCTION] = functions
                 integers[FIRST_NUMBER] = self._of_links.add(link.kernel.numbers)
             if not link.is_fixed:
