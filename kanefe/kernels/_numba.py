@@ -13,7 +13,7 @@ import hashlib
 import numbers
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
 from pathlib import Path
@@ -231,6 +231,16 @@ def address_of(given: object, what: str) -> int:
             "by ctypes or cffi, or its address"
         )
     return found
+
+
+def check_functions(functions: Iterable[object], what: str) -> None:
+    """Raise a ModelError if what should be functions of the house, addresses or None is none of them."""
+    for function in functions:
+        if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
+            raise ModelError(
+                f"a function of {what} must be the address of a C function, such as numba.cfunc(...).address, not "
+                f"{function!r}"
+            )
 
 
 def _address(given: Any) -> int:

@@ -9,13 +9,12 @@ Kernels call them with `kanefe.kernels.calls.call_address`; `kanefe.kernels._num
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from kanefe.errors import ModelError
 from kanefe.kernels._numba import native
 
 # Kinds of arguments of a function of the house: see `house_address`
@@ -66,16 +65,6 @@ def addresses(
         return house_address(function, *(values if kind == VALUES else kind for kind in signature))
 
     return address(real, NUMBERS), 0 if complex_ is None else address(complex_, COMPLEX_NUMBERS)
-
-
-def check_functions(functions: Iterable[object], what: str) -> None:
-    """Raise a ModelError if what should be functions of the house, addresses or None is none of them."""
-    for function in functions:
-        if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
-            raise ModelError(
-                f"a function of {what} must be the address of a C function, such as numba.cfunc(...).address, not "
-                f"{function!r}"
-            )
 
 
 def call_in_python(address: int, arguments: tuple[Any, ...]) -> None:
