@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from kanefe_fem.beams.sections import Section as Section
     from kanefe_fem.beams.sections import SolidCircle as SolidCircle
     from kanefe_fem.beams.sections import Tube as Tube
+    from kanefe_fem.beams.stiffness_section import StiffnessSection as StiffnessSection
     from kanefe_fem.lumped import LumpedMass as LumpedMass
     from kanefe_fem.lumped import LumpedSpring as LumpedSpring
     from kanefe_fem.lumped import attach as attach

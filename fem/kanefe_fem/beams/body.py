@@ -21,11 +21,12 @@ import scipy.sparse as sp
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
 from kanefe_fem.beams import elements as be
-from kanefe_fem.beams.checks import Groups, check_elements, check_groups, check_nodes, per_element
+from kanefe_fem.beams.beam_section import BeamSection
+from kanefe_fem.beams.checks import Groups, check_elements, check_groups, check_nodes, per_element, warn_of_beam_units
 from kanefe_fem.beams.geometric_stiffness import BeamStressStiffness
 from kanefe_fem.beams.line_loads import check_lines, chosen_lines, line_groups, line_pattern
 from kanefe_fem.beams.mass import AXIAL_STATIONS, mass_field
-from kanefe_fem.beams.sections import CrossSection
+from kanefe_fem.beams.properties import ElementProperties, of_matrices, section_elasticity
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -40,8 +41,8 @@ ENDS: Groups = {"root": 0, "tip": -1}
 def beam_model(
     nodes: np.ndarray | Sequence[Sequence[float]],
     elements: np.ndarray | Sequence[Sequence[int]],
-    section: CrossSection | Sequence[CrossSection],
-    material: Material | Sequence[Material],
+    section: BeamSection | Sequence[BeamSection],
+    material: Material | Sequence[Material | None] | None = None,
     *,
     theory: Theory = "timoshenko",
     planar: bool = False,
@@ -58,10 +59,10 @@ def beam_model(
         Positions in G in m.
     elements : array_like of int, shape (m, 2)
         Node numbers of each element, from 0.
-    section : CrossSection or sequence of m of them
+    section : BeamSection or sequence of m of them
         See `kanefe_fem.beams.sections`.
-    material : Material or sequence of m of them
-        See `kanefe_fem.materials.isotropic`.
+    material : Material or sequence of m of them, optional
+        See `kanefe_fem.materials.isotropic`. None: sections by stiffness have none.
     theory : {"timoshenko", "euler-bernoulli"}
         With or without shear strain.
     planar : bool
@@ -111,14 +112,18 @@ def beam_model(
     spans = check_lines({"span": range(len(connectivity))} if lines is None else lines, len(connectivity))
 
     axes = _element_axes(points, connectivity, sections, orientation, planar)
-    properties = _element_properties(points, connectivity, sections, materials, theory)
+    of_sections = _section_stiffness(sections, materials, theory, planar)
+    lengths = np.linalg.norm(points[connectivity[:, 1]] - points[connectivity[:, 0]], axis=1)
+    properties = of_matrices(lengths, of_sections)
     components = tuple(COMPONENTS[row] for row in be.PLANAR_ROWS) if planar else COMPONENTS
     dofs = (connectivity[:, :, None] * len(components) + np.arange(len(components))).reshape(len(connectivity), -1)
     size = len(points) * len(components)
 
     stiffness = _assemble_stiffness(properties, axes, dofs, size, planar)
-    polar_radius = np.array([((s.I_y + s.I_z) / s.A) ** 0.5 for s in sections])
-    field = mass_field(points, connectivity, sections, materials, properties, axes, dofs, planar, rotary_inertia)
+    polar_radius = np.sqrt((properties.EI_y + properties.EI_z) / properties.EA)
+    masses = [s.mass_of(m) for s, m in zip(sections, materials, strict=True)]
+    warn_of_beam_units(lengths, masses, of_sections, materials)
+    field = mass_field(points, connectivity, masses, properties, axes, dofs, planar, rotary_inertia)
     arms = np.asarray(field.arms).reshape(len(connectivity), AXIAL_STATIONS, -1, 3)
     stress_stiffness = BeamStressStiffness(properties, polar_radius, axes, dofs, size, arms, rotary_inertia)
     return FiniteElementModel(
@@ -133,7 +138,7 @@ def beam_model(
             name: line_pattern(numbers, points[connectivity], properties, axes, dofs, planar, size)
             for name, numbers in spans.items()
         },
-        elasticity=be.section_elasticity(properties, axes),
+        elasticity=section_elasticity(of_sections, axes),
         stress_stiffness=stress_stiffness,
         provenance={
             "source": "kanefe_fem.beam_model",
@@ -151,8 +156,8 @@ def beam_model(
 
 def straight_beam(
     length: float,
-    section: CrossSection,
-    material: Material,
+    section: BeamSection,
+    material: Material | None = None,
     *,
     elements: int = 20,
     direction: Sequence[float] = (1.0, 0.0, 0.0),
@@ -254,7 +259,7 @@ def beam_body(
 
 
 def _element_axes(
-    points: np.ndarray, table: np.ndarray, sections: list[CrossSection], orientation: Any, planar: bool
+    points: np.ndarray, table: np.ndarray, sections: list[BeamSection], orientation: Any, planar: bool
 ) -> np.ndarray:
     """Return A_GL of each element, local axes as columns, shape (m, 3, 3)."""
     x = points[table[:, 1]] - points[table[:, 0]]
@@ -269,9 +274,7 @@ def _element_axes(
     # Below a thousandth of a radian the direction of the part across is as good as arbitrary.
     lost = np.linalg.norm(np.cross(x, towards), axis=1) <= 1e-3 * scale
     for number in np.flatnonzero(lost):
-        s = sections[number]
-        alike = np.isclose(s.I_y, s.I_z, rtol=1e-12) and np.isclose(s.shear_y, s.shear_z, rtol=1e-12)
-        if orientation is not None or not alike:
+        if orientation is not None or not sections[number].turns_freely:
             raise ModelError(
                 f"the orientation {towards[number].tolist()} of element {number} (nodes {table[number].tolist()}) is "
                 "zero or parallel to the element, so that its section can turn freely. Remedy: give "
@@ -283,31 +286,23 @@ def _element_axes(
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 
 
-def _element_properties(
-    points: np.ndarray, table: np.ndarray, sections: list[CrossSection], materials: list[Material], theory: Theory
-) -> be.ElementProperties:
-    A, I_y, I_z, J, shear_y, shear_z = _section_table(sections)
-    E = np.array([m.E for m in materials])
-    G = np.array([m.shear_modulus for m in materials])
+def _section_stiffness(
+    sections: list[BeamSection], materials: list[Material | None], theory: Theory, planar: bool
+) -> np.ndarray:
+    """Return the stiffness of each element's section, shape (m, 6, 6)."""
+    made: dict[tuple[int, int], np.ndarray] = {}
+    for pair in zip(sections, materials, strict=True):
+        if (id(pair[0]), id(pair[1])) not in made:
+            made[id(pair[0]), id(pair[1])] = pair[0].stiffness_of(pair[1], planar=planar)
+    table = np.array([made[id(s), id(m)] for s, m in zip(sections, materials, strict=True)])
     if theory == "euler-bernoulli":
-        shear_y = shear_z = np.full(len(table), np.inf)
-    return be.ElementProperties(
-        length=np.linalg.norm(points[table[:, 1]] - points[table[:, 0]], axis=1),
-        EA=E * A,
-        GJ=G * J,
-        EI_y=E * I_y,
-        EI_z=E * I_z,
-        shear_y=shear_y * G * A,
-        shear_z=shear_z * G * A,
-    )
-
-
-def _section_table(sections: list[CrossSection]) -> np.ndarray:
-    return np.array([[s.A, s.I_y, s.I_z, s.J, s.shear_y, s.shear_z] for s in sections]).T
+        table[:, 1:3, :] = table[:, :, 1:3] = 0.0
+        table[:, [1, 2], [1, 2]] = np.inf
+    return table
 
 
 def _assemble_stiffness(
-    properties: be.ElementProperties, axes: np.ndarray, dofs: np.ndarray, size: int, planar: bool
+    properties: ElementProperties, axes: np.ndarray, dofs: np.ndarray, size: int, planar: bool
 ) -> sp.csr_matrix:
     K = be.rotate_element_matrix(be.spatial_stiffness(properties), be.spatial_transformation(axes))
     if planar:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +10,10 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.csgraph
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, UnitWarning
 from kanefe.fe_model.model import NodeGroup
-from kanefe_fem.beams.sections import CrossSection
+from kanefe_fem.beams.beam_section import BeamSection, LineMass
+from kanefe_fem.materials.isotropic import WAVE_SPEED, odd_mass, odd_material
 
 if TYPE_CHECKING:
     from kanefe_fem.materials.isotropic import Material
@@ -84,24 +86,64 @@ def check_connected(table: np.ndarray, count: int) -> None:
         )
 
 
-def per_element(section: Any, material: Any, count: int) -> tuple[list[CrossSection], list[Material]]:
-    """Return one section and one material for each element."""
+def per_element(section: Any, material: Any, count: int) -> tuple[list[BeamSection], list[Material | None]]:
+    """Return one section and one material (None: the section needs none) for each element."""
     table: dict[str, list[Any]] = {}
-    needed = {"section": ("A", "I_y", "I_z", "J", "shear_y", "shear_z"), "material": ("E", "shear_modulus", "rho")}
     for name, given in (("section", section), ("material", material)):
         several = isinstance(given, (Sequence, np.ndarray)) and not isinstance(given, str)
         items = list(given) if several else [given] * count
         if len(items) != count:
             raise ModelError(f"{len(items)} {name}s for {count} elements. Remedy: one for all, or one for each element")
-        for number, item in enumerate(items):
-            missing = [attribute for attribute in needed[name] if not hasattr(item, attribute)]
-            if missing:
-                raise ModelError(
-                    f"the {name} of element {number} is {item!r}, which has no {missing[0]}. "
-                    f"Remedy: {'a section of kanefe_fem.Section' if name == 'section' else 'kanefe_fem.Material'}"
-                )
         table[name] = items
+    for number, (item, of) in enumerate(zip(table["section"], table["material"], strict=True)):
+        if not isinstance(item, BeamSection):
+            raise ModelError(f"the section of element {number} is {item!r}. Remedy: a section, as kanefe_fem.Section")
+        missing = [a for a in ("E", "shear_modulus", "rho") if not hasattr(of, a)] if item.needs_material else []
+        if missing:
+            raise ModelError(
+                f"the material of element {number} is {of!r}, which has no {missing[0]}. Remedy: kanefe_fem.Material, "
+                "or a section by stiffness, Section.from_stiffness(...)"
+            )
+        if of is not None and not item.needs_material:
+            raise ModelError(
+                f"element {number} has a material, and a section that has stiffness and mass of its own. Remedy: leave "
+                "the material out (None)"
+            )
     return table["section"], table["material"]
+
+
+def warn_of_beam_units(
+    lengths: np.ndarray, masses: list[LineMass], stiffness: np.ndarray, materials: list[Material | None]
+) -> None:
+    """Warn (UnitWarning) of a frame of beams that can hardly be one in SI units.
+
+    Beams may be kilometres long (cables, pipelines), so that only mass, density and the speed of waves along them tell.
+
+    Parameters
+    ----------
+    lengths : ndarray, shape (m,)
+        Of the elements, m.
+    masses, materials : lists of m
+    stiffness : ndarray, shape (m, 6, 6)
+        Of the sections.
+    """
+    rho_A = np.array([mass.rho_A for mass in masses])
+    odd = odd_mass(float(rho_A @ lengths))
+    speeds = np.sqrt(stiffness[:, 0, 0] / rho_A)
+    for material in {id(material): material for material in materials}.values():
+        if material is not None:
+            odd += odd_material(material.E, material.rho)
+            continue
+        own = speeds[[other is None for other in materials]]
+        wrong = own[(own < WAVE_SPEED[0]) | (own > WAVE_SPEED[1])]
+        if wrong.size:
+            odd.append(f"the speed of waves along it, sqrt(EA/rho_A), is {wrong[0]:.3g} m/s")
+    if odd:
+        warnings.warn(
+            f"the beams: {'; '.join(odd)}. Remedy: lengths in m, E in Pa, rho in kg/m3, EA in N, rho_A in kg/m",
+            UnitWarning,
+            stacklevel=3,
+        )
 
 
 def check_groups(groups: Groups, points: np.ndarray) -> dict[str, NodeGroup]:

@@ -12,11 +12,10 @@ Przemieniecki, "Theory of Matrix Structural Analysis", 1968, and Friedman & Kosm
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from kanefe.fe_model.model import Elasticity
+from kanefe_fem.beams.coupled import coupled_polynomials
+from kanefe_fem.beams.properties import ElementProperties
 
 PLANAR_ROWS = [0, 1, 5]
 """Components of a section's motion (u, v, theta_z) that a planar element keeps."""
@@ -218,55 +217,6 @@ def planar_first_moment(mass_n: np.ndarray, position: np.ndarray) -> np.ndarray:
     return (mass_n @ position).reshape(2, 3)[:, :2].sum(axis=0)
 
 
-@dataclass(frozen=True, eq=False)
-class ElementProperties:
-    """Numbers of m elements of either theory, each of shape (m,).
-
-    Attributes
-    ----------
-    length : ndarray
-        l in m.
-    EA, GJ, EI_y, EI_z : ndarray
-        Axial stiffness in N; torsional and bending stiffnesses in N m2.
-    shear_y, shear_z : ndarray
-        kappa G A along y and z in N; ``inf`` for Euler-Bernoulli.
-    """
-
-    length: np.ndarray
-    EA: np.ndarray
-    GJ: np.ndarray
-    EI_y: np.ndarray
-    EI_z: np.ndarray
-    shear_y: np.ndarray
-    shear_z: np.ndarray
-
-    @property
-    def phi_y(self) -> np.ndarray:
-        """Shear parameter of bending in the x-y plane, ``12 E I_z / (kappa_y G A l^2)``."""
-        return 12.0 * self.EI_z / (self.shear_y * self.length**2)
-
-    @property
-    def phi_z(self) -> np.ndarray:
-        """Shear parameter of bending in the x-z plane, ``12 E I_y / (kappa_z G A l^2)``."""
-        return 12.0 * self.EI_y / (self.shear_z * self.length**2)
-
-
-def section_elasticity(properties: ElementProperties, axes: np.ndarray) -> Elasticity:
-    """Return the stiffness of the sections as a body keeps it, with the axes A_GL (m, 3, 3) of the elements."""
-    p = properties
-    diagonals = np.column_stack([p.EA, p.shear_y, p.shear_z, p.GJ, p.EI_y, p.EI_z])
-    different, of_cell = np.unique(diagonals, axis=0, return_inverse=True)
-    table = np.zeros((len(different), 6, 6))
-    table[:, range(6), range(6)] = different  # not a product with the identity: a shear stiffness may be infinite
-    return Elasticity(table, of_cell.reshape(-1), axes)
-
-
-def properties_of(elasticity: Elasticity, length: np.ndarray) -> ElementProperties:
-    """Return the numbers of elements from what `section_elasticity` kept and their lengths (m,) in m."""
-    EA, shear_y, shear_z, GJ, EI_y, EI_z = np.diagonal(elasticity.table, axis1=1, axis2=2)[elasticity.of_cell].T
-    return ElementProperties(length, EA, GJ, EI_y, EI_z, shear_y, shear_z)
-
-
 def gauss_stations(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return Gauss-Legendre stations and weights on (0, 1), each of shape (count,)."""
     x, w = np.polynomial.legendre.leggauss(count)
@@ -296,6 +246,9 @@ def interpolation_polynomials(properties: ElementProperties) -> np.ndarray:
     # In the x-z plane a positive slope dw/dx turns the section by -theta_y.
     sign = np.array([1.0, -1.0])
     N[:, [[2], [4]], [2, 4, 8, 10]] = in_xz * (sign[:, None] * np.tile(sign, 2))[None, :, :, None]
+    coupled = properties.coupled
+    if coupled.size:
+        N[coupled] = coupled_polynomials(a[coupled], properties.matrices[coupled])
     return N
 
 
@@ -371,12 +324,8 @@ def spatial_stiffness(properties: ElementProperties) -> np.ndarray:
     """
     stations, weights = gauss_stations(2)  # exact: curvatures are linear in xi
     B = strain_displacement(properties, stations)
-    p = properties
-    # An infinite shear stiffness does no work: the Hermite element has no shear strain.
-    shear = [np.where(np.isfinite(k), k, 0.0) for k in (p.shear_y, p.shear_z)]
-    D = np.stack([p.EA, *shear, p.GJ, p.EI_y, p.EI_z], axis=-1)
-    scaled = B * (weights[None, :, None] * p.length[:, None, None] * D[:, None, :])[..., None]
-    K = np.einsum("mgia,mgib->mab", B, scaled)
+    D = (weights[None, :] * properties.length[:, None])[..., None, None] * properties.matrices[:, None]
+    K = np.einsum("mgia,mgib->mab", B, D @ B)
     return 0.5 * (K + np.swapaxes(K, 1, 2))
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
+from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.body import Theory, beam_model
-from kanefe_fem.beams.sections import CrossSection
 
 if TYPE_CHECKING:
     from kanefe_fem.materials.isotropic import Material
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 def beam_model_from_mesh(
     mesh: Mesh | str | Path,
-    sections: Mapping[str, CrossSection],
-    materials: Material | Mapping[str, Material],
+    sections: Mapping[str, BeamSection],
+    materials: Material | Mapping[str, Material | None] | None = None,
     *,
     theory: Theory = "timoshenko",
     planar: bool = False,
@@ -38,11 +38,11 @@ def beam_model_from_mesh(
     ----------
     mesh : Mesh, str or Path
         From `kanefe_fem.read_mesh`, or the file.
-    sections : mapping of str to CrossSection
+    sections : mapping of str to BeamSection
         Section of each group of lines. In a mesh of lines only every group must have one; in a mesh that also has
         surfaces or volumes the lines of other groups are left out.
-    materials : Material or mapping of str to Material
-        For all, or by group.
+    materials : Material or mapping of str to Material, optional
+        For all, or by group; None for sections by stiffness.
     orientation : array_like, shape (3,), or mapping of str to such, optional
         As in `beam_model`, for all or by group; every group of `sections` if by group.
     theory, planar, rotary_inertia

@@ -27,6 +27,7 @@ import scipy.sparse as sp
 
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.mass import AXIAL_STATIONS as STATIONS
+from kanefe_fem.beams.properties import ElementProperties
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class BeamStressStiffness:
         Whether these points follow the bending rotation of their section.
     """
 
-    properties: be.ElementProperties
+    properties: ElementProperties
     polar_radius: np.ndarray
     axes: np.ndarray
     dofs: np.ndarray
@@ -88,7 +89,7 @@ class BeamStressStiffness:
 
 
 def element_geometric_stiffness(
-    properties: be.ElementProperties,
+    properties: ElementProperties,
     polar_radius: np.ndarray,
     end_forces: np.ndarray,
     force: np.ndarray,
@@ -112,7 +113,7 @@ def element_geometric_stiffness(
     The bending terms of a bar under tension N = 1 are 6/5 N/l and l N/10 (Przemieniecki 1968):
 
     >>> one = np.ones(1)
-    >>> bar = be.ElementProperties(one, one, one, one, one, np.full(1, np.inf), np.full(1, np.inf))
+    >>> bar = ElementProperties(one, one, one, one, one, np.full(1, np.inf), np.full(1, np.inf))
     >>> tension = np.array([[-1.0, *5 * [0.0], 1.0, *5 * [0.0]]])
     >>> nothing = np.zeros((1, STATIONS, 3))
     >>> K = element_geometric_stiffness(bar, 0.0 * one, tension, nothing, nothing)[0]

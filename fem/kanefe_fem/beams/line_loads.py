@@ -16,6 +16,7 @@ from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import NodeGroup
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.checks import Groups
+from kanefe_fem.beams.properties import ElementProperties
 
 
 def check_lines(lines: Groups, count: int) -> dict[str, np.ndarray]:
@@ -72,7 +73,7 @@ def chosen_lines(patterns: Mapping[str, NodalPattern], names: Sequence[str]) -> 
 def line_pattern(
     numbers: np.ndarray,
     ends: np.ndarray,
-    properties: be.ElementProperties,
+    properties: ElementProperties,
     axes: np.ndarray,
     dofs: np.ndarray,
     planar: bool,

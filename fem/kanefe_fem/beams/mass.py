@@ -7,7 +7,8 @@ and at each station points in the section that carry its second moments exactly,
 
     (+-a, 0), (0, +-b) in local (y, z), a quarter of the mass each, a = sqrt(2 I_z / A), b = sqrt(2 I_y / A)
 
-so that mass, first moments, inertia and rotary inertia of the sections are exact.
+so that mass, first moments, inertia and rotary inertia of the sections are exact. A section given by its mass has them
+about its centre of mass, along the principal directions of its second moments.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.errors import ModelError
 from kanefe.fe_model.model import MassField
 from kanefe_fem.beams import elements as be
-from kanefe_fem.beams.sections import CrossSection
-from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.beams.beam_section import LineMass
+from kanefe_fem.beams.properties import ElementProperties
 
 AXIAL_STATIONS = 4
 
@@ -28,9 +30,8 @@ AXIAL_STATIONS = 4
 def mass_field(
     points: np.ndarray,
     table: np.ndarray,
-    sections: Sequence[CrossSection],
-    materials: Sequence[Material],
-    properties: be.ElementProperties,
+    masses: Sequence[LineMass],
+    properties: ElementProperties,
     axes: np.ndarray,
     dofs: np.ndarray,
     planar: bool,
@@ -44,14 +45,15 @@ def mass_field(
         Nodes in G in m.
     table : ndarray of int, shape (m, 2)
         Nodes of the elements.
-    sections, materials : sequences of m
+    masses : sequence of m
+        Of the sections.
     properties, axes, dofs
         Numbers, A_GL and degrees of freedom of the elements.
     planar, rotary_inertia : bool
         As in `kanefe_fem.beams.body.beam_model`.
     """
-    A, I_y, I_z = np.array([[s.A, s.I_y, s.I_z] for s in sections]).T
-    offsets = _section_points(np.sqrt(I_z / A), np.sqrt(I_y / A), planar, rotary_inertia)
+    rho_A = np.array([mass.rho_A for mass in masses])
+    offsets = _section_points(masses, planar, rotary_inertia)
     stations, weights = be.gauss_stations(AXIAL_STATIONS)
     m, g, s = len(table), len(stations), offsets.shape[1]
 
@@ -72,12 +74,11 @@ def mass_field(
     start, end = points[table[:, 0]], points[table[:, 1]]
     on_axis = start[:, None] + stations[None, :, None] * (end - start)[:, None]
     arms = np.repeat(np.einsum("mab,mpb->mpa", axes, offsets)[:, None], g, axis=1)
-    rho = np.array([material.rho for material in materials])
-    masses = (rho * A * properties.length)[:, None] * weights
-    masses = np.repeat(masses[:, :, None] / s, s, axis=2)
+    shares = (rho_A * properties.length)[:, None] * weights
+    shares = np.repeat(shares[:, :, None] / s, s, axis=2)
     return MassField(
         points=(on_axis[:, :, None] + arms).reshape(-1, 3),
-        mass=sp.diags(masses.ravel(), format="csr"),
+        mass=sp.diags(shares.ravel(), format="csr"),
         interpolation=N,
         turns=turns,
         arms=arms.reshape(-1, 3),
@@ -99,14 +100,24 @@ def _matrix_of_points(N_L: np.ndarray, axes: np.ndarray, dofs: np.ndarray, size:
     return N
 
 
-def _section_points(radius_y: np.ndarray, radius_z: np.ndarray, planar: bool, rotary_inertia: bool) -> np.ndarray:
-    """Return the section's points of equal mass in L, shape (m, points, 3), from its radii of gyration in m."""
+def _section_points(masses: Sequence[LineMass], planar: bool, rotary_inertia: bool) -> np.ndarray:
+    """Return the section's points of equal mass in L, shape (m, points, 3)."""
+    rho_A, centre, second = (np.array(values) for values in zip(*masses, strict=True))
+    if centre.any() and not rotary_inertia:
+        raise ModelError("a section whose mass is off the axis turns with it. Remedy: rotary_inertia=True")
+    if planar and centre[:, 1].any():
+        raise ModelError("a section of a planar beam has its mass out of the plane. Remedy: centre_of_mass=(y, 0)")
     if planar and not rotary_inertia:
-        return np.zeros((len(radius_y), 1, 3))
-    offsets = np.zeros((len(radius_y), 2 if planar else 4, 3))
+        return np.zeros((len(rho_A), 1, 3))
+    offsets = np.zeros((len(rho_A), 2 if planar else 4, 3))
+    offsets[:, :, 1:] = centre[:, None]
     if planar:
-        offsets[:, 0, 1], offsets[:, 1, 1] = radius_y, -radius_y
+        offsets[:, :, 1] += np.sqrt(second[:, 0, 0] / rho_A)[:, None] * (1.0, -1.0)
         return offsets
-    offsets[:, 0, 1], offsets[:, 1, 1] = np.sqrt(2.0) * radius_y, -np.sqrt(2.0) * radius_y
-    offsets[:, 2, 2], offsets[:, 3, 2] = np.sqrt(2.0) * radius_z, -np.sqrt(2.0) * radius_z
+    squares, directions = np.diagonal(second, axis1=1, axis2=2).copy(), np.tile(np.eye(2), (len(rho_A), 1, 1))
+    oblique = np.flatnonzero(second[:, 0, 1])
+    if oblique.size:
+        squares[oblique], directions[oblique] = np.linalg.eigh(second[oblique])
+    arms = np.sqrt(2.0 * np.maximum(squares, 0.0) / rho_A[:, None])[:, None] * directions  # as columns
+    offsets[:, :, 1:] += np.stack([arms[..., 0], -arms[..., 0], arms[..., 1], -arms[..., 1]], axis=1)
     return offsets

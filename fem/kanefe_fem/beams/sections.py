@@ -13,16 +13,23 @@ of a rectangle (and 6/7 of a circle), so pass the material's nu for Cowper's own
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from scipy.special import zeta
 
 from kanefe.errors import ModelError
+from kanefe_fem.beams.beam_section import BeamSection, LineMass
+
+if TYPE_CHECKING:
+    from kanefe_fem.beams.stiffness_section import StiffnessSection
 
 
 @dataclass(frozen=True)
-class CrossSection:
-    """What a beam needs to know of its section; the base of the shapes below.
+class CrossSection(BeamSection):
+    """Section whose stiffness and mass are those of a material; the base of the shapes below.
 
     Attributes
     ----------
@@ -42,6 +49,27 @@ class CrossSection:
     J: float = field(init=False, repr=False)
     shear_y: float = field(init=False, repr=False)
     shear_z: float = field(init=False, repr=False)
+
+    @property
+    def needs_material(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether both directions across are alike."""
+        return bool(np.isclose(self.I_y, self.I_z, rtol=1e-12) and np.isclose(self.shear_y, self.shear_z, rtol=1e-12))
+
+    def stiffness_of(self, material: Any, *, planar: bool) -> np.ndarray:
+        """Return EA, kappa G A, GJ and EI on the diagonal, shape (6, 6)."""
+        E, G = material.E, material.shear_modulus
+        shear_y, shear_z = self.shear_y * G * self.A, self.shear_z * G * self.A
+        return np.diag([E * self.A, shear_y, shear_z, G * self.J, E * self.I_y, E * self.I_z])
+
+    def mass_of(self, material: Any) -> LineMass:
+        """Return the mass, whose centre is on the axis."""
+        rho = material.rho
+        return LineMass(rho * self.A, np.zeros(2), np.diag([rho * self.I_z, rho * self.I_y]))
 
     def _set(self, A: float, I_y: float, I_z: float, J: float, shear_y: float, shear_z: float) -> None:
         """Store the numbers of a frozen shape."""
@@ -101,6 +129,67 @@ class Section(CrossSection):
                     f"Section: {name} = {getattr(self, name):g}, but a shear factor is at most 1. "
                     "Remedy: give the factor kappa (5/6 for a rectangle), not the shear area"
                 )
+
+    @classmethod
+    def from_stiffness(
+        cls,
+        *,
+        EA: float | None = None,
+        EI_y: float | None = None,
+        EI_z: float | None = None,
+        GJ: float | None = None,
+        GA_y: float | None = None,
+        GA_z: float | None = None,
+        stiffness: Sequence[Sequence[float]] | np.ndarray | None = None,
+        rho_A: float | None = None,
+        rho_I: float | Sequence[float] | None = None,
+        centre_of_mass: Sequence[float] = (0.0, 0.0),
+        mass: Sequence[Sequence[float]] | np.ndarray | None = None,
+    ) -> StiffnessSection:
+        """Return a section given by stiffness and mass a unit length: such a beam takes no material.
+
+        Parameters
+        ----------
+        EA : float
+            Axial stiffness in N.
+        EI_y, EI_z : float
+            Bending stiffnesses in N m2, as `I_y` and `I_z`; a planar beam needs `EI_z` only.
+        GJ : float
+            Torsional stiffness in N m2; a planar beam needs none.
+        GA_y, GA_z : float, optional
+            Shear stiffnesses kappa G A in N. Default: rigid in shear.
+        stiffness : array_like, shape (6, 6), optional
+            All of these and what couples them (bend and twist of a blade), instead of the numbers above: the forces
+            N, V_y, V_z in N and moments T, M_y, M_z in N m from stretch, shear strains and, in 1/m, twist and
+            curvatures; x is along the beam. Positive as in `kanefe_fem.recovery.section_forces.SectionForces`. From the
+            order of BeamDyn (x and y across, z along) by ``K[np.ix_(p, p)]``, p = [2, 0, 1, 5, 3, 4].
+        rho_A : float
+            Mass in kg/m.
+        rho_I : float or (float, float), optional
+            ``int rho z^2 dA`` (of bending about y) and ``int rho y^2 dA`` (about z) in kg m about the centre of mass,
+            one number for both alike; the inertia of twisting is their sum. Default: that of a section of one
+            material, ``rho_A EI / EA``.
+        centre_of_mass : array_like, shape (2,)
+            Its y and z from the axis in m.
+        mass : array_like, shape (6, 6), optional
+            Of velocities and rates of rotation along x, y, z, instead of `rho_A`, `rho_I` and `centre_of_mass`.
+
+        Raises
+        ------
+        ModelError
+            If numbers are missing, given twice, not positive and finite, a matrix is not symmetric and positive, or
+            `mass` is that of no rigid section.
+
+        Examples
+        --------
+        >>> blade = Section.from_stiffness(EA=1e9, EI_y=2e6, EI_z=8e6, GJ=1e6, rho_A=40.0, rho_I=(0.1, 0.4))
+        >>> float(blade.stiffness_of(None, planar=False)[4, 4])
+        2000000.0
+        """
+        from kanefe_fem.beams.stiffness_section import StiffnessSection
+
+        numbers = {"EA": EA, "GA_y": GA_y, "GA_z": GA_z, "GJ": GJ, "EI_y": EI_y, "EI_z": EI_z}
+        return StiffnessSection.of(numbers, stiffness, rho_A, rho_I, centre_of_mass, mass)
 
 
 @dataclass(frozen=True)

@@ -128,23 +128,32 @@ def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) ->
     millions of tons; E in MPa a wave speed of some m/s; rho in t/mm3 a density of 1e-9. The first frequency of the body
     as a free rod, ``sqrt(E / rho) / (2 size)``, is told with each warning.
     """
-    c = math.sqrt(E / rho)
     odd = []
     if not EXTENT[0] <= size <= EXTENT[1]:
         odd.append(f"it is {size:.3g} m in size (is the mesh in mm? kanefe takes m)")
-    if mass > MASS:
-        odd.append(f"its mass is {mass:.3g} kg (is the mesh in mm, or rho in g/m3?)")
-    if not DENSITY[0] <= rho <= DENSITY[1]:
-        odd.append(f"its density is {rho:.3g} kg/m3 (is rho in t/mm3 or g/m3?)")
-    elif not WAVE_SPEED[0] <= c <= WAVE_SPEED[1]:
-        odd.append(
-            f"its wave speed sqrt(E/rho) is {c:.3g} m/s for E = {E:.3g} Pa and rho = {rho:.3g} kg/m3 "
-            "(is E in MPa or GPa, or rho in g/cm3?)"
-        )
+    odd += odd_mass(mass) + odd_material(E, rho)
     if odd:
         warnings.warn(
-            f"{label}: {'; '.join(odd)}. First frequency as a free rod: {c / (2.0 * size):.3g} Hz. "
+            f"{label}: {'; '.join(odd)}. First frequency as a free rod: {math.sqrt(E / rho) / (2.0 * size):.3g} Hz. "
             "Remedy: lengths in m, E in Pa, rho in kg/m3",
             UnitWarning,
             stacklevel=3,
         )
+
+
+def odd_mass(mass: float) -> list[str]:
+    """Return what is odd about the mass of one body in kg."""
+    return [f"its mass is {mass:.3g} kg (is the mesh in mm, or rho in g/m3?)"] if mass > MASS else []
+
+
+def odd_material(E: float, rho: float) -> list[str]:
+    """Return what is odd about a modulus in Pa and a density in kg/m3."""
+    c = math.sqrt(E / rho)
+    if not DENSITY[0] <= rho <= DENSITY[1]:
+        return [f"its density is {rho:.3g} kg/m3 (is rho in t/mm3 or g/m3?)"]
+    if not WAVE_SPEED[0] <= c <= WAVE_SPEED[1]:
+        return [
+            f"its wave speed sqrt(E/rho) is {c:.3g} m/s for E = {E:.3g} Pa and rho = {rho:.3g} kg/m3 "
+            "(is E in MPa or GPa, or rho in g/cm3?)"
+        ]
+    return []

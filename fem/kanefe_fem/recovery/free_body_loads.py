@@ -13,6 +13,7 @@ from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
 from kanefe.result import Result
 from kanefe_fem.beams import elements as be
+from kanefe_fem.beams.properties import ElementProperties
 
 BALANCE = 1e-4
 """Imbalance of the free body, relative to the forces on it, above which some load must be missing."""
@@ -37,7 +38,7 @@ class SpreadLoads:
     fixed_ends: np.ndarray
 
     @classmethod
-    def of_station_forces(cls, properties: be.ElementProperties, wrenches: np.ndarray) -> SpreadLoads:
+    def of_station_forces(cls, properties: ElementProperties, wrenches: np.ndarray) -> SpreadLoads:
         """Return the load whose integrals by the Gauss rule are wrenches (T, m, g, 6) at its stations."""
         stations, weights = be.gauss_stations(wrenches.shape[2])
         samples = wrenches / (weights[:, None] * properties.length[:, None, None])

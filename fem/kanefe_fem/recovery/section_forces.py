@@ -20,6 +20,7 @@ from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity, rigid_motion
 from kanefe.result import Result
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.mass import AXIAL_STATIONS
+from kanefe_fem.beams.properties import properties_of
 from kanefe_fem.recovery.free_body_loads import SpreadLoads, free_body_loads
 
 NAMES = ("N", "Vy", "Vz", "T", "My", "Mz")
@@ -100,7 +101,7 @@ class BeamFrame:
         self.table = table
         self.axes = np.asarray(elasticity.axes)
         self.lengths = np.linalg.norm(nodes[table[:, 1]] - nodes[table[:, 0]], axis=1)
-        self.properties = be.properties_of(elasticity, self.lengths)
+        self.properties = properties_of(elasticity, self.lengths)
         width = len(components)
         rows = [COMPONENTS.index(c) for c in components]
         self.element_dofs = np.array([*rows, *(row + 6 for row in rows)])  # of the spatial element

@@ -1,0 +1,89 @@
+"""Stiffnesses of beam elements, and the same as a body keeps them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.fe_model.model import Elasticity
+
+
+@dataclass(frozen=True, eq=False)
+class ElementProperties:
+    """Numbers of m elements of either theory, each of shape (m,) but the last.
+
+    Attributes
+    ----------
+    length : ndarray
+        l in m.
+    EA, GJ, EI_y, EI_z : ndarray
+        Axial stiffness in N; torsional and bending stiffnesses in N m2.
+    shear_y, shear_z : ndarray
+        kappa G A along y and z in N; ``inf`` for Euler-Bernoulli.
+    coupling : ndarray, shape (m, 6, 6), or None
+        Stiffness of the sections beside the diagonal, in the order of `matrices`. None: they have none.
+    """
+
+    length: np.ndarray
+    EA: np.ndarray
+    GJ: np.ndarray
+    EI_y: np.ndarray
+    EI_z: np.ndarray
+    shear_y: np.ndarray
+    shear_z: np.ndarray
+    coupling: np.ndarray | None = None
+
+    @property
+    def phi_y(self) -> np.ndarray:
+        """Shear parameter of bending in the x-y plane, ``12 E I_z / (kappa_y G A l^2)``."""
+        return 12.0 * self.EI_z / (self.shear_y * self.length**2)
+
+    @property
+    def phi_z(self) -> np.ndarray:
+        """Shear parameter of bending in the x-z plane, ``12 E I_y / (kappa_z G A l^2)``."""
+        return 12.0 * self.EI_y / (self.shear_z * self.length**2)
+
+    @property
+    def matrices(self) -> np.ndarray:
+        """D: (N, V_y, V_z, T, M_y, M_z) from the strains of the sections, shape (m, 6, 6).
+
+        Where the shear stiffness is infinite there is no shear strain to work on: zero.
+        """
+        diagonal = np.column_stack([self.EA, self.shear_y, self.shear_z, self.GJ, self.EI_y, self.EI_z])
+        D = np.zeros((len(diagonal), 6, 6)) if self.coupling is None else self.coupling.copy()
+        D[:, range(6), range(6)] = np.where(np.isfinite(diagonal), diagonal, 0.0)
+        return D
+
+    @property
+    def coupled(self) -> np.ndarray:
+        """Numbers of the elements whose section has stiffness beside the diagonal."""
+        if self.coupling is None:
+            return np.zeros(0, dtype=int)
+        return np.flatnonzero(self.coupling.any(axis=(1, 2)))
+
+
+def of_matrices(length: np.ndarray, stiffness: np.ndarray) -> ElementProperties:
+    """Return the numbers of elements from their lengths (m,) and the stiffness of their sections (m, 6, 6).
+
+    Where a shear stiffness is ``inf`` there is no shear strain, and what couples to it does not act.
+    """
+    EA, shear_y, shear_z, GJ, EI_y, EI_z = np.diagonal(stiffness, axis1=1, axis2=2).T
+    coupling = np.array(stiffness, dtype=float)
+    coupling[:, range(6), range(6)] = 0.0
+    for row, finite in ((1, np.isfinite(shear_y)), (2, np.isfinite(shear_z))):
+        coupling[~finite, row, :] = coupling[~finite, :, row] = 0.0
+    return ElementProperties(
+        length, EA, GJ, EI_y, EI_z, shear_y, shear_z, coupling=coupling if coupling.any() else None
+    )
+
+
+def section_elasticity(stiffness: np.ndarray, axes: np.ndarray) -> Elasticity:
+    """Return the stiffness of sections (m, 6, 6) as a body keeps it, with the axes A_GL (m, 3, 3) of the elements."""
+    different, of_cell = np.unique(stiffness.reshape(-1, 36), axis=0, return_inverse=True)
+    return Elasticity(different.reshape(-1, 6, 6), of_cell.reshape(-1), axes)
+
+
+def properties_of(elasticity: Elasticity, length: np.ndarray) -> ElementProperties:
+    """Return the numbers of elements from what `section_elasticity` kept and their lengths (m,) in m."""
+    return of_matrices(length, elasticity.table[elasticity.of_cell])
