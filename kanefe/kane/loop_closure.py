@@ -63,10 +63,7 @@ def consistent_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
                 break
             best = min(best, found, key=lambda position: position.worst)
         else:
-            raise ModelError(
-                f"the scene cannot be assembled: {open_constraints(best)}. "
-                "Remedy: start nearer to the closed position, or check lengths, axes and where the ends are"
-            )
+            raise ModelError(f"the scene cannot be assembled: {_why_open(best)}")
     _check_facing(model, t, q)
     return q, _consistent_speeds(model, t, q, u)
 
@@ -128,10 +125,12 @@ def project_speeds(
     return np.asarray(u + solver.solve(np.zeros(n), rows.J @ full[: rows.J.shape[1]])[0])
 
 
-def openings(model: ModelData, t: float, q: Vector, z: Vector | None = None) -> Position:
-    """Return how far the constraints that hold are open at time t (s)."""
+def openings(
+    model: ModelData, t: float, q: Vector, z: Vector | None = None, rows: np.ndarray | None = None
+) -> Position:
+    """Return how far the constraints that hold are open at time t (s), all rows of places or some of them."""
     state = State(model, t, q, None, z)
-    rows = place_rows(state)
+    rows = place_rows(state) if rows is None else rows
     # far from N's origin round-off is that of the distance
     length = max(scene_length(model), *(float(np.abs(motion.p_NoFo_N).max()) for motion in state.motions))
     scales = np.array([length if held_rows(state)[i][1].unit == METRE else 1.0 for i in rows])
@@ -167,7 +166,7 @@ def _shortened(columns: np.ndarray, step: Vector, position: Position) -> Positio
     # what is closed but for round-off gets better by a whole step or not at all
     for _ in range(MOST_HALVINGS if position.worst > TOLERANCE else 1):
         full[columns] = step
-        found = openings(state.model, state.t, state.model.advance(state.q, full), state.z)
+        found = openings(state.model, state.t, state.model.advance(state.q, full), state.z, position.rows)
         if float(found.openings @ found.openings) < before:
             return found
         step = 0.5 * step
@@ -214,6 +213,36 @@ def _check_facing(model: ModelData, t: float, q: Vector) -> None:
                 f"{constraint.title} closes with the axes of its ends opposite to each other. "
                 "Remedy: turn one end by half a turn, frame(orientation=...), or start nearer to the closed position"
             )
+
+
+def _why_open(position: Position) -> str:
+    """Return why the scene cannot be closed from where the search for it ended, and a remedy.
+
+    Where Newton's method gives up, an axis that cannot hold has torn the ends apart: what closes once the directions of
+    one constraint are let go is not a matter of lengths.
+    """
+    state = position.state
+    model, start = state.model, state.model.initial_coordinates
+    held = held_rows(state)
+    turning = np.array([held[i][1].unit != METRE for i in position.rows], dtype=bool)
+    names = np.array([held[i][0].name for i in position.rows])
+    stiffness, everything = elastic_stiffness(model), np.arange(model.free_count)
+    for name in dict.fromkeys(names[turning].tolist()):
+        kept = position.rows[~(turning & (names == name))]
+        found = _closed(openings(model, state.t, start, state.z, kept), everything, stiffness)
+        if found.worst <= TOLERANCE:
+            left = openings(model, state.t, found.state.q, state.z)
+            worst = int(np.abs(left.openings).argmax())
+            constraint, row = held[left.rows[worst]]
+            return (
+                f"{constraint.title} closes but for its axis, which is off by {abs(left.residuals[worst]):.3g} "
+                f"{row.unit} ({row.label}) where all else is closed. Remedy: another axis of the joint, ends turned by "
+                "frame(orientation=...), or a joint that leaves that direction free"
+            )
+    return (
+        f"{open_constraints(position)}. "
+        "Remedy: start nearer to the closed position, or check lengths, axes and where the ends are"
+    )
 
 
 def open_constraints(position: Position) -> str:

@@ -105,6 +105,17 @@ def test_a_loop_out_of_plane_is_named():
         scene.freeze()
 
 
+def test_an_axis_that_cannot_hold_is_named_and_not_where_the_search_gave_up():
+    """Bars on hinges of three directions meet in a point, and not along an axis: their lengths are right."""
+    scene = kf.System()
+    crank = scene.add_rigid_body("crank", 1, 0.1, joint=kf.Revolute("z", position=1.0))
+    bar = scene.add_rigid_body("bar", 1, 0.1, parent=crank, at=(1, 0, 0), joint=kf.Revolute((0, 0.1, 1)))
+    rocker = scene.add_rigid_body("rocker", 1, 0.1, at=(2, 0, 0), joint=kf.Revolute((0, -1, 1)))
+    scene.add_loop_joint("pin", kf.Revolute("z"), bar.frame(at=(2, 0, 0)), rocker.frame(at=(0, 1.8, 0)))
+    with pytest.raises(kf.ModelError, match=r"'pin' .*closes but for its axis.* rad \(tilt of axis z.*frame\(orient"):
+        scene.freeze()
+
+
 def test_opposite_axes_are_refused():
     scene = kf.System()
     body = scene.add_rigid_body("body", 1, 0.1, joint=kf.Free(orientation=(0, 0, 0, 1)))

@@ -9,11 +9,12 @@ import pytest
 import kanefe as kf
 from kanefe.checks.verification.references import load_references
 from kanefe_fem.beams.body import beam_body, straight_beam
-from kanefe_fem.beams.sections import SolidCircle
+from kanefe_fem.beams.sections import Rectangle, SolidCircle
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.verification.beam_frequencies import unit_beam
 from kanefe_fem.verification.beam_statics import beam_bar
 from kanefe_fem.verification.stiffened_beams import thin_beam
+from steel_beams import STEEL
 
 TWO_PI = 2.0 * np.pi
 
@@ -123,6 +124,52 @@ def test_an_elastica_bends_g05():
     assert found.iterations < 10
     K = found.linearise().stiffness
     np.testing.assert_allclose(K, K.T, atol=1e-8 * np.abs(K).max())
+
+
+def steel_chain(count: int, force: float, stiffening: str = "none") -> kf.System:
+    """Return a steel cantilever of 2 m by 50 x 100 mm in linear bodies, with a force across its tip."""
+    model = straight_beam(2.0 / count, Rectangle(0.05, 0.1), STEEL, elements=4)
+    ends = {"root": "clamped", "tip": "rigid"}
+    body = beam_body(model, ends, reduction=kf.CraigBampton(modes=4), stiffening=stiffening)
+    scene = kf.System()
+    last = scene.add_flexible_body("0", body)
+    for number in range(1, count):
+        last = scene.add_flexible_body(str(number), body, parent=last.interface("tip"))
+    scene.add_force(last.interface("tip"), (0.0, 0.0, force))
+    return scene
+
+
+@pytest.mark.parametrize("force", [1.0, 1000.0])
+def test_a_stiff_cantilever_in_four_bodies_is_balanced(force):
+    """Along their axes the bodies carry next to nothing: what is left there is small against round-off of places."""
+    found = kf.equilibrium(steel_chain(4, force))
+    area, inertia = 0.05 * 0.1, 0.05 * 0.1**3 / 12.0
+    sag = force * (2.0**3 / (3.0 * STEEL.E * inertia) + 2.0 / (5.0 / 6.0 * STEEL.E / (2.0 * 1.3) * area))
+    # the chain bends less than the straight beam by the square of sag / length
+    assert found.position("3", "tip")[2] == pytest.approx(sag, rel=1e-8 + sag**2)
+
+
+def test_statics_of_a_bent_stiffened_chain_asks_for_no_mass_matrix():
+    """Where slopes are large its mass matrix may have lost positive definiteness; the elastica is met all the same."""
+    found = kf.equilibrium(steel_chain(2, 1e5, "inertial"))
+    load = 1e5 * 2.0**2 / (STEEL.E * 0.05 * 0.1**3 / 12.0)
+    # two linear bodies meet the elastica to 0.5 %, shear adds 0.2 %
+    assert found.position("1", "tip")[2] / 2.0 == pytest.approx(elastica_tip(load), rel=1e-2)
+
+
+def elastica_tip(load: float) -> float:
+    """Return the deflection over the length of a cantilever with a dead tip force of load EI / L^2.
+
+    theta'' = -load cos(theta) from theta(0) = 0 and theta'(1) = 0 (Timoshenko & Gere, "Theory of Elastic Stability").
+    """
+    from scipy.integrate import solve_ivp
+    from scipy.optimize import brentq
+
+    def end(slope: float) -> np.ndarray:
+        rates = lambda s, y: (y[1], -load * np.cos(y[0]), np.sin(y[0]))  # noqa: E731
+        return solve_ivp(rates, (0.0, 1.0), (0.0, slope, 0.0), rtol=1e-10, atol=1e-12).y[:, -1]
+
+    return float(end(brentq(lambda slope: end(slope)[1], 0.0, 2.0 * load))[2])
 
 
 def test_the_frequency_response_of_a_beam_at_rest_is_its_flexibility():
