@@ -31,6 +31,10 @@ class SimulationWarning(UserWarning):
     """A run that failed on its way: its result is there up to the time that the message says."""
 
 
+class AccuracyWarning(UserWarning):
+    """An answer that is given, but with an error that the message tells, or for less than was asked."""
+
+
 class UnitWarning(UserWarning):
     """A size, mass, material or frequency so odd that the units are probably not SI."""
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+from kanefe.instant import Instant
 from kanefe.integrate.status import summary
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import Channels, RunChannels
@@ -64,10 +69,39 @@ class Result(Reader):
         """
         self.status.raise_if_failed()
 
-    @property
-    def run(self) -> RunChannels | None:
-        """Model and trajectory of a run in memory; None of a result from a file."""
-        return self._channels if isinstance(self._channels, RunChannels) else None
+    def at(self, t: float) -> Instant:
+        """Return what the scene is like at an output time: to look at, or for a run to start from.
+
+        Parameters
+        ----------
+        t : float
+            s, one of `times`: between them nothing is stored.
+
+        Raises
+        ------
+        ModelError
+            If there is no such output time, or the result was read from a file, which has no model.
+
+        Examples
+        --------
+        ``scene.simulate((2.0, 5.0), start=result.at(2.0))``
+        """
+        run = self.run
+        if run is None:
+            raise ModelError(
+                "a result read from a file has no model, and so no state to go on from. Remedy: pickle the result, or "
+                "simulate(checkpoint=..., resume=...)"
+            )
+        time = numbers(t)
+        if time.shape != () or not np.isfinite(time):
+            raise ModelError(f"t of result.at must be a finite time in s, not {t!r}")
+        row = int(np.abs(self.times - time).argmin())
+        if abs(self.times[row] - time) > 1e-9 * max(float(np.ptp(self.times)), abs(float(time))):
+            raise ModelError(
+                f"t = {t:g} s is no output time; the nearest is {self.times[row]:.10g} s. Remedy: that one, or "
+                "simulate(..., output_times=[...])"
+            )
+        return Instant(run.model, self.times[row], run.states[row])
 
     def plot(self, what: str = "overview", *names: str, path: str | Path | None = None) -> Figure:
         """Draw a picture and return matplotlib's figure, also written to `path` (.png, .pdf, .svg) if given.

@@ -16,9 +16,11 @@ from kanefe.scene.constraints import ConstraintMethods
 from kanefe.scene.field_loads import FieldLoadMethods
 from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import three
+from kanefe.scene.tree_text import tree_text
 from kanefe.tree.freeze import build_model
 
 if TYPE_CHECKING:
+    from kanefe.equations.given_state import Start
     from kanefe.integrate.events import Event
     from kanefe.result import Result
 
@@ -46,12 +48,19 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
     >>> result = scene.simulate((0.0, 1.0), rtol=1e-8)
     >>> result.position("rod").shape
     (501, 3)
+    >>> print(scene)
+    scene of 1 body, 0 flexible, gravity (0, -9.81, 0) m/s2
+    ground
+    └─ rod (rigid, 1 kg), revolute z
     """
 
     def __init__(self, gravity: Sequence[float] = (0.0, 0.0, 0.0), slopes: str = "rotation-vector") -> None:
         super().__init__()
         self._gravity = three(gravity, "gravity")
         self._slopes = slope_measure(slopes)
+
+    def __str__(self) -> str:
+        return tree_text(self._entries, self._constraints, self._loads, self.gravity.tolist())
 
     @property
     def gravity(self) -> np.ndarray:
@@ -68,24 +77,27 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
         """How the slopes of interfaces that carry bodies are read as rotations."""
         return self._slopes
 
-    def freeze(self, start: float = 0.0) -> Model:
-        """Return the immutable model of the scene. Nothing can be added to the scene afterwards.
+    def freeze(self, t: float = 0.0, start: Start = None) -> Model:
+        """Return the immutable model of the scene. Nothing can be added to the scene afterwards, but to a `copy` of it.
 
         Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.model_at_start`. Springs
         without a rest length are slack there.
 
         Parameters
         ----------
-        start : float
+        t : float
             Time of the start, s: where driven joints are then.
+        start : state, optional
+            Where the model starts: see `simulate`. Default: as the scene was given.
 
         Raises
         ------
         ModelError
-            If the scene is empty, or a loop cannot be closed: the message names it and by how much it stays open.
+            If the scene is empty, a loop cannot be closed (the message names it and by how much it stays open), or the
+            state is none of this scene.
         """
         data = build_model(self._entries, self.gravity, self.slopes, self._constraints)
-        model = model_at_start(data, self._loads, start)
+        model = model_at_start(data, self._loads, t, start)
         self.is_frozen = True
         return model
 
@@ -93,6 +105,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
         self,
         t_span: tuple[float, float],
         *,
+        start: Start = None,
         method: str = "auto",
         rtol: float | None = None,
         atol: float | None = None,
@@ -117,6 +130,12 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
         ----------
         t_span : (float, float)
             Start and end in s.
+        start : state, optional
+            Where the run starts, with its speeds: what ``result.at(t)`` gives, an `Equilibrium`, the `SceneState` that
+            functions of the user see, or a vector named by `Model.state_names`. Of another scene it is taken body by
+            body, by name: driven joints may be let go and free ones driven, and bodies that the state does not know
+            start as they were added. Its time does not count: loads and drives are those of `t_span`. Default: the
+            start that the scene was given.
         method : str
             "auto" chooses from the scene, and ``result.statistics`` say what and why; or a name, of which
             ``print(kf.methods())`` lists all with what each takes and is for. Solvers of other packages are among
@@ -156,7 +175,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
         Raises
         ------
         ModelError
-            If the scene or an option makes no sense.
+            If the scene, its start or an option makes no sense.
         SimulationError
             If the run cannot begin.
         FileError
@@ -205,5 +224,5 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
             most_seconds=most_seconds,
             progress=progress,
         )
-        model = self.freeze(options.span[0])
+        model = self.freeze(options.span[0], start)
         return Result(model, run(model, options))

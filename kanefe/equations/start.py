@@ -1,4 +1,4 @@
-"""The start of a frozen scene: loops closed, and loads between frames as they are then."""
+"""The start of a frozen scene: loops closed, and loads between frames as they are then; or a state that is given."""
 
 from __future__ import annotations
 
@@ -7,29 +7,36 @@ from dataclasses import replace
 
 import numpy as np
 
+from kanefe.equations.given_state import Start, given_state, slack_time
 from kanefe.equations.model import Model
 from kanefe.equations.routes import starting_route
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
 
 
-def model_at_start(data: ModelData, loads: Sequence[Load], t: float) -> Model:
+def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Start = None) -> Model:
     """Return the model of a frozen scene with a consistent start at time t (s), and its loads between frames.
 
     Joints whose start is not given (all zeros) move first, then all joints, then elastic coordinates too, each only if
     the loops do not close without. Speeds are treated alike: those given are kept if the others can follow. Loads see
-    that start: springs without a rest length are slack there.
+    that start: springs without a rest length are slack there, also if the model then starts from another state.
 
     Raises
     ------
     ModelError
-        If a loop cannot be closed, and the message names it and by how much it stays open; or a load cannot start.
+        If a loop cannot be closed, and the message names it and by how much it stays open; a load cannot start; or the
+        state given makes no sense.
     """
-    model = Model.of(data.with_loads(()))
+    slack = slack_time(start, t)
+    model = replace(Model.of(data.with_loads(())), slack_time=slack)
     if model.constraints:
-        q, u, _ = model.parts(starting_route(model).start(t))
+        q, u, _ = model.parts(starting_route(model).start(slack))
         if not (np.array_equal(q, model.initial_coordinates) and np.array_equal(u, model.initial_speeds)):
             model = replace(model, initial_coordinates=q, initial_speeds=u)
-    if not loads:
+    if loads:
+        model = model.with_loads(starting_route(model).started(slack, loads))
+    if start is None:
         return model
-    return model.with_loads(starting_route(model).started(t, loads))
+    _, y = given_state(model, t, start, "the run")
+    q, u, z = model.parts(starting_route(model).projected(t, y))
+    return replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)

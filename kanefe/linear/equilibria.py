@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,13 +10,15 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers
+from kanefe.instant import Instant
 from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.imbalance import Imbalance
-from kanefe.linear.state import model_in_state, model_of
+from kanefe.linear.state import model_in_state
 from kanefe.linear.targets import Named
 
 if TYPE_CHECKING:
+    from kanefe.equations.given_state import Start
     from kanefe.linear.linearisation import Linearisation
     from kanefe.linear.state import Freezable
 
@@ -25,9 +26,11 @@ SAMPLES = (0.37, 1.1, 2.6, 5.3)
 """How far a steady motion is followed to see whether it stays in balance: rad or m of its fastest speed, or s."""
 
 
-@dataclass(frozen=True, eq=False)
-class Equilibrium:
-    """A state of rest or of steady motion, found by `equilibrium`.
+class Equilibrium(Instant):
+    """A state of rest or of steady motion, found by `equilibrium`; it tells all that a `Result` tells of one time.
+
+    Stresses of what stands or spins steadily: ``kanefe_fem.recover(found, "blade").von_mises``. A run that starts from
+    it: ``scene.simulate((0.0, 1.0), start=found)``.
 
     Attributes
     ----------
@@ -41,48 +44,29 @@ class Equilibrium:
     iterations : int
     """
 
-    model: Model
-    time: float
-    state: Vector
-    imbalance: Imbalance
-    iterations: int
+    def __init__(self, model: Model, time: float, state: Vector, imbalance: Imbalance, iterations: int) -> None:
+        super().__init__(model, time, state)
+        self.imbalance, self.iterations = imbalance, iterations
 
-    @property
-    def coordinates(self) -> dict[str, float]:
-        """Coordinates q by name."""
-        names = self.model.coordinate_names()
-        return dict(zip(names, self.state.tolist(), strict=False))
-
-    def position(self, body: str, interface: str = "") -> Vector:
-        """Return where the frame of a body or interface is, in N, m."""
-        return self.model.kinematics(body, self.time, self.state, interface).position
-
-    def joint_coordinates(self, body: str) -> Vector:
-        """Return the coordinates of a body's joint, rad and m."""
-        terms = self.model.bodies[self.model.index(body)]
-        return np.array(terms.joint_coordinates(self.time, self.state[: self.model.coordinate_count]))
-
-    def deflection(self, body: str, interface: str) -> Vector:
-        """Return displacement (m) and slopes (rad) of an interface in the mesh frame, shape (6,)."""
-        terms = self.model.flexible_terms(body)
-        return np.array(terms.body.interface(interface).moved(self.state[terms.eta])[0])
-
-    def joint_reactions(self) -> dict[str, Vector]:
-        """Return what each joint exerts on its body: see `Model.joint_reactions`."""
-        return self.model.joint_reactions(self.time, self.state)
+    def __str__(self) -> str:
+        lines = [
+            f"balance at t = {self.time:g} s after {self.iterations} iterations; left over where it balances worst: "
+            f"{self.imbalance}, {self.imbalance.ratio:.1e} of what acts there"
+        ]
+        return "\n".join([*lines, *(f"  {name}: {value:.6g}" for name, value in self.coordinates.items())])
 
     def linearise(self, *, inputs: Named | None = None, outputs: Named | None = None) -> Linearisation:
         """Linearise about this state: see `kanefe.linearise`."""
         from kanefe.linear.linearisation import linearise
 
-        return linearise(self.model, self.time, self.state, inputs=inputs, outputs=outputs)
+        return linearise(self.model, t=self.time, start=self.state, inputs=inputs, outputs=outputs)
 
 
 def equilibrium(
     scene: Freezable | Model,
     *,
-    t: float = 0.0,
-    start: Sequence[float] | np.ndarray | None = None,
+    t: float | None = None,
+    start: Start = None,
     speeds: Mapping[str, Any] | None = None,
     find: Sequence[str] = (),
     steady: bool = True,
@@ -97,10 +81,11 @@ def equilibrium(
     Parameters
     ----------
     scene : System or Model
-    t : float
-        Time at which loads and drives are taken, s.
-    start : array_like, optional
-        State y = (q, u) where the search begins; its speeds do not count. Default: the start of the scene.
+    t : float, optional
+        Time at which loads and drives are taken, s; default: that of the start, or zero.
+    start : state, optional
+        Where the search begins, as `kanefe.System.simulate` takes it; its speeds do not count. Default: the start of
+        the scene.
     speeds : mapping of str to float or sequence, optional
         Free joint speeds that are kept, by body, rad/s and m/s: of a rotor that nothing drives or brakes. All other
         speeds are zero.
@@ -126,14 +111,9 @@ def equilibrium(
     >>> round(float(kf.equilibrium(scene).joint_coordinates("ball")[0]), 6)
     -0.1962
     """
-    model = model_of(scene, "equilibrium", t)
-    y = None if start is None else numbers(start).astype(float)
-    if y is None or y.shape == (model.coordinate_count + model.free_count,):
-        q = model.initial_coordinates if y is None else y[: model.coordinate_count]
-        if model.constraints and start is None:
-            q = project_positions(model, t, q)
-        y = np.concatenate((q, np.zeros(model.free_count), model.initial_states))
-    model, time, q, _ = model_in_state(model, t, y, "equilibrium")
+    model, time, q, _ = model_in_state(scene, t, start, "equilibrium")
+    if model.constraints and start is None:
+        q = project_positions(model, time, q)
     u, found = _given_speeds(model, speeds or {}, find)
     if len(found) and model.constraints:
         raise ModelError(

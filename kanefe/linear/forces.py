@@ -1,7 +1,4 @@
-"""Generalised forces of unit loads at a state, and how the scene answers to them.
-
-The accelerations are linear in the forces, so that these columns are exact.
-"""
+"""Generalised forces of unit loads at a state: accelerations are linear in them, so that these columns are exact."""
 
 from __future__ import annotations
 
@@ -13,8 +10,6 @@ import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_partial_rates, elastic_state
 from kanefe.kane.state import State
@@ -26,15 +21,6 @@ from kanefe.loads.point_load import PointLoad
 from kanefe.tree.model_data import ModelData
 
 SPACE = 3
-
-
-def answers(state: State, F: Matrix) -> Matrix:
-    """Return the accelerations of the free speeds (free, k) that forces on them (free, k) add; loops hold."""
-    model, n = state.model, state.model.free_count
-    rows = constraint_rates(state).over(slice(n))
-    solver = constrained_solver(model, mass_matrix(state)[:n, :n], rows)
-    none = np.zeros(len(rows.J))
-    return np.column_stack([np.zeros((n, 0)), *(solver.solve(column, none)[0] for column in F.T)])
 
 
 def load_values(state: State) -> Vector:

@@ -10,17 +10,18 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
-from kanefe.linear.forces import answers
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.small_motions import Directions, SmallMotions
-from kanefe.linear.state import Freezable, model_in_state, model_of
+from kanefe.linear.state import Freezable, model_in_state
 from kanefe.linear.state_space import StateSpace
 from kanefe.linear.tangents import tangent_names
 from kanefe.linear.targets import Named
 
 if TYPE_CHECKING:
+    from kanefe.equations.given_state import Start
     from kanefe.linear.frequency_response import FrequencyResponse
     from kanefe.linear.modes import Modes
 
@@ -93,9 +94,9 @@ class Linearisation(StateSpace):
 
 def linearise(
     scene: Freezable | Model,
-    t: float = 0.0,
-    y: Sequence[float] | np.ndarray | None = None,
     *,
+    t: float | None = None,
+    start: Start = None,
     inputs: Named | None = None,
     outputs: Named | None = None,
 ) -> Linearisation:
@@ -108,10 +109,11 @@ def linearise(
     Parameters
     ----------
     scene : System or Model
-    t : float
-        s.
-    y : array_like, shape (coordinates + free,), optional
-        State, named by `Model.state_names`; default: the start. For small motions about rest use `equilibrium`.
+    t : float, optional
+        s; default: the time of the state, or zero.
+    start : state, optional
+        The state to linearise about, as `kanefe.System.simulate` takes it; default: the start of the scene. For small
+        motions about rest use `equilibrium`.
     inputs : str, sequence or mapping of str, optional
         ``"force body x"``, ``"torque body/interface z'"``, ``"motor body"``, ``"gravity z"``, ``"load <label>"``, or
         ``"drive body"``, the acceleration of a driven coordinate, whose position and rate are then states too. ``x`` is
@@ -138,8 +140,7 @@ def linearise(
     >>> round(float(small.modes().frequencies[0]), 4)
     0.6105
     """
-    model = model_of(scene, "linearise", t)
-    model, time, q, u = model_in_state(model, t, y, "linearise")
+    model, time, q, u = model_in_state(scene, t, start, "linearise")
     given = inputs_of(model, time, q, u, inputs)
     drives = tuple(dict.fromkeys(item.drive for item in given if item.drive is not None))
     small = SmallMotions(model, time, q, u, drives)

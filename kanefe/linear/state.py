@@ -7,19 +7,17 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from kanefe.equations.given_state import Start, given_state, slack_time, time_of
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, numbers
-from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
-from kanefe.kane.state import State
-from kanefe.kernels.tolerances import LARGEST_OPENING
+from kanefe.frames import Vector
 
 
 @runtime_checkable
 class Freezable(Protocol):
     """What can be frozen to a model: a `kanefe.System`."""
 
-    def freeze(self, start: float = 0.0) -> Model:
+    def freeze(self, t: float = 0.0, start: Start = None) -> Model:
         """Return the model at a time of the start, s."""
         ...
 
@@ -55,53 +53,28 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     return model
 
 
-def model_in_state(model: Model, t: object, y: object, what: str) -> tuple[Model, float, Vector, Vector]:
-    """Return a model that starts with the internal states of y, time, q and u; Euler parameters of unit length.
+def model_in_state(scene: object, t: float | None, start: Start, what: str) -> tuple[Model, float, Vector, Vector]:
+    """Return a model that starts with the internal states of a state, time, q and u.
+
+    Parameters
+    ----------
+    scene : System or Model
+    t : float, optional
+        s; default: that of the state, or zero.
+    start : AtOneTime or array_like, optional
+        See `kanefe.equations.given_state`; default: the start of the scene.
+    what : str
+        The analysis, for messages.
 
     Raises
     ------
     ModelError
-        If the time or the state is not finite, the state has another shape, or loops are open in it.
+        If the time or the state make no sense for the model, or loops are open.
     """
-    time = numbers(t)
-    if time.shape != () or not np.isfinite(time):
-        raise ModelError(f"t of {what} must be a finite time in s, not {t!r}")
-    state = model.initial_state if y is None else numbers(y).astype(float)
-    names = model.state_names
-    if state.shape != (len(names),):
-        raise ModelError(
-            f"the state of {what} has shape {state.shape}, and this model has {len(names)} entries: "
-            f"{', '.join(names[:4])}{' ...' if len(names) > 4 else ''}. Remedy: model.initial_state, or "
-            "the coordinates and speeds of a result"
-        )
-    if not np.all(np.isfinite(state)):
-        worst = int(np.flatnonzero(~np.isfinite(state))[0])
-        raise ModelError(f"the state of {what} is not finite: {names[worst]} is {state[worst]}")
-    q, u, z = model.parts(state)
+    at = time_of(start) if t is None else t
+    model = model_of(scene, what, slack_time(start, at))
+    time, y = given_state(model, at, start, what)
+    q, u, z = model.parts(y)
     if not np.array_equal(z, model.initial_states):
         model = replace(model, initial_states=z)
-    rotations = [(body.coordinates, body.joint.rotation_at) for body in model.bodies]
-    if not all(np.any(q[at[first : first + 4]]) for at, first in rotations if first is not None):
-        raise ModelError(f"the state of {what} has Euler parameters of no length. Remedy: (1, 0, 0, 0)")
-    q = model.advance(q, np.zeros(model.free_count))  # of unit length
-    _check_closed(model, float(time), q, u, what)
-    return model, float(time), q, u
-
-
-def _check_closed(model: Model, t: float, q: Vector, u: Vector, what: str) -> None:
-    if not model.constraints:
-        return
-    state = State(model, t, q, u)
-    full = state.full
-    opened, rates = constraint_residuals(state), constraint_rates(state)
-    slipping = rates.J @ full[: rates.J.shape[1]]
-    sizes = np.abs(rates.J) @ np.abs(full[: rates.J.shape[1]])
-    labels = [f"{constraint.title} ({row.label})" for constraint, row in held_rows(state)]
-    # the projection of a run leaves 1e-12, its dense output between steps up to the tolerance of the run
-    bad = (np.abs(opened) > 1e3 * LARGEST_OPENING) | (np.abs(slipping) > 1e-4 * np.maximum(sizes, 1e-3))
-    if bad.any():
-        worst = int(np.flatnonzero(bad)[0])
-        raise ModelError(
-            f"the state of {what} leaves {labels[worst]} open: by {opened[worst]:.3g} m or rad, at a rate of "
-            f"{slipping[worst]:.3g}. Remedy: model.initial_state, a state of a run, or kanefe.equilibrium"
-        )
+    return model, time, q, u

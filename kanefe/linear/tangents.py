@@ -16,8 +16,9 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
+from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
-from kanefe.linear.forces import answers, load_columns, load_values
+from kanefe.linear.forces import load_columns, load_values
 from kanefe.tree.model_data import WORKS, BodyTerms
 from kanefe.tree.scales import joint_scales, scene_length
 

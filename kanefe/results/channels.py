@@ -223,10 +223,15 @@ class RunChannels:
             self._du = np.array([parts(route.evaluate(t, y).rates)[1] for t, y in self._states()])
         return self._du
 
-    def _states(self) -> list[tuple[float, np.ndarray]]:
-        """Return times and states ``y = (q, u, z)``."""
+    @property
+    def states(self) -> np.ndarray:
+        """States ``y = (q, u, z)`` at the output times, (T, state)."""
         run = self.trajectory
-        return list(zip(run.times, np.hstack((run.coordinates, run.speeds, run.internal)), strict=True))
+        return np.hstack((run.coordinates, run.speeds, run.internal))
+
+    def _states(self) -> list[tuple[float, np.ndarray]]:
+        """Return times and states."""
+        return list(zip(self.times, self.states, strict=True))
 
     def _views(self) -> Iterator[State]:
         """Yield a literal state at each time, in which all frames move as in the run."""

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.status import RunStatus
-from kanefe.results.channels import BodyShape, Channels
+from kanefe.results.channels import BodyShape, Channels, RunChannels
 from kanefe.results.quantities import (
     DRIVES,
     ENERGIES,
@@ -43,6 +43,11 @@ class Reader:
     def __init__(self, channels: Channels) -> None:
         self._channels = channels
         self._shapes = {shape.name: shape for shape in channels.bodies}
+
+    @property
+    def run(self) -> RunChannels | None:
+        """Model and trajectory of a run in memory; None of a result from a file."""
+        return self._channels if isinstance(self._channels, RunChannels) else None
 
     @property
     def times(self) -> np.ndarray:
@@ -227,12 +232,12 @@ class Reader:
     @property
     def energy(self) -> Energy:
         """Energies of the scene."""
-        return Energy(*(self._channels.read(name) for name in ENERGIES))
+        return Energy(*(self.read(name) for name in ENERGIES))
 
     @property
     def momentum(self) -> Momentum:
         """Linear and angular momentum of the scene."""
-        return Momentum(*(self._channels.read(name) for name in MOMENTA))
+        return Momentum(*(self.read(name) for name in MOMENTA))
 
     def units(self, quantity: str, name: str | None = None) -> str:
         """Return the unit of a quantity; of a body's joint, if the unit depends on it.

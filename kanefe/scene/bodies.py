@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
+from kanefe.bodies.projection import Field, projected
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
@@ -175,6 +176,8 @@ class BodyMethods(Scene):
         orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
         modal_coordinates: Sequence[float] | None = None,
         modal_speeds: Sequence[float] | None = None,
+        displacement: Field | None = None,
+        velocity: Field | None = None,
         gravity: bool = True,
     ) -> FlexibleMember:
         """Add a flexible body and return it.
@@ -190,6 +193,10 @@ class BodyMethods(Scene):
             takes a free or planar joint.
         modal_coordinates, modal_speeds : array_like, shape (k,), optional
             eta and deta at the start; default zero.
+        displacement, velocity : callable or array_like, optional
+            The same as fields in G: a function of places (P, 3) in m that gives vectors (P, 3) in m and m/s, or a
+            vector of each node (n, 3). They become the nearest that the modes can show, by mass, and a warning tells
+            what they cannot. What the body does as a whole is the start of its joint.
         gravity : bool
             Whether gravity acts on it.
 
@@ -209,7 +216,12 @@ class BodyMethods(Scene):
                 f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
                 "Remedy: make an interface 'clamped', or give the body a free joint"
             )
-        starts = modal_coordinates, modal_speeds
+        pairs = (modal_coordinates, displacement, "displacement"), (modal_speeds, velocity, "velocity")
+        starts = []
+        for modal, field, what in pairs:
+            if modal is not None and field is not None:
+                raise ModelError(f"body {name!r} has modal coordinates and a field of {what}. Remedy: one of them")
+            starts.append(modal if field is None else projected(body, field, f"{what} of body {name!r}"))
         self._add(name, parent, joint, at, orientation, flexible=body, starts=starts, gravity=gravity)
         return FlexibleMember(self, len(self._entries) - 1, name, body=body)
 
@@ -224,7 +236,7 @@ class BodyMethods(Scene):
         gravity: bool,
         rigid: RigidMass | None = None,
         flexible: FlexibleBody | None = None,
-        starts: tuple[Sequence[float] | None, Sequence[float] | None] = (None, None),
+        starts: Sequence[Sequence[float] | np.ndarray | None] = (None, None),
     ) -> None:
         self._check_open(f"body {name!r}")
         if not name or not isinstance(name, str) or "/" in name:
@@ -260,7 +272,7 @@ class BodyMethods(Scene):
             raise ModelError(f"parent of body {name!r} must be a body or interface of this scene, not {parent!r}")
         if parent.system is not self:
             raise ModelError(
-                f"parent {parent.name!r} of body {name!r} belongs to another system. Remedy: add it to this one"
+                f"parent {parent.name!r} of body {name!r} belongs to another system. Remedy: body(...) of this one"
             )
         frame = parent.interface_frame
         flexible = self._entries[parent.number].flexible if parent.number >= 0 else None

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -37,6 +39,12 @@ class BodyEntry:
     loads: list[tuple[PointLoad, InterfaceFrame | None]] = field(default_factory=list)
     joint_loads: list[JointLoad] = field(default_factory=list)
     field_loads: list[FieldLoad] = field(default_factory=list)
+
+    def copied(self) -> BodyEntry:
+        """Return the same, whose loads can be added to by themselves."""
+        return replace(
+            self, loads=list(self.loads), joint_loads=list(self.joint_loads), field_loads=list(self.field_loads)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,12 +167,51 @@ class Scene:
         """
         return Frame(self, -1, "ground")
 
+    def copy(self) -> Self:
+        """Return a scene of the same bodies, joints and loads that is open, also if this one was frozen.
+
+        What is added to one is not added to the other. Frames of this scene belong to it: ``copy.body("arm")`` is the
+        arm of the copy.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> cart = scene.add_rigid_body("cart", 2.0, joint=kf.Prismatic("x"))
+        >>> modes = kf.linearise(scene).modes()
+        >>> pulled = scene.copy()
+        >>> pulled.add_force(pulled.body("cart"), (1.0, 0.0, 0.0))
+        """
+        other = copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, (list, dict)):
+                setattr(other, name, value.copy())
+        other._entries = [entry.copied() for entry in self._entries]
+        other.is_frozen = False
+        return other
+
+    def body(self, name: str) -> RigidBody | FlexibleMember:
+        """Return a body of the scene by its name, as it was returned where it was added.
+
+        Raises
+        ------
+        ModelError
+            If there is none of that name; the message lists those there are.
+        """
+        for number, entry in enumerate(self._entries):
+            if entry.name == name:
+                if entry.flexible is not None:
+                    return FlexibleMember(self, number, name, body=entry.flexible)
+                return RigidBody(self, number, name)
+        known = ", ".join(entry.name for entry in self._entries) or "none"
+        raise ModelError(f"the scene has no body called {name!r}. It has: {known}")
+
     def _check_open(self, what: str) -> None:
         """Raise a ModelError that names `what` if the scene has been frozen."""
         if self.is_frozen:
             raise ModelError(
                 f"{what} cannot be added or changed: the scene was frozen. "
-                "Remedy: do it before freeze or simulate, or build a new System"
+                "Remedy: do it before freeze, simulate or linearise, or in a copy, scene.copy(), which is open"
             )
 
     def _check_frame(self, frame: object, what: str) -> Frame:
@@ -172,7 +219,7 @@ class Scene:
         if not isinstance(frame, Frame):
             raise ModelError(f"{what} must be a body, an interface or the ground of this scene, not {frame!r}")
         if frame.system is not self:
-            raise ModelError(f"{what}: {frame.label} belongs to another system. Remedy: add the body to this one")
+            raise ModelError(f"{what}: {frame.label} belongs to another system. Remedy: scene.body(name) of this one")
         return frame
 
     def _marker(self, frame: object, what: str, *, needs_rotation: bool = False) -> Marker:

@@ -210,6 +210,8 @@ class ModelData(PickledByFields):
         Of each of them: where its internal states are in z.
     initial_states : ndarray
         z (states,) at the start: internal states of loads, then switches of constraints.
+    slack_time : float
+        Time of the start at which springs without a rest length are slack, s.
     """
 
     bodies: tuple[BodyTerms, ...]
@@ -225,6 +227,7 @@ class ModelData(PickledByFields):
     loads: tuple[Load, ...] = ()
     load_states: tuple[slice, ...] = ()
     initial_states: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    slack_time: float = 0.0
 
     def __post_init__(self) -> None:
         for array in (self.gravity, self.initial_coordinates, self.initial_speeds, self.initial_states):

@@ -51,7 +51,7 @@ class SceneState:
         frames: Sequence[Placed] | None = None,
     ) -> None:
         self.model, self.time, self.q, self.u = model, time, q, u
-        self.z = model.initial_states if z is None else z
+        self.z: Vector = model.initial_states if z is None else z
         self._given = frames
 
     @property

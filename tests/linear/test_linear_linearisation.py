@@ -17,7 +17,7 @@ ROUND_OFF = 3e-9
 def random_linearisation(make):
     model = make().freeze()
     q, u = random_state(model, 5, amplitude=0.02, speed=0.5)
-    return kf.linearise(model, 0.3, np.concatenate((q, u)))
+    return kf.linearise(model, t=0.3, start=np.concatenate((q, u)))
 
 
 @pytest.mark.parametrize(
@@ -249,7 +249,7 @@ def test_the_exact_jacobian_sees_loops_of_which_some_rows_say_nothing():
         ({"outputs": "position rod/tip"}, "rigid"),
         ({"outputs": "position rod/tip x"}, "rigid"),
         ({"outputs": "strain rod"}, "there is no 'strain'"),
-        ({"y": [0.0]}, "has 4 entries: cart: distance"),
+        ({"start": [0.0]}, "has 4 entries: cart: distance"),
     ],
 )
 def test_what_is_wrong_is_named(options, words):
@@ -264,7 +264,7 @@ def test_singular_and_open_loops_are_refused():
     y = model.initial_state
     y[0] += 0.1
     with pytest.raises(ModelError, match=r"'pin'.*open"):
-        kf.linearise(model, 0.0, y)
+        kf.linearise(model, start=y)
 
 
 def test_nothing_that_moves_is_refused():

@@ -111,7 +111,7 @@ def test_frames_that_cannot_do_what_is_asked_are_named() -> None:
     scene, other = kf.System(), kf.System()
     hub = scene.add_rigid_body("hub", 1.0, 0.1)
     arm = scene.add_flexible_body("arm", lattice_body(0), parent=hub)
-    with pytest.raises(ModelError, match=r"end a: 'hub' belongs to another system\. Remedy: add the body"):
+    with pytest.raises(ModelError, match=r"end a: 'hub' belongs to another system\. Remedy: scene.body"):
         other._marker(hub, "end a")
     with pytest.raises(ModelError, match="end a must be a body, an interface or the ground of this scene, not 'hub'"):
         scene._marker("hub", "end a")

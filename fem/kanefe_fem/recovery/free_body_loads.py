@@ -11,7 +11,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
-from kanefe.result import Result
+from kanefe.results.reader import Reader
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.properties import ElementProperties
 
@@ -82,7 +82,7 @@ class FreeBodyLoads:
     nodal_forces: np.ndarray
 
 
-def free_body_loads(result: Result, name: str, frames: np.ndarray) -> FreeBodyLoads:
+def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLoads:
     """Return what acts on a body at some output times of a run in memory.
 
     Raises
@@ -118,7 +118,7 @@ def free_body_loads(result: Result, name: str, frames: np.ndarray) -> FreeBodyLo
     return FreeBodyLoads(body.inertia_points, forces, nodal)
 
 
-def _inertia_forces(result: Result, name: str, body: FlexibleBody, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return gravity less mass times acceleration of the mass points, and where they are, each (T, P, 3), in G."""
     run = result.run
     if run is None or not body.is_exact:

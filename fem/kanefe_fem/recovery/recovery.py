@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.result import Result
-from kanefe.results.reader import LARGEST_TABLE
+from kanefe.instant import Instant
+from kanefe.results.reader import LARGEST_TABLE, Reader
 from kanefe.results.selection import Frames, frame_index
 from kanefe_fem.recovery import envelope as measures
 from kanefe_fem.recovery.choices import material_row, nearest_frames
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def recover(
-    result: Result,
+    result: Reader | Instant,
     name: str,
     *,
     times: Sequence[float] | np.ndarray | None = None,
@@ -41,8 +41,8 @@ def recover(
 
     Parameters
     ----------
-    result : Result
-        Of a run, or read from a file.
+    result : Result, Equilibrium or Instant
+        Of a run, or read from a file; at one time, of which the fields have a first axis of one.
     name : str
         The body.
     times : sequence of float, optional
@@ -70,6 +70,8 @@ def recover(
     (2, 4406)
     >>> kanefe_fem.recover(result, "arm").envelope("von_mises").peak         # doctest: +SKIP
     """
+    if isinstance(result, Instant):
+        result = result.history
     shape = result.body(name)
     eta = result.modal_coordinates(name)  # refuses a rigid body by name
     if times is not None and frames is not None:
@@ -104,7 +106,7 @@ class Recovery:
     """
 
     def __init__(
-        self, result: Result, name: str, frames: np.ndarray, eta: np.ndarray, material: int | None = None
+        self, result: Reader, name: str, frames: np.ndarray, eta: np.ndarray, material: int | None = None
     ) -> None:
         self.result = result
         self.name = name

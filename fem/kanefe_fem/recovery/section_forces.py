@@ -17,7 +17,7 @@ import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity, rigid_motion
-from kanefe.result import Result
+from kanefe.results.reader import Reader
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.mass import AXIAL_STATIONS
 from kanefe_fem.beams.properties import properties_of
@@ -58,7 +58,7 @@ class SectionForces:
 
 
 def section_forces(
-    result: Result, name: str, frames: np.ndarray, eta: np.ndarray, stations: int, inertia: bool
+    result: Reader, name: str, frames: np.ndarray, eta: np.ndarray, stations: int, inertia: bool
 ) -> SectionForces:
     """Return the section forces that `Recovery.section_forces` describes, at frames (T,) with coordinates (T, k)."""
     times = result.times[frames]

@@ -1,0 +1,83 @@
+"""Fields of displacement or velocity over a flexible body as modal coordinates: the nearest there are, by mass.
+
+    eta = (Psi^T M Psi)^-1 Psi^T M f,     error^2 = (f - Psi eta)^T M (f - Psi eta) / f^T M f
+
+so that of a velocity field the modes take the kinetic energy that they can.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.fe_model.model import TRANSLATIONS
+from kanefe.frames import Vector, numbers
+
+Field = Callable[[np.ndarray], Any] | Sequence[Sequence[float]] | np.ndarray
+"""A function of places (P, 3) in G that gives vectors (P, 3), or a vector of each node (n, 3)."""
+
+TOLD = 1e-2
+"""Error from which on a warning tells it."""
+
+
+def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
+    """Return the modal coordinates of a field, (k,); a warning tells what share of it the modes cannot show.
+
+    A function is asked at the places of the mass: the nodes of solids, points within the elements of beams. A table of
+    nodes of a body of beams is fitted at the nodes, where all count alike.
+
+    Raises
+    ------
+    ModelError
+        If the field has another shape or is not finite; the message names it by the label.
+    """
+    points, nodes = body.inertia_points, body.nodes
+    is_by_mass = len(points) > 0 and (callable(field) or points.shape == nodes.shape)
+    places = points if is_by_mass else nodes
+    given = numbers(field(places.copy())) if callable(field) else numbers(field)
+    if given.shape != (len(places), 3) or not np.all(np.isfinite(given)):
+        where = "at each place that the function is asked for" if callable(field) else "of each node"
+        raise ModelError(
+            f"{label} must be finite and of shape ({len(places)}, 3), a vector in G {where}, not {given.shape}"
+        )
+    f = given.astype(float).ravel()
+    weights, basis = _mass(body, is_by_mass)
+    weighted = weights @ basis
+    gram, right = basis.T @ weighted, weighted.T @ f
+    is_sparse = sp.issparse(gram)
+    eta = spla.spsolve(sp.csc_matrix(gram), right) if is_sparse else np.linalg.lstsq(gram, right, rcond=1e-13)[0]
+    left = f - basis @ eta
+    whole = float(f @ (weights @ f))
+    error = float(np.sqrt(max(left @ (weights @ left), 0.0) / whole)) if whole > 0.0 else 0.0
+    if error > TOLD:
+        warnings.warn(
+            f"{label}: the modes of the body show it but for {100.0 * error:.2g} % (root mean square "
+            f"{'by mass' if is_by_mass else 'over the nodes'}). Remedy: more modes; rigid motion belongs to the "
+            "joint",
+            AccuracyWarning,
+            stacklevel=4,
+        )
+    return np.asarray(eta)
+
+
+def _mass(body: FlexibleBody, is_by_mass: bool) -> tuple[sp.csr_matrix, Any]:
+    """Return the weights (3 P, 3 P) and the motion (3 P, k) of the places: of its mass, or alike of its nodes."""
+    k, components = body.free_count, body.components
+    if is_by_mass and body.is_exact:
+        return sp.kron(body.inertia_mass, sp.identity(3), format="csr"), body.inertia_basis[:, :k]
+    rows = body.inertia_basis if is_by_mass else body.basis
+    weights = body.inertia_mass if is_by_mass else sp.identity(len(body.nodes) * len(components), format="csr")
+    if not all(c in components for c in TRANSLATIONS):
+        raise ModelError(
+            "a field over nodes that do not move along x, y and z is not offered. Remedy: modal coordinates"
+        )
+    where = [components.index(c) for c in TRANSLATIONS]
+    chosen = (np.arange(len(body.nodes))[:, None] * len(components) + where).ravel()
+    return weights[chosen][:, chosen].tocsr(), rows[chosen, :k]

@@ -1,0 +1,156 @@
+"""A state that somebody gives: a vector, or what a scene was like at one time; checked, and found again by name."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
+from kanefe.kane.state import State
+from kanefe.kernels.tolerances import LARGEST_OPENING
+from kanefe.tree.model_data import BodyTerms, ModelData
+
+
+@runtime_checkable
+class AtOneTime(Protocol):
+    """What a scene is like at one time: a `SceneState`, an `Equilibrium`, or what ``result.at(t)`` gives."""
+
+    model: ModelData
+    time: float
+    q: Vector
+    u: Vector
+    z: Vector
+
+
+Start = object
+"""A state: an `AtOneTime`, or a vector (q, u) or (q, u, z) as `Model.state_names` name it."""
+
+
+def time_of(start: object, default: float = 0.0) -> float:
+    """Return the time of a state, s; that of a vector is the default."""
+    return float(start.time) if isinstance(start, AtOneTime) else default
+
+
+def slack_time(start: object, t: float) -> float:
+    """Return the time at whose start springs without a rest length are slack: of the scene that a state comes from."""
+    return start.model.slack_time if isinstance(start, AtOneTime) else t
+
+
+def given_state(model: Model, t: object, start: object, what: str) -> tuple[float, Vector]:
+    """Return time (s) and state y = (q, u, z) of a model from what somebody gives; None: its own start.
+
+    A state of another scene is taken body by body, by name: joints with the same coordinates, also where one of them
+    was driven, and the same modes. Bodies that it does not know start as the model does.
+
+    Raises
+    ------
+    ModelError
+        If time or state are not finite or of another shape, if a body has other coordinates, or a loop is open.
+    """
+    time = numbers(t)
+    if time.shape != () or not np.isfinite(time):
+        raise ModelError(f"t of {what} must be a finite time in s, not {t!r}")
+    y = _vector(model, start, what)
+    names = model.state_names
+    if not np.all(np.isfinite(y)):
+        worst = int(np.flatnonzero(~np.isfinite(y))[0])
+        raise ModelError(f"the state of {what} is not finite: {names[worst]} is {y[worst]}")
+    q, u, z = model.parts(y)
+    rotations = [(body.coordinates, body.joint.rotation_at) for body in model.bodies]
+    if not all(np.any(q[at[first : first + 4]]) for at, first in rotations if first is not None):
+        raise ModelError(f"the state of {what} has Euler parameters of no length. Remedy: (1, 0, 0, 0)")
+    q = model.advance(q, np.zeros(model.free_count))  # of unit length
+    _check_closed(model, float(time), q, u, z, what)
+    return float(time), np.concatenate((q, u, z))
+
+
+def _vector(model: Model, start: object, what: str) -> Vector:
+    if start is None:
+        return model.initial_state
+    if isinstance(start, AtOneTime):
+        return _by_name(model, start, what)
+    y = numbers(start).astype(float)
+    names = model.state_names
+    if y.shape == (model.coordinate_count + model.free_count,):
+        return np.concatenate((y, model.initial_states))
+    if y.shape != (len(names),):
+        raise ModelError(
+            f"the state of {what} has shape {y.shape}, and this model has {len(names)} entries: "
+            f"{', '.join(names[:4])}{' ...' if len(names) > 4 else ''}. Remedy: model.initial_state, an Equilibrium, "
+            "or result.at(t)"
+        )
+    return y
+
+
+def _by_name(model: Model, start: AtOneTime, what: str) -> Vector:
+    old = start.model
+    y = model.initial_state.copy()
+    q, u, z = model.parts(y)
+    full = old.all_speeds(start.time, start.u)
+    known = {body.name: body for body in old.bodies}
+    if not any(body.name in known for body in model.bodies):
+        raise ModelError(
+            f"start of {what}: the state has the bodies {', '.join(known)}, and none of them is in this scene. "
+            "Remedy: a state of a scene with bodies of the same names"
+        )
+    for body in model.bodies:
+        before = known.get(body.name)
+        if before is None:
+            continue
+        _check_alike(body, before, what)
+        is_free = body.coordinates >= 0
+        q[body.coordinates[is_free]] = before.joint_coordinates(start.time, start.q)[is_free]
+        moves = body.speeds < model.free_count
+        u[body.speeds[moves]] = full[before.speeds[moves]]
+        if body.flexible is not None and before.flexible is not None:
+            q[body.flexible.eta] = start.q[before.flexible.eta]
+            u[body.flexible.speeds] = full[before.flexible.speeds]
+    inner = dict(zip(old.internal_names(), start.z.tolist(), strict=True))
+    z[:] = [inner.get(name, value) for name, value in zip(model.internal_names(), z.tolist(), strict=True)]
+    return y
+
+
+def _check_alike(body: BodyTerms, before: BodyTerms, what: str) -> None:
+    """Raise a ModelError that names a body whose state cannot be that of the body of its name in another scene."""
+    if body.joint.coordinate_names != before.joint.coordinate_names:
+        raise ModelError(
+            f"start of {what}: {body.name!r} is on a {body.joint.kind} joint, on a {before.joint.kind} joint in the "
+            "scene of the state. Remedy: joints with the same coordinates, or a vector"
+        )
+    ours, theirs = (None if part.flexible is None else part.flexible.body for part in (body, before))
+    if ours is theirs:
+        return
+    if ours is None or theirs is None or not _same_modes(ours.basis, theirs.basis):
+        raise ModelError(
+            f"start of {what}: {body.name!r} has other modes than the body of that name in the scene of the state. "
+            "Remedy: the same flexible body, or a vector"
+        )
+
+
+def _same_modes(ours: Any, theirs: Any) -> bool:
+    if type(ours) is not type(theirs) or ours.shape != theirs.shape:
+        return False
+    return not isinstance(ours, np.ndarray) or np.array_equal(ours, theirs)
+
+
+def _check_closed(model: Model, t: float, q: Vector, u: Vector, z: Vector, what: str) -> None:
+    if not model.constraints or model.has_unreduced:  # of unreduced bodies the run closes them, or says what is open
+        return
+    state = State(model, t, q, u, z)
+    full = state.full
+    opened, rates = constraint_residuals(state), constraint_rates(state)
+    slipping = rates.J @ full[: rates.J.shape[1]]
+    sizes = np.abs(rates.J) @ np.abs(full[: rates.J.shape[1]])
+    labels = [f"{constraint.title} ({row.label})" for constraint, row in held_rows(state)]
+    # the projection of a run leaves 1e-12, its dense output between steps up to the tolerance of the run
+    bad = (np.abs(opened) > 1e3 * LARGEST_OPENING) | (np.abs(slipping) > 1e-4 * np.maximum(sizes, 1e-3))
+    if bad.any():
+        worst = int(np.flatnonzero(bad)[0])
+        raise ModelError(
+            f"the state of {what} leaves {labels[worst]} open: by {opened[worst]:.3g} m or rad, at a rate of "
+            f"{slipping[worst]:.3g}. Remedy: model.initial_state, a state of a run, or kanefe.equilibrium"
+        )

@@ -1,0 +1,168 @@
+"""Instant: what a scene is like at one time, with all that a run tells of its times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+from kanefe.integrate.trajectory import Trajectory
+from kanefe.kane.impulses import struck_speeds
+from kanefe.kane.state import State
+from kanefe.results.channels import RunChannels
+from kanefe.results.reader import Reader
+from kanefe.results.selection import Frames
+
+
+class Instant(Reader):
+    """A state of a scene at one time: whatever a `Result` tells, without the axis of times.
+
+    From ``result.at(t)``, and what `kanefe.equilibrium` finds. A run can start from it: ``scene.simulate((0, 1),
+    start=instant)``.
+
+    Parameters
+    ----------
+    model : Model
+    time : float
+        s.
+    state : ndarray
+        y = (q, u, z) of the model, named by `Model.state_names`.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, -9.81, 0))
+    >>> rod = scene.add_rigid_body("rod", mass=1.0, inertia=1 / 12, com=(0.5, 0, 0), joint=kf.Revolute("z"))
+    >>> fallen = scene.simulate((0.0, 1.0), rtol=1e-8).at(0.5)
+    >>> fallen.position("rod").shape
+    (3,)
+    >>> result = scene.simulate((0.5, 1.0), start=fallen)
+    """
+
+    def __init__(self, model: Model, time: float, state: Vector) -> None:
+        self.model, self.time = model, float(time)
+        self.state = np.array(state, dtype=float)
+        self.state.flags.writeable = False
+        self.q, self.u, self.z = model.parts(self.state)
+        none = np.zeros(1)
+        trajectory = Trajectory(none + self.time, self.q[None], self.u[None], none, none, {}, internal=self.z[None])
+        super().__init__(RunChannels(model, trajectory))
+
+    @cached_property
+    def history(self) -> Reader:
+        """The same as of a run of one time: arrays have a first axis of one, as views and recovery want it."""
+        return Reader(self._channels)
+
+    @property
+    def coordinates(self) -> dict[str, float]:
+        """Coordinates q by name."""
+        return dict(zip(self.model.coordinate_names(), self.q.tolist(), strict=True))
+
+    def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
+        """Return any quantity by its name, without the axis of times: see `Reader.read`."""
+        found: np.ndarray = self.history.read(quantity, name, interface)[0]
+        return found
+
+    def nodal_displacements(
+        self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the displacements of the mesh's nodes in G, shape (n, 3), m; `frames` is of runs."""
+        return self.history.nodal_displacements(name, _only(frames), nodes)
+
+    def nodal_positions(
+        self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the positions of the mesh's nodes in N, shape (n, 3), m; `frames` is of runs."""
+        return self.history.nodal_positions(name, _only(frames), nodes)
+
+    def to_vtk(self, path: str | Path, *, scale: float = 1.0) -> Path:
+        """Write the scene for ParaView: see `Result.to_vtk`.
+
+        Parameters
+        ----------
+        path : path
+            Of the .pvd file; its folder is made.
+        scale : float
+            Factor on the elastic displacements.
+
+        Raises
+        ------
+        ModelError, FileError, MissingDependency
+            If the scale makes no sense, the files cannot be written, or pyevtk is not installed.
+        """
+        from kanefe.views.vtk import write_series
+
+        return write_series(self.history, path, frames=np.zeros(1, dtype=int), scale=scale)
+
+    def struck(
+        self,
+        body: str,
+        impulse: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        interface: str = "",
+        point: Sequence[float] = (0.0, 0.0, 0.0),
+        moment: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> Instant:
+        """Return the instant right after an impulse: all is where it was, and the speeds have jumped; loops hold.
+
+        Parameters
+        ----------
+        body : str
+        impulse : array_like, shape (3,)
+            The force times how long it acts, in components of N, N s.
+        interface : str
+            Of a flexible body, which must be struck at one; "": the frame of a rigid body.
+        point : array_like, shape (3,)
+            Where, from the origin of that frame in its axes, m.
+        moment : array_like, shape (3,)
+            In components of N, N m s.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body or interface, a number makes no sense, or bodies are unreduced.
+
+        Examples
+        --------
+        A ball of 2 kg that is hit:
+
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> ball = scene.add_point("ball", 2.0)
+        >>> hit = kf.equilibrium(scene).struck("ball", (0.0, 0.0, 3.0))
+        >>> hit.velocity("ball")
+        array([0. , 0. , 1.5])
+        """
+        model = self.model
+        model.route.check_dense("an impulse")
+        number = model.index(body)
+        terms = model.bodies[number].flexible
+        if terms is not None and not interface:
+            known = ", ".join(frame.name for frame in terms.body.interfaces) or "none"
+            raise ModelError(
+                f"an impulse on the flexible body {body!r} acts on one of its interfaces. Remedy: interface=..., of "
+                f"{known}"
+            )
+        frame = model.flexible_terms(body).body.interface(interface) if interface else None
+        vectors = []
+        for what, value in (("impulse", impulse), ("point", point), ("moment", moment)):
+            array = numbers(value)
+            if array.shape != (3,) or not np.all(np.isfinite(array)):
+                raise ModelError(f"the {what} of an impulse on {body!r} must be three finite numbers, not {value!r}")
+            vectors.append(array)
+        hit, where, about = vectors
+        state = State(model, self.time, self.q, self.u, self.z)
+        point_F = where if frame is None else frame.axes @ where
+        u = struck_speeds(state, number, frame, point_F, hit, about)
+        return Instant(model, self.time, np.concatenate((self.q, u, self.z)))
+
+
+def _only(frames: Frames | None) -> int:
+    if frames is not None:
+        raise ModelError("frames= chooses times of a run; an instant has one. Remedy: leave it out")
+    return 0

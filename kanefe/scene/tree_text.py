@@ -1,0 +1,66 @@
+"""A scene in words: its bodies as a tree with their joints, and what acts on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kanefe.constraints.rows import Constraint
+from kanefe.joints import Joint
+from kanefe.loads.base import Load
+from kanefe.scene.scene import BodyEntry
+
+
+def tree_text(
+    entries: Sequence[BodyEntry], constraints: Sequence[Constraint], loads: Sequence[Load], gravity: Sequence[float]
+) -> str:
+    """Return what a scene is, a line for each body, load and constraint."""
+    pull = ", ".join(f"{g:g}" for g in gravity)
+    flexible = sum(entry.flexible is not None for entry in entries)
+    lines = [f"scene of {_count(len(entries), 'body', 'bodies')}, {flexible} flexible, gravity ({pull}) m/s2", "ground"]
+    _add_children(lines, entries, -1, "")
+    between = [f"{load.kind} {load.name!r} between {' and '.join(end.label for end in load.ends)}" for load in loads]
+    for title, parts in (("loads between frames", between), ("constraints", [c.title for c in constraints])):
+        if parts:
+            lines += [f"{title}:", *(f"  {part}" for part in parts)]
+    return "\n".join(lines)
+
+
+def _add_children(lines: list[str], entries: Sequence[BodyEntry], parent: int, margin: str) -> None:
+    numbers = [i for i, entry in enumerate(entries) if entry.parent == parent]
+    for number in numbers:
+        is_last = number == numbers[-1]
+        entry = entries[number]
+        lines.append(f"{margin}{'└─ ' if is_last else '├─ '}{_body(entry)}")
+        inner = margin + ("   " if is_last else "│  ")
+        has_children = any(other.parent == number for other in entries)
+        acting = [*(load for load, _ in entry.loads), *entry.joint_loads, *entry.field_loads]
+        lines += [f"{inner}{'│  ' if has_children else '   '}acted on by {load.label}" for load in acting]
+        _add_children(lines, entries, number, inner)
+
+
+def _body(entry: BodyEntry) -> str:
+    at = f"at {entry.parent_interface.name!r}: " if entry.parent_interface is not None else ""
+    if entry.flexible is not None:
+        what = f"flexible, {entry.flexible.mass:.6g} kg, {_count(entry.flexible.free_count, 'mode', 'modes')}"
+    elif entry.rigid is not None and entry.rigid.mass > 0.0:
+        what = f"rigid, {entry.rigid.mass:.6g} kg"
+    else:
+        what = "massless"
+    weightless = "" if entry.has_gravity else ", without gravity"
+    return f"{at}{entry.name} ({what}{weightless}), {_joint(entry.joint)}"
+
+
+def _joint(joint: Joint) -> str:
+    axis = getattr(joint, "axis", None)
+    along = ""
+    if axis is not None:
+        along = f" {axis}" if isinstance(axis, str) else f" ({', '.join(f'{x:g}' for x in axis)})"
+    names = [name.partition(" [")[0] for name in joint.coordinate_names]
+    driven = [name for name, motion in zip(names, joint.motions, strict=True) if motion is not None]
+    laws = [name for name, law in zip(names, joint.coordinate_forces, strict=True) if law is not None]
+    more = [f"{', '.join(part)} {word}" for part, word in ((driven, "driven"), (laws, "with a force law")) if part]
+    return f"{joint.kind}{along}{'; ' if more else ''}{'; '.join(more)}"
+
+
+def _count(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"
