@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.instant import Instant
+from kanefe.instants.instant import Instant
 from kanefe.integrate.status import summary
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import Channels, RunChannels

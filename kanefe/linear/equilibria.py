@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers
-from kanefe.instant import Instant
+from kanefe.instants.instant import Instant
 from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.imbalance import Imbalance

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.instant import Instant
+from kanefe.instants.instant import Instant
 from kanefe.results.reader import LARGEST_TABLE, Reader
 from kanefe.results.selection import Frames, frame_index
 from kanefe_fem.recovery import envelope as measures
