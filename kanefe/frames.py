@@ -40,10 +40,10 @@ def axial(T: Matrix) -> Vector:
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """Return a x b of two 3-vectors, faster than numpy's general routine."""
-    a0, a1, a2 = a
-    b0, b1, b2 = b
-    return np.array((a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0))
+    """Return a x b of two 3-vectors, or row by row (n, 3), faster than numpy's general routine."""
+    a0, a1, a2 = a.T
+    b0, b1, b2 = b.T
+    return np.array((a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0)).T
 
 
 def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
@@ -146,9 +146,12 @@ def euler_parameters_from_matrix(A: Matrix) -> Vector:
 
 
 def multiply(e_ab: Vector, e_bc: Vector) -> Vector:
-    """Return the Euler parameters e_ac of two successive rotations (the parameters' form of Eq. 7), shape (4,)."""
-    a0, a1, a2, a3 = e_ab
-    b0, b1, b2, b3 = e_bc
+    """Return the Euler parameters e_ac of two successive rotations (the parameters' form of Eq. 7), shape (4,).
+
+    Or of rows of them, (n, 4); one row may stand for all.
+    """
+    a0, a1, a2, a3 = e_ab.T
+    b0, b1, b2, b3 = e_bc.T
     return np.array(
         (
             a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
@@ -156,7 +159,12 @@ def multiply(e_ab: Vector, e_bc: Vector) -> Vector:
             a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
             a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
         )
-    )
+    ).T
+
+
+def euler_parameters_from_matrices(A: Matrix) -> Matrix:
+    """Return the Euler parameters of each of some rotation matrices (T, 3, 3), see above, (T, 4)."""
+    return np.array([euler_parameters_from_matrix(matrix) for matrix in A]).reshape(-1, 4)
 
 
 def euler_parameter_rates(e_ab: Vector, w_ab_b: Vector) -> Vector:

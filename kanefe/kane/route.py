@@ -25,7 +25,7 @@ from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.loads.checks import check_start
 from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
-from kanefe.tree.route import Evaluation, Form, Obstacle
+from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 
@@ -134,6 +134,10 @@ class LiteralRoute:
         if q_closed is q and u_closed is u:
             return y
         return np.concatenate((q_closed, u_closed, y[len(q) + len(u) :]))
+
+    def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
+        """None: each state is asked by itself."""
+        return None
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state, from one sweep."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import entry, inlined, kernel
+from kanefe.kernels._numba import entry, expanded, inlined, kernel
 from kanefe.kernels.elastic import project, span
 from kanefe.kernels.inertia import set_inertia
 from kanefe.kernels.joint_forces import LOWER, REST, STIFFNESS_OF, STOP_STIFFNESS, UPPER
@@ -76,6 +76,9 @@ from kanefe.kernels.vectors import (
     vector,
 )
 
+BALANCE_NUMBERS = 9
+"""Of a state: see `balances_of_states`."""
+
 
 @kernel
 def put_balance(
@@ -95,6 +98,31 @@ def put_balance(
     """Write the energies of the state AT, and where momenta are kept those, and the rigid motions of the scene."""
     at, n, m = vectors[AT], tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
     q, u, z = at[:n], at[n:m], at[m : m + tables.sizes[STATES]]
+    kinetic, elastic, weight, size = _energies(
+        tables, flexible, between, t, drives, inputs, q, u, z, work, modal, acting
+    )
+    reals[KINETIC], reals[ENERGY], reals[ENERGY_SIZE] = kinetic, kinetic + elastic + weight, kinetic + size
+    if integers[KEEPS_MOMENTA]:
+        _put_momenta(tables, flexible, work, modal, reals)
+        _put_rigid_motions(tables, work, integers, reals, vectors)
+
+
+@kernel
+def _energies(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween | None,
+    t: float,
+    drives: np.ndarray,
+    inputs: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    z: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    acting: np.ndarray,
+) -> tuple[float, float, float, float]:
+    """Sweep a state; return kinetic, elastic and gravity energy, and the sum of the sizes of the latter two's parts."""
     sweep_outward(tables, flexible, drives, q, u, work, modal)
     set_inertia(tables, flexible, work, modal)
     kinetic, elastic, weight = 0.0, _joint_energy(tables, drives, q), 0.0
@@ -113,10 +141,7 @@ def put_balance(
             fall = dot(three(tables.gravity, 0), plus(times(mass, vector(work, i, POSITION)), c))
             weight -= fall
             size += abs(fall)
-    reals[KINETIC], reals[ENERGY], reals[ENERGY_SIZE] = kinetic, kinetic + elastic + weight, kinetic + size
-    if integers[KEEPS_MOMENTA]:
-        _put_momenta(tables, flexible, work, modal, reals)
-        _put_rigid_motions(tables, work, integers, reals, vectors)
+    return kinetic, elastic, weight, size
 
 
 @inlined
@@ -240,11 +265,73 @@ def balance(
     vectors: np.ndarray,
 ) -> None:
     """Write what a method asks for by BALANCE, for scenes whose functions are called from Python."""
+    work, modal, acting = _own(tables, flexible, between)
+    put_balance(tables, flexible, between, t, drives, inputs, work, modal, acting, integers, reals, vectors)
+
+
+@entry
+def balances_of_states(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween | None,
+    times: np.ndarray,
+    drives: np.ndarray,
+    inputs: np.ndarray,
+    states: np.ndarray,
+    found: np.ndarray,
+) -> None:
+    """Write energies and momenta of all of some states.
+
+    Parameters
+    ----------
+    times : ndarray, shape (T,)
+        s.
+    drives : ndarray, shape (T, driven, 3)
+    inputs : ndarray, shape (T or 1, inputs)
+    states : ndarray, shape (T, state)
+        Each begins with q, u and z.
+    found : ndarray, shape (T, BALANCE_NUMBERS)
+        Kinetic, elastic and gravity energy, linear momentum, and angular momentum about N's origin.
+    """
+    work, modal, acting = _own(tables, flexible, between)
+    n = tables.sizes[COORDINATES]
+    m = n + tables.sizes[SPEEDS]
+    for k in range(len(states)):
+        y, given = states[k], inputs[min(k, len(inputs) - 1)]
+        kinetic, elastic, weight, _ = _energies(
+            tables, flexible, between, times[k], drives[k], given, y[:n], y[n:m], y[m : m + tables.sizes[STATES]],
+            work, modal, acting,
+        )  # fmt: skip
+        found[k, 0], found[k, 1], found[k, 2] = kinetic, elastic, weight
+        momentum, spin = _momenta_about_origin(tables, flexible, work, modal)
+        put_three(found[k], 3, momentum)
+        put_three(found[k], 6, spin)
+
+
+@kernel
+def _momenta_about_origin(
+    tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray
+) -> tuple[Numbers, Numbers]:
+    """Return linear momentum, and angular momentum about N's origin with that of rotors."""
+    momentum, spin = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for i in range(len(tables.rows)):
+        _, _, _, _, own, own_spin = _momenta_of_row(tables, flexible, i, work, modal)
+        momentum = plus(momentum, own)
+        spin = plus(spin, plus(own_spin, cross(vector(work, i, POSITION), own)))
+        if tables.rows[i, KIND] != INTERFACE:
+            spin = plus(spin, rotated(matrix(work, i, R), vector(tables.geometry, i, ROTOR)))
+    return momentum, spin
+
+
+@expanded
+def _own(
+    tables: Tables, flexible: FlexibleTables | None, between: LoadsBetween | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return memory for rows, modes and loads between frames."""
     rows, modes, acting = WORK * len(tables.rows), 0, 0
     if flexible is not None:
         modes = flexible.sizes[MODAL_SIZE]
     if between is not None:
         acting = between.workspace_size[0]
     memory = np.empty(rows + modes + acting)
-    own = memory[:rows].reshape(-1, WORK), memory[rows : rows + modes], memory[rows + modes :]
-    put_balance(tables, flexible, between, t, drives, inputs, *own, integers, reals, vectors)
+    return memory[:rows].reshape(-1, WORK), memory[rows : rows + modes], memory[rows + modes :]

@@ -18,6 +18,7 @@ from kanefe.kernels.layout import (
     BENDING,
     BENT,
     COORDINATE,
+    COORDINATES,
     COUNT,
     FIXED,
     FLEXIBLE,
@@ -33,6 +34,7 @@ from kanefe.kernels.layout import (
     REVOLUTE,
     SLOPES,
     SPEED,
+    SPEEDS,
     SPHERICAL,
     TANGENT,
     VELOCITY,
@@ -49,6 +51,7 @@ from kanefe.kernels.link_motion import given_motion, motion_along
 from kanefe.kernels.slopes import slope_motion
 from kanefe.kernels.vectors import (
     Numbers,
+    accumulate,
     cross,
     matrix,
     plus,
@@ -223,21 +226,53 @@ def _interface(
 
 
 @entry
-def frames_of_rows(
-    tables: Tables, flexible: FlexibleTables | None, drives: np.ndarray, q: np.ndarray, u: np.ndarray
-) -> np.ndarray:
-    """Return position, axes to N (9), velocity and angular velocity of every row, in N, shape (rows, 18)."""
-    rows = WORK * len(tables.rows)
+def motions_of_rows(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    drives: np.ndarray,
+    states: np.ndarray,
+    rates: np.ndarray,
+    found: np.ndarray,
+) -> None:
+    """Write how every row moves in all of some states.
+
+    Parameters
+    ----------
+    drives : ndarray, shape (T, driven, 3)
+    states : ndarray, shape (T, state)
+        Each begins with q and u.
+    rates : ndarray, shape (T, free), or (0, free)
+        du, where accelerations are asked for.
+    found : ndarray, shape (T, rows, 18 or 24)
+        Position, axes to N (9), velocity, angular velocity and, with rates, acceleration and angular acceleration of
+        every row, in N.
+    """
+    size = WORK * len(tables.rows)
     modes = 0
     if flexible is not None:
         modes = flexible.sizes[MODAL_SIZE]
-    memory = np.empty(rows + modes)
-    work = memory[:rows].reshape(-1, WORK)
-    sweep_outward(tables, flexible, drives, q, u, work, memory[rows:])
-    frames = np.empty((len(tables.rows), 18))
-    for i in range(len(tables.rows)):
-        put(frames, i, 0, vector(work, i, POSITION))
-        put_matrix(frames, i, 3, matrix(work, i, R))
-        put(frames, i, 12, vector(work, i, VELOCITY))
-        put(frames, i, 15, vector(work, i, OMEGA))
-    return frames
+    memory = np.empty(size + modes)
+    work, modal = memory[:size].reshape(-1, WORK), memory[size:]
+    n = tables.sizes[COORDINATES]
+    m = n + tables.sizes[SPEEDS]
+    given = np.zeros(drives.shape[1:])
+    for k in range(len(states)):
+        q = states[k, :n]
+        sweep_outward(tables, flexible, drives[k], q, states[k, n:m], work, modal)
+        for i in range(len(tables.rows)):
+            put(found[k], i, 0, vector(work, i, POSITION))
+            put_matrix(found[k], i, 3, matrix(work, i, R))
+            put(found[k], i, 12, vector(work, i, VELOCITY))
+            put(found[k], i, 15, vector(work, i, OMEGA))
+        if len(rates) == 0:
+            continue
+        fall = three(tables.gravity, 0)
+        for i in range(len(tables.rows)):
+            put(found[k], i, 18, plus(vector(work, i, Z), fall))
+            put(found[k], i, 21, vector(work, i, Y))
+        # a = V du + Z, alpha = W du + Y (Eq. 15, 16): the partial velocities times du are the velocities that du causes
+        given[:, 0] = drives[k, :, 0]
+        sweep_outward(tables, flexible, given, q, rates[k], work, modal)
+        for i in range(len(tables.rows)):
+            accumulate(found[k], i, 18, vector(work, i, VELOCITY))
+            accumulate(found[k], i, 21, vector(work, i, OMEGA))

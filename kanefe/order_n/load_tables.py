@@ -15,8 +15,11 @@ from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
 
 
-def attached_interfaces(model: ModelData) -> list[dict[str, tuple[InterfaceFrame, bool]]]:
-    """Return for each body its interfaces with something attached, and whether they carry a body or close a loop."""
+def attached_interfaces(model: ModelData, is_complete: bool = False) -> list[dict[str, tuple[InterfaceFrame, bool]]]:
+    """Return for each body its interfaces with something attached, and whether they carry a body or close a loop.
+
+    `is_complete`: all its interfaces.
+    """
     attached: list[dict[str, tuple[InterfaceFrame, bool]]] = [{} for _ in model.bodies]
     for body in model.bodies:
         if body.parent_interface is not None:
@@ -34,6 +37,10 @@ def attached_interfaces(model: ModelData) -> list[dict[str, tuple[InterfaceFrame
             for marker in row.markers:
                 if marker.interface is not None:
                     attached[marker.body][marker.interface.name] = marker.interface, True
+    if is_complete:
+        for number, body in enumerate(model.bodies):
+            for interface in body.flexible.body.interfaces if body.flexible is not None else ():
+                attached[number].setdefault(interface.name, (interface, False))
     return attached
 
 

@@ -7,13 +7,13 @@ proportional to the number of bodies. Objects are read-only after they are made:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import SimulationError
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
@@ -26,17 +26,18 @@ from kanefe.kernels.integration import integrate
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables
 from kanefe.kernels.loads_between import COMPLEX, LoadsBetween
 from kanefe.kernels.momenta import balance
-from kanefe.kernels.outward import frames_of_rows
+from kanefe.kernels.outward import motions_of_rows
 from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
 from kanefe.order_n.load_tables import loads_between
-from kanefe.order_n.seats import Seat
+from kanefe.order_n.seats import Seat, Seats
+from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables import TableBuilder
 from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.placed import Placed
-from kanefe.tree.route import Evaluation, Form, Obstacle
+from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 GROWN = 1e100
@@ -65,7 +66,7 @@ class OrderN(LiteralRoute):
         self.loops = loop_tables(builder)
         self._size = model.coordinate_count + model.free_count + model.state_count + WORKS
         self._workspace_size = workspace_size(self.tables, self.flexible, self.between, self.loops, self._size)
-        self.seats: Sequence[Seat] = tuple(builder.seats)
+        self.places: Seats = builder
         self.inputs = builder.inputs
         self._constants = self.inputs.constants if self.inputs.is_constant else None
         parts = tuple(self.inputs.compiled())
@@ -116,9 +117,11 @@ class OrderN(LiteralRoute):
 
     def state(self, t: float, y: Vector) -> SceneState:
         """Return what functions of the user see of a state that begins with q, u and z."""
-        q, u, z = self.parts(y)
-        work = frames_of_rows(self.tables, self.flexible, self.drives(t), q, u)
-        return SceneState(self.model, t, q, u, z, [_placed(work, seat) for seat in self.seats])
+        return SceneState(self.model, t, *self.parts(y), frames=_Frames(self, t, y))
+
+    def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
+        """Return what is computed of all states of a run at once."""
+        return Sweeps(self, times, states)
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; where something has only loops to hold it, those of the literal route."""
@@ -304,9 +307,37 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     return ()
 
 
+class _Frames(Sequence[Placed]):
+    """Motion of every body's frame at a state: one sweep when the first is asked for."""
+
+    def __init__(self, route: OrderN, t: float, y: Vector) -> None:
+        self._route, self._t, self._y = route, t, y
+        self._rows: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return len(self._route.places.seats)
+
+    @overload
+    def __getitem__(self, number: int) -> Placed: ...
+
+    @overload
+    def __getitem__(self, number: slice) -> list[Placed]: ...
+
+    def __getitem__(self, number: int | slice) -> Placed | list[Placed]:
+        route = self._route
+        if isinstance(number, slice):
+            return [self[i] for i in range(*number.indices(len(self)))]
+        if self._rows is None:
+            found = np.empty((1, len(route.tables.rows), 18))
+            none, states = np.zeros((0, route.model.free_count)), np.array(self._y)[None]
+            motions_of_rows(route.tables, route.flexible, route.drives(self._t)[None], states, none, found)
+            self._rows = found[0]
+        return _placed(self._rows, route.places.seats[number])
+
+
 def _placed(work: np.ndarray, seat: Seat) -> Placed:
     if seat.row < 0:
         return Placed(seat.axes, seat.place, np.zeros(3), np.zeros(3))
     p, R, v, w = work[seat.row, :3], work[seat.row, 3:12].reshape(3, 3), work[seat.row, 12:15], work[seat.row, 15:18]
     lever, A = R @ seat.place, R @ seat.axes
-    return Placed(A, p + lever, A.T @ (v + np.cross(w, lever)), A.T @ w)
+    return Placed(A, p + lever, A.T @ (v + cross(w, lever)), A.T @ w)

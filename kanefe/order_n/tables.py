@@ -88,9 +88,16 @@ class _Pool:
 
 
 class TableBuilder(Seats):
-    """Writes the tables of a model and remembers where its frames went."""
+    """Writes the tables of a model and remembers where its frames went.
 
-    def __init__(self, model: ModelData) -> None:
+    Parameters
+    ----------
+    model : ModelData
+    is_complete : bool
+        Whether interfaces have rows to which nothing is attached.
+    """
+
+    def __init__(self, model: ModelData, is_complete: bool = False) -> None:
         super().__init__(model)
         self._integers: list[np.ndarray] = []
         self._numbers: list[np.ndarray] = []
@@ -100,7 +107,7 @@ class TableBuilder(Seats):
         self._carrying: list[int] = []
         self._fields: list[tuple[int, int, int, int, int, int, int]] = []
         self._modal = self._border = 0
-        wanted = attached_interfaces(model)
+        wanted = attached_interfaces(model, is_complete)
         for number, body in enumerate(model.bodies):
             self._add_body(number, body, wanted[number])
 

@@ -6,15 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.sparse as sp
 
-from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.equations.model import Model
-from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
@@ -22,102 +20,13 @@ from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
 from kanefe.kane.state import State
-from kanefe.results.quantities import ENERGIES, MODES, MOMENTA, XYZ
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.results.body_shape import BodyShape, body_shape
+from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
+from kanefe.tree.model_data import BodyTerms
+from kanefe.tree.route import RunSweeps
 
 Key = tuple[str, str, str]
 """Quantity, body ("" for the whole scene), interface ("" for the body's own frame)."""
-
-
-@dataclass(frozen=True, eq=False)
-class BodyShape:
-    """What is known of a body besides its motion: names, mass and, of a flexible one, its mesh and modes.
-
-    Attributes
-    ----------
-    name, parent, parent_interface : str
-        "" for the inertial frame, and for a parent's own frame.
-    joint : str
-        Kind of the joint.
-    driven_names : tuple of str
-        Coordinates of the joint that are given functions of time, with units in brackets.
-    coordinate_names, speed_names : tuple of str
-        Of the joint, with units in brackets.
-    mass : float
-        kg.
-    com : ndarray, shape (3,)
-        Undeformed centre of mass in the body's frame, m.
-    inertia : ndarray, shape (3, 3)
-        Undeformed, about the centre of mass, kg m2.
-    interfaces : tuple of str
-        Of a flexible body.
-    components : tuple of str
-        Degrees of freedom of the mesh's nodes.
-    nodes : ndarray, shape (n, 3)
-        In m; no rows for a rigid body.
-    basis : ndarray, shape (n * components, k)
-        Motion of the nodes from the modal coordinates.
-    cells : tuple of Cells
-    is_orthonormal : bool
-        Whether the modes have unit modal mass, so that their coordinates are in kg^1/2 m.
-    provenance : mapping
-    elasticity : Elasticity or None
-        What stresses and section forces are recovered with.
-    flexible : FlexibleBody or None
-        The body itself, of a run in memory.
-    """
-
-    name: str
-    parent: str
-    parent_interface: str
-    joint: str
-    driven_names: tuple[str, ...]
-    coordinate_names: tuple[str, ...]
-    speed_names: tuple[str, ...]
-    mass: float
-    com: np.ndarray
-    inertia: np.ndarray
-    interfaces: tuple[str, ...]
-    components: tuple[str, ...]
-    nodes: np.ndarray
-    basis: np.ndarray
-    cells: tuple[Cells, ...]
-    is_orthonormal: bool
-    provenance: Mapping[str, Any]
-    elasticity: Elasticity | None = None
-    flexible: FlexibleBody | None = None
-
-    @property
-    def is_driven(self) -> bool:
-        """Whether a coordinate of the joint is a given function of time."""
-        return len(self.driven_names) > 0
-
-    @property
-    def is_flexible(self) -> bool:
-        """Whether the body has a mesh."""
-        return len(self.nodes) > 0
-
-    def displacements(self, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-        """Return the displacements of some nodes in G, (T, len(nodes), 3) in m, from eta (T, k); or without T."""
-        if not sp.issparse(self.basis):
-            return np.asarray(np.tensordot(eta, self.translations(nodes), axes=(-1, -1)))
-        width = len(self.components)
-        rows = self.basis[(nodes[:, None] * width + np.arange(width)).ravel()]
-        motion = (rows @ np.atleast_2d(eta).T).T.reshape(-1, len(nodes), width)
-        found = np.zeros((*motion.shape[:2], 3))
-        for column, component in enumerate(self.components):
-            if component in XYZ:
-                found[:, :, COMPONENTS.index(component)] = motion[:, :, column]
-        return found if np.ndim(eta) == 2 else found[0]
-
-    def translations(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the rows of the basis that move some nodes along x, y and z, shape (len(nodes), 3, k)."""
-        motion = self.basis.reshape(len(self.nodes), len(self.components), -1)[nodes]
-        rows = np.zeros((len(nodes), 3, motion.shape[2]))
-        for column, component in enumerate(self.components):
-            if component in XYZ:
-                rows[:, COMPONENTS.index(component)] = motion[:, column]
-        return rows
 
 
 class Channels(Protocol):
@@ -139,49 +48,6 @@ class Channels(Protocol):
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
         """Return a channel, time first; names are known to exist."""
         ...
-
-
-def _is_orthonormal(terms: FlexibleTerms) -> bool:
-    if sp.issparse(terms.body.basis):
-        return False
-    return bool(np.allclose(terms.free_moments.elastic_mass, np.eye(terms.body.free_count)))
-
-
-def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
-    """Return the shape of a body of a model."""
-    mesh: dict[str, Any] = {"interfaces": (), "components": (), "cells": (), "is_orthonormal": False, "provenance": {}}
-    mesh |= {"nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0))}
-    mass, com, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
-    if body.rigid is not None:
-        mass, com, inertia = body.rigid.mass, body.rigid.com, body.rigid.inertia
-    elif body.flexible is not None:
-        flexible = body.flexible.body
-        mass, com = flexible.mass, flexible.center_of_mass
-        inertia = flexible.inertia - mass * (com @ com * np.eye(3) - np.outer(com, com))
-        mesh = {
-            "interfaces": tuple(frame.name for frame in flexible.interfaces),
-            "components": flexible.components,
-            "nodes": flexible.nodes,
-            "basis": flexible.basis[:, : flexible.free_count],
-            "cells": flexible.cells,
-            "is_orthonormal": _is_orthonormal(body.flexible),
-            "provenance": flexible.provenance,
-            "elasticity": flexible.elasticity,
-            "flexible": flexible,
-        }
-    return BodyShape(
-        name=body.name,
-        parent=model.bodies[body.parent].name if body.parent >= 0 else "",
-        parent_interface=body.parent_interface.name if body.parent_interface is not None else "",
-        joint=body.joint.kind,
-        driven_names=tuple(body.joint.coordinate_names[i] for i in body.driven),
-        coordinate_names=body.joint.coordinate_names,
-        speed_names=body.joint.speed_names,
-        mass=mass,
-        com=com,
-        inertia=inertia,
-        **mesh,
-    )
 
 
 class RunChannels:
@@ -219,19 +85,26 @@ class RunChannels:
     def _accelerations(self) -> np.ndarray:
         """Return du of the free speeds at all times, (T, free)."""
         if self._du is None:
-            route, parts = self.model.route, self.model.parts
-            self._du = np.array([parts(route.evaluate(t, y).rates)[1] for t, y in self._states()])
+            n, m = self.model.coordinate_count, self.model.free_count
+            if self._swept is not None:
+                self._du = self._swept.rates[:, n : n + m]
+            else:
+                self._du = np.array([self.model.route.evaluate(t, y).rates[n : n + m] for t, y in self._states()])
         return self._du
 
-    @property
+    @cached_property
     def states(self) -> np.ndarray:
         """States ``y = (q, u, z)`` at the output times, (T, state)."""
         run = self.trajectory
         return np.hstack((run.coordinates, run.speeds, run.internal))
 
+    @cached_property
+    def _swept(self) -> RunSweeps | None:
+        return self.model.route.sweeps(self.times, self.states)
+
     def _states(self) -> list[tuple[float, np.ndarray]]:
         """Return times and states."""
-        return list(zip(self.times, self.states, strict=True))
+        return list(zip(self.times.tolist(), self.states, strict=True))
 
     def _views(self) -> Iterator[State]:
         """Yield a literal state at each time, in which all frames move as in the run."""
@@ -243,14 +116,46 @@ class RunChannels:
             self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self._accelerations(), strict=True)
         )
 
-    def _sweeps(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return position, rotation and speeds of every frame of the scene."""
+    def _motions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return position, rotation and speeds of a frame; of every frame of the scene where each state is asked."""
+        if self._swept is None:
+            return self._literal_motions()
+        frame = self._swept.frame(*self._frame(body, interface))
+        return {
+            ("position", body, interface): frame.position.copy(),
+            ("velocity", body, interface): frame.velocity.copy(),
+            ("angular_velocity", body, interface): _in_axes(frame.axes, frame.angular_velocity),
+        }
+
+    def _rotations(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        if self._swept is None:
+            return self._literal_motions()
+        return {("rotation", body, interface): self._swept.rotation(*self._frame(body, interface))}
+
+    def _accelerated(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return the accelerations of a frame, or of every frame."""
+        if self._swept is None:
+            return self._literal_accelerations()
+        frame = self._swept.frame(*self._frame(body, interface), is_accelerated=True)
+        if frame.acceleration is None or frame.angular_acceleration is None:
+            raise TypeError("accelerations were asked for")
+        return {
+            ("acceleration", body, interface): frame.acceleration.copy(),
+            ("angular_acceleration", body, interface): _in_axes(frame.axes, frame.angular_acceleration),
+        }
+
+    def _frame(self, body: str, interface: str) -> tuple[int, InterfaceFrame | None]:
+        number = self.model.index(body)
+        return number, self.model.flexible_terms(body).body.interface(interface) if interface else None
+
+    def _literal_motions(self) -> dict[Key, np.ndarray]:
+        """Return position, rotation and speeds of every frame."""
         names = ("position", "rotation", "velocity", "angular_velocity")
         frames = self._frames()
         width = {"rotation": 4}
         kept = {(name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames}
         for i, state in enumerate(self._views()):
-            for frame, motion in zip(frames, _motions(state), strict=True):
+            for frame, motion in zip(frames, _frame_motions(state), strict=True):
                 kept["position", *frame][i] = motion.p_NoFo_N
                 kept["rotation", *frame][i] = euler_parameters_from_matrix(motion.A_NF)
                 kept["velocity", *frame][i] = motion.A_NF @ motion.v
@@ -261,14 +166,14 @@ class RunChannels:
             e[1:] *= np.cumprod(turns)[:, None]
         return kept
 
-    def _sweeps_of_rates(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+    def _literal_accelerations(self) -> dict[Key, np.ndarray]:
         """Return the accelerations of every frame: a = V du + Z, alpha = W du + Y (Eq. 15, 16)."""
         frames = self._frames()
         names = ("acceleration", "angular_acceleration")
         kept = {(name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames}
         for i, (state, du) in enumerate(self._acting()):
             rates = np.concatenate((du, state.driven_rates))
-            for frame, motion in zip(frames, _motions(state), strict=True):
+            for frame, motion in zip(frames, _frame_motions(state), strict=True):
                 kept["acceleration", *frame][i] = motion.A_NF @ (motion.V @ rates + motion.Z)
                 kept["angular_acceleration", *frame][i] = motion.W @ rates + motion.Y
         return kept
@@ -279,10 +184,14 @@ class RunChannels:
 
     def _joint(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.bodies[self.model.index(body)]
-        run, model = self.trajectory, self.model
-        q = np.array([terms.joint_coordinates(t, q) for t, q in zip(run.times, run.coordinates, strict=True)])
-        u = np.array([model.all_speeds(t, u)[terms.speeds] for t, u in zip(run.times, run.speeds, strict=True)])
-        q = q.reshape(len(self.times), -1)
+        run, T = self.trajectory, len(self.times)
+        q, u = np.empty((T, len(terms.coordinates))), np.empty((T, len(terms.speeds)))
+        if terms.is_driven:
+            for i, t in enumerate(self.times.tolist()):
+                q[i] = terms.joint_coordinates(t, run.coordinates[i])
+                u[i] = self.model.all_speeds(t, run.speeds[i])[terms.speeds]
+        else:
+            q[:], u[:] = run.coordinates[:, terms.coordinates], run.speeds[:, terms.speeds]
         return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
 
     def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -298,20 +207,25 @@ class RunChannels:
         eta = self.trajectory.coordinates[:, terms.eta]
         return {("deflection", body, interface): frame.displacements(eta)}
 
+    @cached_property
+    def _balances(self) -> np.ndarray:
+        """Kinetic, elastic and gravity energy, linear and angular momentum, (T, 9)."""
+        if self._swept is not None:
+            return self._swept.balances
+        route = self.model.route
+        return np.array([np.concatenate((route.energy(t, y), *route.momenta(t, y))) for t, y in self._states()])
+
     def _energies(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        run, route = self.trajectory, self.model.route
-        kinetic, elastic, gravity = zip(*(route.energy(t, y) for t, y in self._states()), strict=True)
-        return {
-            ("kinetic_energy", "", ""): np.array(kinetic),
-            ("elastic_energy", "", ""): np.array(elastic),
-            ("gravity_energy", "", ""): np.array(gravity),
+        found, run = self._balances, self.trajectory
+        of_states = {(name, "", ""): found[:, i].copy() for i, name in enumerate(ENERGIES) if i < 3}
+        return of_states | {
             ("dissipated_energy", "", ""): np.array(run.dissipated),
             ("work", "", ""): np.array(run.work),
         }
 
     def _momenta(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        linear, angular = zip(*(self.model.route.momenta(t, y) for t, y in self._states()), strict=True)
-        return {("linear_momentum", "", ""): np.array(linear), ("angular_momentum", "", ""): np.array(angular)}
+        found = self._balances
+        return {("linear_momentum", "", ""): found[:, 3:6].copy(), ("angular_momentum", "", ""): found[:, 6:].copy()}
 
     def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         wrenches = np.array([joint_reactions(state, du) for state, du in self._acting()])
@@ -375,7 +289,12 @@ class RunChannels:
         return kept
 
 
-def _motions(state: State) -> list[FrameMotion]:
+def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors in N (T, 3) in components of frames with the axes A_NF (T, 3, 3)."""
+    return np.asarray((vectors[:, None, :] @ axes)[:, 0])
+
+
+def _frame_motions(state: State) -> list[FrameMotion]:
     """Return the motion of every frame: of each body, and of its interfaces in their own axes."""
     motions: list[FrameMotion] = []
     for number, body in enumerate(state.model.bodies):
@@ -386,8 +305,9 @@ def _motions(state: State) -> list[FrameMotion]:
 
 
 _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = {
-    **dict.fromkeys(("position", "rotation", "velocity", "angular_velocity"), RunChannels._sweeps),
-    **dict.fromkeys(("acceleration", "angular_acceleration"), RunChannels._sweeps_of_rates),
+    **dict.fromkeys(("position", "velocity", "angular_velocity"), RunChannels._motions),
+    "rotation": RunChannels._rotations,
+    **dict.fromkeys(("acceleration", "angular_acceleration"), RunChannels._accelerated),
     **dict.fromkeys(("joint_coordinates", "joint_speeds"), RunChannels._joint),
     **dict.fromkeys(MODES, RunChannels._modes),
     **dict.fromkeys(MOMENTA, RunChannels._momenta),

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.integrate.status import RunStatus
-from kanefe.results.channels import BodyShape
+from kanefe.results.body_shape import BodyShape
 from kanefe.results.quantities import (
     DRIVES,
     ENERGIES,

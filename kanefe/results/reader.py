@@ -10,7 +10,8 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.status import RunStatus
-from kanefe.results.channels import BodyShape, Channels, RunChannels
+from kanefe.results.body_shape import BodyShape
+from kanefe.results.channels import Channels, RunChannels
 from kanefe.results.quantities import (
     DRIVES,
     ENERGIES,

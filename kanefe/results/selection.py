@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.results.channels import BodyShape
+from kanefe.results.body_shape import BodyShape
 
 Frames = int | slice | Sequence[int] | np.ndarray
 """Output times by number: one, a slice, or several."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -310,10 +311,14 @@ class ModelData(PickledByFields):
 
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""
-        for number, body in enumerate(self.bodies):
-            if body.name == name:
-                return number
-        raise ModelError(f"the scene has no body called {name!r}. It has: {', '.join(b.name for b in self.bodies)}")
+        number = self._numbers.get(name)
+        if number is None:
+            raise ModelError(f"the scene has no body called {name!r}. It has: {', '.join(b.name for b in self.bodies)}")
+        return number
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {body.name: number for number, body in enumerate(self.bodies)}
 
     def flexible_terms(self, name: str) -> FlexibleTerms:
         """Return the terms of a flexible body by name; raise a ModelError if it is rigid."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import MechanicalEnergy, ModelData
@@ -51,6 +52,51 @@ class Evaluation(NamedTuple):
     rates: Vector
     weakest: float
     is_own: bool = True
+
+
+class FrameMotions(NamedTuple):
+    """How a frame F moves, at T times; all but the axes in components of N.
+
+    Attributes
+    ----------
+    position : ndarray, shape (T, 3)
+        m.
+    axes : ndarray, shape (T, 3, 3)
+        A_NF.
+    velocity, angular_velocity : ndarray, shape (T, 3)
+        m/s and rad/s.
+    acceleration, angular_acceleration : ndarray, shape (T, 3), or None
+        m/s2 and rad/s2; None where they were not asked for.
+    """
+
+    position: Matrix
+    axes: np.ndarray
+    velocity: Matrix
+    angular_velocity: Matrix
+    acceleration: Matrix | None
+    angular_acceleration: Matrix | None
+
+
+class RunSweeps(Protocol):
+    """What a route computes of all states of a run at once."""
+
+    @property
+    def rates(self) -> Matrix:
+        """The rates dy/dt of all states, (T, state and quadratures)."""
+        ...
+
+    @property
+    def balances(self) -> Matrix:
+        """Kinetic, elastic and gravity energy (J), linear and angular momentum about N's origin, (T, 9)."""
+        ...
+
+    def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
+        """Return the motion of a body's frame or of one of its interfaces."""
+        ...
+
+    def rotation(self, number: int, interface: InterfaceFrame | None) -> Matrix:
+        """Return the Euler parameters of a frame, (T, 4), whose signs do not depend on which times there are."""
+        ...
 
 
 class Route(Protocol):
@@ -138,6 +184,10 @@ class Route(Protocol):
 
     def state(self, t: float, y: Vector) -> SceneState:
         """Return what functions of the user see."""
+        ...
+
+    def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
+        """Return what is computed of all states of a run at once; None where each is asked by itself."""
         ...
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.fe_model.model import CELL_TYPES
 from kanefe.frames import rotation_matrix
-from kanefe.results.channels import BodyShape
+from kanefe.results.body_shape import BodyShape
 from kanefe.storage.files import ready_path
 
 try:

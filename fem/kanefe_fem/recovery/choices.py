@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.results.channels import BodyShape
+from kanefe.results.body_shape import BodyShape
 from kanefe_fem.recovery.strain_fields import checked_elasticity
 
 

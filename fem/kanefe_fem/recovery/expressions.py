@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells, Elasticity
-from kanefe.results.channels import BodyShape
+from kanefe.results.body_shape import BodyShape
 from kanefe_fem import _fenicsx
 from kanefe_fem.mesh.shapes import shape
 from kanefe_fem.recovery.cell_strains import centroid, gauss_samples

@@ -10,7 +10,7 @@ import pytest
 import kanefe as kf
 from fem_meshes import KINDS, box, deformed
 from kanefe.fe_model.model import TRANSLATIONS, Elasticity
-from kanefe.results.channels import BodyShape
+from kanefe.results.body_shape import BodyShape
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.recovery import envelope as measures
 from kanefe_fem.recovery.gauges import find_point, rosette_principal

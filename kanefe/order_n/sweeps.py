@@ -1,0 +1,227 @@
+"""All states of a run at once: frames, rates, energies and momenta from one compiled sweep each."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from kanefe.bodies.flexible import InterfaceFrame
+from kanefe.frames import (
+    Matrix,
+    Vector,
+    cross,
+    euler_parameters_from_matrices,
+    euler_parameters_from_matrix,
+    multiply,
+)
+from kanefe.kernels._numba import pointer
+from kanefe.kernels.layout import (
+    ABOUT,
+    AXES,
+    AXIS,
+    COORDINATE,
+    DRIVE,
+    FREE,
+    INTERFACE,
+    KIND,
+    PARENT,
+    REVOLUTE,
+    SPHERICAL,
+    FlexibleTables,
+    Tables,
+)
+from kanefe.kernels.loads_between import LoadsBetween
+from kanefe.kernels.momenta import BALANCE_NUMBERS, balances_of_states
+from kanefe.kernels.outward import motions_of_rows
+from kanefe.kernels.replay import STATE_OF, TIME_OF, between_states, revisit
+from kanefe.kernels.stepping import AT, DONE, MAP, REALS_OF_METHOD, ROWS_OF_METHOD, SLOPE, STEPS, Run
+from kanefe.order_n.inputs import InputLayout
+from kanefe.order_n.seats import Seat, Seats
+from kanefe.order_n.tables import TableBuilder
+from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.route import Evaluation, FrameMotions
+
+
+class Evaluated(Protocol):
+    """What the sweeps take of a route in order n: see `kanefe.order_n.route.OrderN`."""
+
+    model: ModelData
+    places: Seats
+    inputs: InputLayout
+    tables: Tables
+    flexible: FlexibleTables | None
+    between: LoadsBetween | None
+
+    @property
+    def is_autonomous(self) -> bool:
+        """Whether whole runs stay in compiled code."""
+        ...
+
+    def drives(self, t: float) -> np.ndarray:
+        """Return position, speed and acceleration of the driven coordinates."""
+        ...
+
+    def values(self, t: float, y: Vector) -> np.ndarray:
+        """Return the values of all loads."""
+        ...
+
+    def evaluate(self, t: float, y: Vector) -> Evaluation:
+        """Return the rates at a state."""
+        ...
+
+    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
+        """Go on with a run in compiled code."""
+        ...
+
+
+class Sweeps:
+    """States of a run, and what is computed of all of them when it is asked for, each once: see `RunSweeps`.
+
+    Parameters
+    ----------
+    route : Evaluated
+    times : ndarray, shape (T,)
+        s.
+    states : ndarray, shape (T, coordinates + free + states)
+    """
+
+    def __init__(self, route: Evaluated, times: np.ndarray, states: np.ndarray) -> None:
+        self._route, self._times = route, times
+        self._states = np.ascontiguousarray(states)
+        self._turns: dict[int, Matrix] = {}
+
+    @cached_property
+    def _drives(self) -> np.ndarray:
+        count = len(self._route.model.drives)
+        if not count:
+            return np.zeros((len(self._times), 0, 3))
+        return np.array([self._route.drives(float(t)) for t in self._times]).reshape(-1, count, 3)
+
+    @cached_property
+    def _placed(self) -> tuple[Seats, Tables, FlexibleTables | None]:
+        """Where all frames are in the rows, those of interfaces with nothing attached included, and the rows."""
+        route = self._route
+        interfaces = [body.flexible.body.interfaces for body in route.model.bodies if body.flexible is not None]
+        if sum(map(len, interfaces)) == len(route.places.interfaces):
+            return route.places, route.tables, route.flexible
+        builder = TableBuilder(route.model, is_complete=True)
+        return builder, *builder.tables()
+
+    @cached_property
+    def _moving(self) -> np.ndarray:
+        return self._motions(np.zeros((0, self._route.model.free_count)), 18)
+
+    @cached_property
+    def _accelerated(self) -> np.ndarray:
+        n, m = self._route.model.coordinate_count, self._route.model.free_count
+        return self._motions(np.ascontiguousarray(self.rates[:, n : n + m]), 24)
+
+    def _motions(self, rates: np.ndarray, width: int) -> np.ndarray:
+        _, tables, flexible = self._placed
+        found = np.empty((len(self._times), len(tables.rows), width))
+        motions_of_rows(tables, flexible, self._drives, self._states, rates, found)
+        return found
+
+    def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
+        """Return the motion of a body's frame or of one of its interfaces, at all times."""
+        seat, T = self._seat(number, interface), len(self._times)
+        if seat.row < 0:
+            none = np.zeros((T, 3))
+            return FrameMotions(np.tile(seat.place, (T, 1)), np.tile(seat.axes, (T, 1, 1)), none, none, none, none)
+        rows = (self._accelerated if is_accelerated else self._moving)[:, seat.row]
+        p, v, w = rows[:, :3], rows[:, 12:15], rows[:, 15:18]
+        axes = rows[:, 3:12].reshape(T, 3, 3)
+        a, alpha = (rows[:, 18:21], rows[:, 21:24]) if is_accelerated else (None, None)
+        if seat.place.any():
+            lever = axes @ seat.place
+            swing = cross(w, lever)
+            p, v = p + lever, v + swing
+            if a is not None and alpha is not None:
+                a = a + cross(alpha, lever) + cross(w, swing)
+        if not np.array_equal(seat.axes, np.eye(3)):
+            axes = axes @ seat.axes
+        return FrameMotions(p, axes, v, w, a, alpha)
+
+    def rotation(self, number: int, interface: InterfaceFrame | None) -> Matrix:
+        """Return the Euler parameters of a frame, (T, 4), continuous in the coordinates of the joints."""
+        seat = self._seat(number, interface)
+        e = multiply(self._turn(seat.row), euler_parameters_from_matrix(seat.axes)[None])
+        if len(e) < len(self._times):  # nothing turns
+            e = np.tile(e, (len(self._times), 1))
+        e = e / np.linalg.norm(e, axis=1)[:, None]
+        first = euler_parameters_from_matrices(self.frame(number, interface).axes[:1])
+        return -e if float(e[0] @ first[0]) < 0.0 else e
+
+    def _turn(self, row: int) -> Matrix:
+        """Return the Euler parameters of a row: those of its links, which know how often they have turned."""
+        rows, chain = self._placed[1].rows, []
+        while row >= 0 and row not in self._turns:
+            chain.append(row)
+            row = int(rows[row, PARENT])
+        e = self._turns[row] if row >= 0 else np.array(((1.0, 0.0, 0.0, 0.0),))
+        for link in reversed(chain):
+            self._turns[link] = e = self._turned(e, link)
+        return e
+
+    def _turned(self, e: Matrix, row: int) -> Matrix:
+        """Return the Euler parameters of a row from those of the row that carries it."""
+        tables = self._placed[1]
+        rows, geometry = tables.rows, tables.geometry
+        kind, parent, at, drive = (int(rows[row, column]) for column in (KIND, PARENT, COORDINATE, DRIVE))
+        axes = np.eye(3) if kind == INTERFACE else geometry[row, AXES : AXES + 9].reshape(3, 3)
+        if not np.array_equal(axes, np.eye(3)):
+            e = multiply(e, euler_parameters_from_matrix(axes)[None])
+        if kind in (SPHERICAL, FREE):
+            first = at + (3 if kind == FREE else 0)
+            return multiply(e, self._states[:, first : first + 4])
+        if kind <= AXIS:
+            about = 1.0 if kind == REVOLUTE else geometry[row, ABOUT] if kind == AXIS else 0.0
+            if not about:
+                return e
+            angle = about * (self._drives[:, drive, 0] if drive >= 0 else self._states[:, at])
+            zero = np.zeros_like(angle)
+            return multiply(e, np.column_stack((np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle))))
+        # an interface, or a link whose function gives its axes: turns that are looked up
+        here = self._moving[:, row, 3:12].reshape(-1, 3, 3)
+        before = self._moving[:, parent, 3:12].reshape(-1, 3, 3) if parent >= 0 else np.eye(3)[None]
+        own = euler_parameters_from_matrices((before @ axes).transpose(0, 2, 1) @ here)
+        own[1:] *= np.cumprod(np.where(np.sum(own[1:] * own[:-1], axis=1) < 0.0, -1.0, 1.0))[:, None]
+        return multiply(e, own)
+
+    def _seat(self, number: int, interface: InterfaceFrame | None) -> Seat:
+        """Return where a frame sits; that of an interface with its own axes."""
+        seat = self._placed[0].seat(number, interface)
+        return seat if interface is None else Seat(seat.row, seat.axes @ interface.axes, seat.place)
+
+    @cached_property
+    def rates(self) -> Matrix:
+        """The rates dy/dt of all states, (T, state and quadratures)."""
+        route, T = self._route, len(self._times)
+        size = self._states.shape[1] + WORKS
+        table = np.zeros((T, STATE_OF + size))
+        table[:, TIME_OF], table[:, STATE_OF:-WORKS] = self._times, self._states
+        if not route.is_autonomous:
+            for row in table:
+                row[STATE_OF:] = route.evaluate(float(row[TIME_OF]), row[STATE_OF:].copy()).rates
+            return table[:, STATE_OF:]
+        integers, reals = np.zeros(MAP, dtype=np.int64), np.zeros(REALS_OF_METHOD)
+        vectors = np.zeros((ROWS_OF_METHOD, size))
+        none = np.zeros(0), np.zeros((0, size)), 0
+        run = Run(pointer(revisit), pointer(between_states), integers, reals, table, *none)
+        while route.go_on(run, vectors, False, False) != DONE:  # at a singular position
+            vectors[SLOPE] = route.evaluate(float(table[integers[STEPS], TIME_OF]), vectors[AT].copy()).rates
+        return table[:, STATE_OF:]
+
+    @cached_property
+    def balances(self) -> Matrix:
+        """Kinetic, elastic and gravity energy (J), linear and angular momentum about N's origin, (T, 9)."""
+        route, found = self._route, np.empty((len(self._times), BALANCE_NUMBERS))
+        inputs = route.inputs.constants[None]
+        if route.inputs.between:
+            inputs = np.array([route.values(float(t), y) for t, y in zip(self._times, self._states, strict=True)])
+        balances_of_states(
+            route.tables, route.flexible, route.between, self._times, self._drives, inputs, self._states, found
+        )
+        return found

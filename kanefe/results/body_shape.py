@@ -1,0 +1,149 @@
+"""What is known of a body besides its motion: names, mass, mesh and modes, for results and their files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
+from kanefe.results.quantities import XYZ
+from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+
+
+@dataclass(frozen=True, eq=False)
+class BodyShape:
+    """What is known of a body besides its motion: names, mass and, of a flexible one, its mesh and modes.
+
+    Attributes
+    ----------
+    name, parent, parent_interface : str
+        "" for the inertial frame, and for a parent's own frame.
+    joint : str
+        Kind of the joint.
+    driven_names : tuple of str
+        Coordinates of the joint that are given functions of time, with units in brackets.
+    coordinate_names, speed_names : tuple of str
+        Of the joint, with units in brackets.
+    mass : float
+        kg.
+    com : ndarray, shape (3,)
+        Undeformed centre of mass in the body's frame, m.
+    inertia : ndarray, shape (3, 3)
+        Undeformed, about the centre of mass, kg m2.
+    interfaces : tuple of str
+        Of a flexible body.
+    components : tuple of str
+        Degrees of freedom of the mesh's nodes.
+    nodes : ndarray, shape (n, 3)
+        In m; no rows for a rigid body.
+    basis : ndarray, shape (n * components, k)
+        Motion of the nodes from the modal coordinates.
+    cells : tuple of Cells
+    is_orthonormal : bool
+        Whether the modes have unit modal mass, so that their coordinates are in kg^1/2 m.
+    provenance : mapping
+    elasticity : Elasticity or None
+        What stresses and section forces are recovered with.
+    flexible : FlexibleBody or None
+        The body itself, of a run in memory.
+    """
+
+    name: str
+    parent: str
+    parent_interface: str
+    joint: str
+    driven_names: tuple[str, ...]
+    coordinate_names: tuple[str, ...]
+    speed_names: tuple[str, ...]
+    mass: float
+    com: np.ndarray
+    inertia: np.ndarray
+    interfaces: tuple[str, ...]
+    components: tuple[str, ...]
+    nodes: np.ndarray
+    basis: np.ndarray
+    cells: tuple[Cells, ...]
+    is_orthonormal: bool
+    provenance: Mapping[str, Any]
+    elasticity: Elasticity | None = None
+    flexible: FlexibleBody | None = None
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether a coordinate of the joint is a given function of time."""
+        return len(self.driven_names) > 0
+
+    @property
+    def is_flexible(self) -> bool:
+        """Whether the body has a mesh."""
+        return len(self.nodes) > 0
+
+    def displacements(self, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        """Return the displacements of some nodes in G, (T, len(nodes), 3) in m, from eta (T, k); or without T."""
+        if not sp.issparse(self.basis):
+            return np.asarray(np.tensordot(eta, self.translations(nodes), axes=(-1, -1)))
+        width = len(self.components)
+        rows = self.basis[(nodes[:, None] * width + np.arange(width)).ravel()]
+        motion = (rows @ np.atleast_2d(eta).T).T.reshape(-1, len(nodes), width)
+        found = np.zeros((*motion.shape[:2], 3))
+        for column, component in enumerate(self.components):
+            if component in XYZ:
+                found[:, :, COMPONENTS.index(component)] = motion[:, :, column]
+        return found if np.ndim(eta) == 2 else found[0]
+
+    def translations(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the rows of the basis that move some nodes along x, y and z, shape (len(nodes), 3, k)."""
+        motion = self.basis.reshape(len(self.nodes), len(self.components), -1)[nodes]
+        rows = np.zeros((len(nodes), 3, motion.shape[2]))
+        for column, component in enumerate(self.components):
+            if component in XYZ:
+                rows[:, COMPONENTS.index(component)] = motion[:, column]
+        return rows
+
+
+def _is_orthonormal(terms: FlexibleTerms) -> bool:
+    if sp.issparse(terms.body.basis):
+        return False
+    return bool(np.allclose(terms.free_moments.elastic_mass, np.eye(terms.body.free_count)))
+
+
+def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
+    """Return the shape of a body of a model."""
+    mesh: dict[str, Any] = {"interfaces": (), "components": (), "cells": (), "is_orthonormal": False, "provenance": {}}
+    mesh |= {"nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0))}
+    mass, com, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
+    if body.rigid is not None:
+        mass, com, inertia = body.rigid.mass, body.rigid.com, body.rigid.inertia
+    elif body.flexible is not None:
+        flexible = body.flexible.body
+        mass, com = flexible.mass, flexible.center_of_mass
+        inertia = flexible.inertia - mass * (com @ com * np.eye(3) - np.outer(com, com))
+        mesh = {
+            "interfaces": tuple(frame.name for frame in flexible.interfaces),
+            "components": flexible.components,
+            "nodes": flexible.nodes,
+            "basis": flexible.basis[:, : flexible.free_count],
+            "cells": flexible.cells,
+            "is_orthonormal": _is_orthonormal(body.flexible),
+            "provenance": flexible.provenance,
+            "elasticity": flexible.elasticity,
+            "flexible": flexible,
+        }
+    return BodyShape(
+        name=body.name,
+        parent=model.bodies[body.parent].name if body.parent >= 0 else "",
+        parent_interface=body.parent_interface.name if body.parent_interface is not None else "",
+        joint=body.joint.kind,
+        driven_names=tuple(body.joint.coordinate_names[i] for i in body.driven),
+        coordinate_names=body.joint.coordinate_names,
+        speed_names=body.joint.speed_names,
+        mass=mass,
+        com=com,
+        inertia=inertia,
+        **mesh,
+    )

@@ -1,0 +1,64 @@
+"""What a result reads from compiled sweeps over all states is what the literal route says of each."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe.equations.model import Model
+from kanefe.integrate.run import integrate
+from kanefe.integrate.trajectory import Trajectory
+from kanefe.results.channels import RunChannels
+from kanefe.results.quantities import ENERGIES, MOMENTA, MOTIONS
+from loop_scenes import spatial_loop
+from random_scenes import Recipe, planar_model, random_model
+from scenes import random_state
+
+TIMES = np.array((0.0, 0.1, 0.35))
+
+
+def wandering(model: Model) -> Trajectory:
+    """Return a run whose states have nothing to do with each other, so that no order of them can hide a mistake."""
+    states = [random_state(model, seed) for seed in range(len(TIMES))]
+    q, u = (np.array(part) for part in zip(*states, strict=True))
+    z = np.tile(model.initial_states, (len(TIMES), 1))
+    none = np.zeros(len(TIMES))
+    return Trajectory(TIMES, q, u, none, none, {}, internal=z)
+
+
+SCENES: dict[str, Callable[[], Model]] = {
+    "flexible": lambda: random_model(Recipe(4, bodies=8, elastic=0.5, loads=5, slopes="tait-bryan")),
+    "springs": lambda: random_model(Recipe(5, bodies=8, elastic=0.4, loads=3, between=4)),
+    "planar": lambda: planar_model(Recipe(6, bodies=8, loads=3)),
+    "loop": lambda: spatial_loop(2).freeze(),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_channels_are_those_of_the_literal_route(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = SCENES[name]()
+    run = wandering(model)
+    swept, literal = RunChannels(model, run), RunChannels(model, run)
+    assert swept._swept is not None
+    monkeypatch.setattr(literal, "_swept", None)
+    keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
+    keys += [(q, s.name, n) for s in swept.bodies for n in ("", *s.interfaces) for q in MOTIONS]
+    for quantity, body, interface in keys:
+        found, expected = (channels.read(quantity, body, interface) for channels in (swept, literal))
+        if quantity == "rotation":  # its signs are another matter
+            expected = expected * np.sign(np.sum(expected * found, axis=1))[:, None]
+        # round-off of sums, of the largest number in them
+        size = max(1.0, abs(expected).max())
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * size, err_msg=f"{quantity} {body} {interface}")
+
+
+def test_signs_of_euler_parameters_do_not_depend_on_the_outputs() -> None:
+    scene = kf.System()
+    top = scene.add_rigid_body("top", 1.0, 1.0, joint=kf.Revolute("z", speed=7.0))
+    scene.add_rigid_body("ball", 1.0, 1.0, parent=top, at=(1, 0, 0), joint=kf.Universal(speed=(3.0, 1.0)))
+    model = scene.freeze()  # eleven turns; outputs of the second run are four turns apart and more
+    runs = (integrate(model, (0.0, 10.0), output_times=times) for times in (np.linspace(0, 10, 401), (0, 4, 10)))
+    close, far = (kf.Result(model, run).rotation("ball") for run in runs)
+    np.testing.assert_allclose(far, close[[0, 160, 400]], atol=1e-5)  # two runs at rtol 1e-6, over 70 rad
+    assert np.linalg.norm(np.diff(close, axis=0), axis=1).max() < 0.2  # half of some 10 rad/s in 0.025 s
