@@ -13,6 +13,7 @@ from kanefe.equations.model import Model
 from kanefe.equations.start import model_at_start
 from kanefe.scene.bodies import BodyMethods
 from kanefe.scene.constraints import ConstraintMethods
+from kanefe.scene.controllers import ControllerMethods
 from kanefe.scene.field_loads import FieldLoadMethods
 from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import three
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from kanefe.result import Result
 
 
-class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
+class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods, ControllerMethods):
     """A scene of rigid and flexible bodies in a tree.
 
     Parameters
@@ -60,7 +61,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
         self._slopes = slope_measure(slopes)
 
     def __str__(self) -> str:
-        return tree_text(self._entries, self._constraints, self._loads, self.gravity.tolist())
+        return tree_text(self._entries, self._constraints, self._loads, self._controllers, self.gravity.tolist())
 
     @property
     def gravity(self) -> np.ndarray:
@@ -96,7 +97,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods):
             If the scene is empty, a loop cannot be closed (the message names it and by how much it stays open), or the
             state is none of this scene.
         """
-        data = build_model(self._entries, self.gravity, self.slopes, self._constraints)
+        data = build_model(self._entries, self.gravity, self.slopes, self._constraints, self._controllers)
         model = model_at_start(data, self._loads, t, start)
         self.is_frozen = True
         return model

@@ -16,6 +16,7 @@ from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
+from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
 from kanefe.integrate.switching import check_switched
@@ -72,6 +73,8 @@ class RunLoop:
     clock : Clock
     bar : progress bar
         In seconds of the run.
+    sampler : Sampler or None
+        Of a scene with controllers.
 
     Attributes
     ----------
@@ -93,9 +96,11 @@ class RunLoop:
         limits: Limits,
         clock: Clock,
         bar: Any,
+        sampler: Sampler | None = None,
     ) -> None:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
+        self._sampler = sampler
         self._start, self._span = stepper.t, float(times[-1]) - stepper.t
         self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
         self._is_warned = False
@@ -193,8 +198,10 @@ class RunLoop:
         stepper, begun = self._stepper, time.perf_counter()
         first = self.stored
         try:
-            passed = stepper.integrate_through(self._times[first:], self.states[first:], most)
-            self.stored += passed
+            if self._sampler is None:
+                self.stored += stepper.integrate_through(self._times[first:], self.states[first:], most)
+            else:
+                self._integrate_sampled(self._sampler, most, begun)
         except (KanefeError, np.linalg.LinAlgError):
             # what was passed before the failure is stored all the same
             self.stored = max(first, int(np.searchsorted(self._times, stepper.t, side="right")))
@@ -204,6 +211,32 @@ class RunLoop:
         if self._chunk > 1:
             wanted = most * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
             self._chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self._chunk)))
+
+    def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
+        """Go on from sample to sample, for so many steps or so long as a go takes; steps end at samples."""
+        stepper, end = self._stepper, int(self._stepper.statistics["steps"]) + most
+        while self.stored < len(self._times) and (left := end - int(stepper.statistics["steps"])) > 0:
+            if sampler.next <= stepper.t < self._times[-1]:
+                with self._clock.aside("controllers"):
+                    y = sampler.sampled(stepper.t, stepper.state())
+                stepper.aim(sampler.next)
+                stepper.go_on_with(stepper.t, y)
+                if self.stored and self._times[self.stored - 1] == stepper.t:
+                    self.states[self.stored - 1] = y
+                    self._store_accelerations(self.stored - 1, self.stored)
+            target, first = sampler.next, self.stored
+            last = first + int(np.searchsorted(self._times[first:], target, side="right"))
+            if last > first and self._times[last - 1] == target:
+                self.stored += stepper.integrate_through(self._times[first:last], self.states[first:last], left)
+            else:
+                rows = np.empty((last - first + 1, self.states.shape[1]))
+                try:
+                    passed = stepper.integrate_through(np.append(self._times[first:last], target), rows, left)
+                finally:
+                    self.states[first:last] = rows[:-1]
+                self.stored += min(passed, last - first)
+            if self._watch or time.perf_counter() - begun > CHUNK_SECONDS:
+                return
 
     def _store_accelerations(self, first: int, last: int) -> None:
         if self.accelerations is not None and isinstance(self._stepper, TellsAccelerations):

@@ -21,6 +21,7 @@ from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.loop import Limits, RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.ranges import ends_of_ranges
+from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.model_data import WORKS
 
@@ -61,6 +62,11 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     told = checked_events(options.watched, events_of_loads(model))
     watched = (*told, *ends_of_ranges(model, start))
     model.route.check_outputs(len(wanted))
+    if choice.is_plugged and model.controllers:
+        raise ModelError(
+            f"{choice.name} does not end its steps at the samples of controller {model.controllers[0].name!r}. "
+            "Remedy: method='auto', or 'radau5'"
+        )
     file, saved = _checkpoints(model, choice, options, told)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
     clock = Clock()
@@ -70,7 +76,8 @@ def run(model: Model, options: RunOptions) -> Trajectory:
             stepper = choice.make(dynamics)
             watch = EventWatch(model, watched, stop - start) if watched else None
             limits = Limits(options.most_steps, options.most_seconds)
-            loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar)
+            sampler = Sampler(model, start, stop) if model.controllers else None
+            loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar, sampler)
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)
@@ -105,6 +112,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
         status=status,
         internal=states[:, n + m : -WORKS],
         events={event.name: np.array(watch.times[event.name]) for event in told} if watch else {},
+        controllers=sampler.logs() if sampler else {},
     )
 
 
@@ -114,6 +122,11 @@ def _checkpoints(
     """Return the file that the run writes, and how far the one had come that it goes on from."""
     if options.checkpoint is None and options.resume is None:
         return None, None
+    if model.controllers:
+        raise ModelError(
+            f"controller {model.controllers[0].name!r} keeps what it remembers in Python, so that its runs have no "
+            "checkpoints. Remedy: a run in parts, each with start= the end of the one before"
+        )
     if choice.is_plugged:
         raise ModelError(
             f"{choice.name} keeps what it remembers of earlier steps to itself, so that its runs have no "

@@ -102,6 +102,14 @@ class Stepper(Protocol):
         """Go on from another state, also an earlier one, as after an event."""
         ...
 
+    def aim(self, stop: float) -> None:
+        """Let a step end at a time (s) and none go beyond it, until it is told another."""
+        ...
+
+    def go_on_with(self, t: float, y: Vector) -> None:
+        """Go on where a step has ended, from a state with other drives held: with steps as long as they were."""
+        ...
+
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return copies of all that is needed to go on to the bit, but for `states` of the last step."""
         ...

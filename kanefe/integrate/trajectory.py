@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 
 
@@ -38,7 +39,9 @@ class Trajectory:
     events : mapping of str to ndarray
         Times at which each event happened, s.
     internal : ndarray, shape (T, states)
-        Internal states of loads and switches of constraints.
+        Internal states of loads, switches of constraints, and what controllers hold.
+    controllers : mapping of str to ControllerLog
+        Their samples.
     """
 
     times: np.ndarray
@@ -51,6 +54,7 @@ class Trajectory:
     status: RunStatus | None = None
     events: Mapping[str, np.ndarray] = field(default_factory=dict)
     internal: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    controllers: Mapping[str, ControllerLog] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.internal.size:

@@ -15,7 +15,7 @@ from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.state import model_in_state
-from kanefe.linear.targets import Named
+from kanefe.scene.targets import Named
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start

@@ -14,9 +14,9 @@ from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
 from kanefe.linear.drives import Drive
 from kanefe.linear.forces import carrier, scene_load_columns, scene_loads
-from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
+from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
 
 KINDS = {"force": "N", "torque": "N m", "motor": "", "drive": "", "gravity": "m/s2", "load": ""}
 
@@ -78,13 +78,13 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
         body = model.bodies[target.body]
         return [
             Input(name, "N m" if unit == "rad" else "N", np.eye(model.free_count)[body.speeds[i]])
-            for name, i, unit in joint_entry(model, target, "input")
+            for name, i, unit in joint_entry(model.bodies, target, "input")
         ]
 
     def drive(target: Target) -> list[Input]:
         return [
             Input(name, f"{unit}/s2", None, Drive(target.body, i))
-            for name, i, unit in joint_entry(model, target, "input", driven=True)
+            for name, i, unit in joint_entry(model.bodies, target, "input", driven=True)
         ]
 
     makers: dict[str, Callable[[Target], list[Input]]] = {
@@ -103,7 +103,7 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
                 raise ModelError(f"input {text!r}: the scene has no such load. It has: {', '.join(loads) or 'none'}")
             found += of_load(loads[rest], name or rest)
         else:
-            target = target_of(model, name, text, KINDS, "input")
+            target = target_of(model.bodies, name, text, KINDS, "input")
             found += makers[target.what](target)
     return found
 

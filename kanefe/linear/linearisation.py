@@ -18,7 +18,7 @@ from kanefe.linear.small_motions import Directions, SmallMotions
 from kanefe.linear.state import Freezable, model_in_state
 from kanefe.linear.state_space import StateSpace
 from kanefe.linear.tangents import tangent_names
-from kanefe.linear.targets import Named
+from kanefe.scene.targets import Named
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start

@@ -14,7 +14,7 @@ from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State
 from kanefe.linear.small_motions import Directions, Moved, SmallMotions
 from kanefe.linear.tangents import difference
-from kanefe.linear.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
+from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
 
 KINDS = {
     "position": "m",
@@ -90,7 +90,7 @@ def outputs_of(small: SmallMotions, named: Named | None) -> list[Output]:
         ]
     here = swept(Moved(model, small.q, small.u, small.du), small.t)
     for name, text in asked_for(named):
-        target = target_of(model, name, text, KINDS, "output")
+        target = target_of(model.bodies, name, text, KINDS, "output")
         found += _outputs(model, here, target)
     return found
 
@@ -140,7 +140,7 @@ def _measure_of(target: Target, direction: Vector, A_0: Matrix) -> Measure:
 def _joint_outputs(model: Model, target: Target) -> list[Output]:
     body = model.bodies[target.body]
     found = []
-    for name, i, unit in joint_entry(model, target, "output"):
+    for name, i, unit in joint_entry(model.bodies, target, "output"):
         if target.what == "joint_coordinates":
             at = int(body.coordinates[i])
             found.append(Output(name, unit, lambda sweep, at=at: float(sweep.state.q[at])))  # type: ignore[misc]

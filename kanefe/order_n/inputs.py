@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.frames import Vector
 from kanefe.kernels._numba import Part
+from kanefe.loads.controller import Held
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import CompiledCallback
 from kanefe.loads.joint_load import JointLoad
@@ -27,6 +29,8 @@ class InputLayout:
     constants : ndarray
         `inputs` with what never changes.
     of_time, of_state : list of (slice, load)
+    held : list of (int, int, float)
+        Of loads that controllers drive: place in `inputs`, number in z, and factor.
     between : list of (slice, int)
         Numbers of the loads between frames that Python has a part in, which look at the state.
     """
@@ -35,12 +39,17 @@ class InputLayout:
         self._at: dict[int, int] = {}
         self.of_time: list[tuple[slice, ValuedLoad]] = []
         self.of_state: list[tuple[slice, ValuedLoad]] = []
+        self.held: list[tuple[int, int, float]] = []
         values: list[float] = []
         for load, count in _loads_with_values(model):
             where = slice(len(values), len(values) + count)
             self._at[id(load)] = where.start
             values += [0.0] * count
-            if load.is_constant:
+            if isinstance(load.function, Held):
+                at = model.held[load.function.controller].start + load.function.number
+                direction = load.function.direction or (1.0,)
+                self.held += [(where.start + i, at, factor) for i, factor in enumerate(direction)]
+            elif load.is_constant:
                 values[where] = np.atleast_1d(load.value(0.0, None)).tolist()
             else:
                 (self.of_state if load.takes_state else self.of_time).append((where, load))
@@ -52,6 +61,13 @@ class InputLayout:
                 values += [0.0] * item.input_count
                 self.between.append((where, number))
         self.constants = np.array(values)
+
+    def begun(self, z: Vector) -> np.ndarray:
+        """Return `inputs` with what does not change while controllers hold what is in z (states,)."""
+        values = self.constants.copy()
+        for place, state, factor in self.held:
+            values[place] = factor * z[state]
+        return values
 
     def compiled(self) -> list[Part]:
         """Return the functions that numba has compiled, for the kernels; none if there are others besides."""

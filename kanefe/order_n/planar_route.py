@@ -46,4 +46,4 @@ class PlanarRoute(OrderN):
         """Call the kernel of the plane, or that of space for what the plane has not."""
         if is_balanced or (is_implicit and not self._is_planar_if_implicit):
             return super()._integrate(run, vectors, is_implicit, is_balanced)
-        return integrate_planar(self.planar, *self._written(), run, vectors, np.empty(self._planar_size))
+        return integrate_planar(self.planar, *self._written(vectors), run, vectors, np.empty(self._planar_size))

@@ -27,7 +27,7 @@ from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables,
 from kanefe.kernels.loads_between import COMPLEX, LoadsBetween
 from kanefe.kernels.momenta import balance
 from kanefe.kernels.outward import motions_of_rows
-from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
+from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, STATE, TIME_AT, Run
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
@@ -101,9 +101,9 @@ class OrderN(LiteralRoute):
     def values(self, t: float, y: Vector) -> np.ndarray:
         """Return the values of all loads at a state that begins with q, u and z."""
         layout = self.inputs
-        if layout.is_constant:
+        if layout.is_constant and not layout.held:
             return layout.constants
-        values = layout.constants.copy()
+        values = layout.begun(self.parts(y)[2])
         for where, load in layout.of_time:
             values[where] = load.value(t, None)
         if layout.needs_state:
@@ -279,11 +279,12 @@ class OrderN(LiteralRoute):
 
     def _integrate(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> tuple[int, float]:
         """Call the kernel that goes on with a run."""
-        return integrate(*self._scene, *self._written(), run, vectors, np.empty(self._workspace_size))
+        return integrate(*self._scene, *self._written(vectors), run, vectors, np.empty(self._workspace_size))
 
-    def _written(self) -> tuple[np.ndarray, Any, Callable[..., None], np.ndarray]:
-        """Return drives and inputs for a run to write, and what writes them."""
-        return np.empty((len(self._drives), 3)), self._motions, self._fill, self.inputs.constants.copy()
+    def _written(self, vectors: np.ndarray) -> tuple[np.ndarray, Any, Callable[..., None], np.ndarray]:
+        """Return drives and inputs for a run to write, and what writes them; controllers hold what is in STATE."""
+        inputs = self.inputs.begun(self.parts(vectors[STATE])[2])
+        return np.empty((len(self._drives), 3)), self._motions, self._fill, inputs
 
     def _explain(self, t: float, y: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""

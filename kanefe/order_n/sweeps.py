@@ -36,7 +36,7 @@ from kanefe.kernels.loads_between import LoadsBetween
 from kanefe.kernels.momenta import BALANCE_NUMBERS, balances_of_states
 from kanefe.kernels.outward import motions_of_rows
 from kanefe.kernels.replay import STATE_OF, TIME_OF, between_states, revisit
-from kanefe.kernels.stepping import AT, DONE, MAP, REALS_OF_METHOD, ROWS_OF_METHOD, SLOPE, STEPS, Run
+from kanefe.kernels.stepping import AT, DONE, MAP, REALS_OF_METHOD, ROWS_OF_METHOD, SLOPE, STATE, STEPS, Run
 from kanefe.order_n.inputs import InputLayout
 from kanefe.order_n.seats import Seat, Seats
 from kanefe.order_n.tables import TableBuilder
@@ -206,13 +206,27 @@ class Sweeps:
             for row in table:
                 row[STATE_OF:] = route.evaluate(float(row[TIME_OF]), row[STATE_OF:].copy()).rates
             return table[:, STATE_OF:]
+        for first, last in self._unchanged():
+            self._revisit(table[first:last])
+        return table[:, STATE_OF:]
+
+    def _unchanged(self) -> list[tuple[int, int]]:
+        """Return between which states controllers hold the same."""
+        T, held = len(self._times), [state for _, state, _ in self._route.inputs.held]
+        z = self._states[:, [self._route.model.coordinate_count + self._route.model.free_count + at for at in held]]
+        jumps = (1 + np.flatnonzero(np.any(z[1:] != z[:-1], axis=1))).tolist()
+        return list(zip((0, *jumps), (*jumps, T), strict=True))
+
+    def _revisit(self, table: Matrix) -> None:
+        """Write the rates of the states in a table, see `kanefe.kernels.replay`, in their place."""
+        route, size = self._route, table.shape[1] - STATE_OF
         integers, reals = np.zeros(MAP, dtype=np.int64), np.zeros(REALS_OF_METHOD)
         vectors = np.zeros((ROWS_OF_METHOD, size))
+        vectors[STATE] = table[0, STATE_OF:]
         none = np.zeros(0), np.zeros((0, size)), 0
         run = Run(pointer(revisit), pointer(between_states), integers, reals, table, *none)
         while route.go_on(run, vectors, False, False) != DONE:  # at a singular position
             vectors[SLOPE] = route.evaluate(float(table[integers[STEPS], TIME_OF]), vectors[AT].copy()).rates
-        return table[:, STATE_OF:]
 
     @cached_property
     def balances(self) -> Matrix:

@@ -14,6 +14,7 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.equations.model import Model
 from kanefe.frames import euler_parameters_from_matrix
+from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.coupling import recovered_forces
@@ -40,6 +41,7 @@ class Channels(Protocol):
     statistics: dict[str, Any]
     status: RunStatus
     events: Mapping[str, np.ndarray]
+    controllers: Mapping[str, ControllerLog]
     bodies: tuple[BodyShape, ...]
     loops: tuple[str, ...]
     loads: Mapping[str, tuple[str, ...]]
@@ -66,6 +68,7 @@ class RunChannels:
         self.statistics = trajectory.statistics
         self.status = trajectory.status or RunStatus("finished", float(trajectory.times[-1]))
         self.events = trajectory.events
+        self.controllers: Mapping[str, ControllerLog] = trajectory.controllers
         self.bodies = tuple(body_shape(model, body) for body in model.bodies)
         self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
         self.loads: Mapping[str, tuple[str, ...]] = {load.name: load.columns for load in model.loads}

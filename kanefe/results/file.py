@@ -13,6 +13,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.quantities import (
@@ -33,11 +34,14 @@ from kanefe.storage.files import ready_path, write_whole
 from kanefe.storage.hdf5 import decode, encode
 
 FORMAT = "kanefe result"
-VERSION = 4
+VERSION = 5
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
 """Bytes of the dense basis of an unreduced body above which its result is not written."""
+
+LOGGED = {"times": "s", "reads": "by column", "drives": "by column"}
+"""Arrays of the log of a controller, with units."""
 
 _SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
 
@@ -69,7 +73,13 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         "loops": list(result.loops),
         "loads": {name: list(columns) for name, columns in result.loads.items()},
     }
+    header["controllers"] = {
+        name: {"read_names": log.read_names, "drive_names": log.drive_names} for name, log in result.controllers.items()
+    }
     arrays: dict[str, tuple[np.ndarray, str]] = {"times": (result.times, "s")}
+    for name, log in result.controllers.items():
+        for part, unit in LOGGED.items():
+            arrays[f"controllers/{_safe(name)}/{part}"] = (getattr(log, part), unit)
     for shape in shapes:
         arrays |= _shape_arrays(shape)
     for quantity, body, interface in _saved(shapes, result, forces and result.has_forces):
@@ -124,6 +134,14 @@ class FileChannels:
         self.status = RunStatus(**json.loads(header["status"]))
         self.events: Mapping[str, np.ndarray] = {
             name: np.array(times) for name, times in json.loads(header["events"]).items()
+        }
+        self.controllers: Mapping[str, ControllerLog] = {
+            name: ControllerLog(
+                **{part: arrays[f"controllers/{_safe(name)}/{part}"] for part in LOGGED},
+                read_names=tuple(names["read_names"]),
+                drive_names=tuple(names["drive_names"]),
+            )
+            for name, names in json.loads(header["controllers"]).items()
         }
         self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
         self.loops = tuple(json.loads(header["loops"]))

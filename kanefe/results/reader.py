@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
+from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.channels import Channels, RunChannels
@@ -76,6 +77,11 @@ class Reader:
     def events(self) -> dict[str, np.ndarray]:
         """Times at which each event happened, by name, s; see `kanefe.Event`."""
         return dict(self._channels.events)
+
+    @property
+    def controllers(self) -> dict[str, ControllerLog]:
+        """Samples of each controller, by name: ``times`` (K,), ``reads`` and ``drives`` (K, n), with their names."""
+        return dict(self._channels.controllers)
 
     @property
     def has_forces(self) -> bool:

@@ -16,6 +16,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.joints import Joint
 from kanefe.loads.base import Load
+from kanefe.loads.controller import Controller
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
@@ -39,6 +40,11 @@ class BodyEntry:
     loads: list[tuple[PointLoad, InterfaceFrame | None]] = field(default_factory=list)
     joint_loads: list[JointLoad] = field(default_factory=list)
     field_loads: list[FieldLoad] = field(default_factory=list)
+
+    @property
+    def interfaces(self) -> tuple[InterfaceFrame, ...]:
+        """Its interfaces; none of a rigid body."""
+        return () if self.flexible is None else tuple(self.flexible.interfaces)
 
     def copied(self) -> BodyEntry:
         """Return the same, whose loads can be added to by themselves."""
@@ -153,6 +159,7 @@ class Scene:
     def __init__(self) -> None:
         self._entries: list[BodyEntry] = []
         self._loads: list[Load] = []
+        self._controllers: list[Controller] = []
         self.is_frozen = False
 
     @property

@@ -7,19 +7,28 @@ from collections.abc import Sequence
 from kanefe.constraints.rows import Constraint
 from kanefe.joints import Joint
 from kanefe.loads.base import Load
+from kanefe.loads.controller import Controller
 from kanefe.scene.scene import BodyEntry
 
 
 def tree_text(
-    entries: Sequence[BodyEntry], constraints: Sequence[Constraint], loads: Sequence[Load], gravity: Sequence[float]
+    entries: Sequence[BodyEntry],
+    constraints: Sequence[Constraint],
+    loads: Sequence[Load],
+    controllers: Sequence[Controller],
+    gravity: Sequence[float],
 ) -> str:
-    """Return what a scene is, a line for each body, load and constraint."""
+    """Return what a scene is, a line for each body, load, constraint and controller."""
     pull = ", ".join(f"{g:g}" for g in gravity)
     flexible = sum(entry.flexible is not None for entry in entries)
     lines = [f"scene of {_count(len(entries), 'body', 'bodies')}, {flexible} flexible, gravity ({pull}) m/s2", "ground"]
     _add_children(lines, entries, -1, "")
     between = [f"{load.kind} {load.name!r} between {' and '.join(end.label for end in load.ends)}" for load in loads]
-    for title, parts in (("loads between frames", between), ("constraints", [c.title for c in constraints])):
+    for title, parts in (
+        ("loads between frames", between),
+        ("constraints", [c.title for c in constraints]),
+        ("controllers", [str(controller) for controller in controllers]),
+    ):
         if parts:
             lines += [f"{title}:", *(f"  {part}" for part in parts)]
     return "\n".join(lines)

@@ -12,6 +12,7 @@ from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, rigid_motion
+from kanefe.loads.controller import Controller
 from kanefe.scene.scene import BodyEntry
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
@@ -21,6 +22,7 @@ def build_model(
     gravity: np.ndarray,
     slopes: SlopeMeasure,
     constraints: Sequence[Constraint] = (),
+    controllers: Sequence[Controller] = (),
 ) -> ModelData:
     """Number coordinates and speeds, and decide per body which terms the scene needs.
 
@@ -99,6 +101,7 @@ def build_model(
         initial_coordinates=np.concatenate(q) if q else np.zeros(0),
         initial_speeds=np.concatenate(u) if u else np.zeros(0),
         constraints=tuple(constraints),
+        controllers=tuple(controllers),
     )
 
 

@@ -26,6 +26,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.joints import Joint, Motion
 from kanefe.loads.base import Load
+from kanefe.loads.controller import Controller
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
@@ -151,6 +152,11 @@ class BodyTerms:
     has_gravity: bool = True
 
     @property
+    def interfaces(self) -> tuple[InterfaceFrame, ...]:
+        """Its interfaces; none of a rigid body."""
+        return () if self.flexible is None else tuple(self.flexible.body.interfaces)
+
+    @property
     def exchanges_energy(self) -> bool:
         """Whether loads or damping give energy to the body or take it."""
         is_damped = self.flexible is not None and self.flexible.damping is not None
@@ -210,7 +216,8 @@ class ModelData(PickledByFields):
     load_states : tuple of slice
         Of each of them: where its internal states are in z.
     initial_states : ndarray
-        z (states,) at the start: internal states of loads, then switches of constraints.
+        z (states,) at the start: internal states of loads, then switches of constraints, then what controllers hold.
+    controllers : tuple of Controller
     slack_time : float
         Time of the start at which springs without a rest length are slack, s.
     """
@@ -228,6 +235,7 @@ class ModelData(PickledByFields):
     loads: tuple[Load, ...] = ()
     load_states: tuple[slice, ...] = ()
     initial_states: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    controllers: tuple[Controller, ...] = ()
     slack_time: float = 0.0
 
     def __post_init__(self) -> None:
@@ -301,6 +309,7 @@ class ModelData(PickledByFields):
                 constraint = replace(constraint, switch=len(start))
                 start.append(1.0 if constraint.starts_on else 0.0)
             constraints.append(constraint)
+        start += [0.0] * sum(controller.drive_count for controller in self.controllers)
         return replace(
             self,
             loads=tuple(loads),
@@ -308,6 +317,15 @@ class ModelData(PickledByFields):
             initial_states=np.array(start),
             constraints=tuple(constraints),
         )
+
+    @cached_property
+    def held(self) -> dict[str, slice]:
+        """Where in z the values are that each controller holds, by its name."""
+        stop, found = len(self.initial_states), {}
+        for controller in reversed(self.controllers):
+            found[controller.name] = slice(stop - controller.drive_count, stop)
+            stop -= controller.drive_count
+        return found
 
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""
@@ -355,7 +373,11 @@ class ModelData(PickledByFields):
     def internal_names(self) -> tuple[str, ...]:
         """Return a name for every internal state."""
         names = [f"{load.name}: state {i}" for load in self.loads for i in range(len(load.initial_states))]
-        return (*names, *(f"{c.name}: is on" for c in self.constraints if c.switch >= 0))
+        names += [f"{c.name}: is on" for c in self.constraints if c.switch >= 0]
+        return (
+            *names,
+            *(f"{controller.name}: {drive}" for controller in self.controllers for drive in controller.drives),
+        )
 
     def advance(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return q moved by `step`, a vector in the directions of the free speeds times a time."""

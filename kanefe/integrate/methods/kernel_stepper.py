@@ -192,12 +192,21 @@ class KernelStepper:
             row[:] = self.dynamics.projected(float(t), row)
         return found
 
-    def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state, with a tenth of the step where it is not fixed."""
+    def aim(self, stop: float) -> None:
+        """Let a step end at a time, s."""
+        self.reals[STOP] = stop
+
+    def go_on_with(self, t: float, y: Vector) -> None:
+        """Go on from a state with other drives."""
         integers, reals = self.integers, self.reals
         self.vectors[STATE] = y
         reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
         integers[COMMAND], integers[STAGE] = START, 0
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state, with a tenth of the step where it is not fixed."""
+        integers, reals = self.integers, self.reals
+        self.go_on_with(t, y)
         if integers[IS_FIXED]:
             return
         if self._kernels.first_step is not None:

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 
 
@@ -27,6 +28,19 @@ class PythonStepper(ABC):
         self._dynamics = dynamics
         self._t = self._t_old = 0.0
         self._steps = self._rejected = 0
+        self._stop = np.inf
+
+    def aim(self, stop: float) -> None:
+        """Let a step end at a time, s."""
+        self._stop = stop
+
+    def go_on_with(self, t: float, y: Vector) -> None:
+        """Go on from a state with other drives."""
+        self.restart(t, y)
+
+    @abstractmethod
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state."""
 
     @property
     def t(self) -> float:

@@ -3,19 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
-from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
+from kanefe.joints import Joint
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
 Named = Sequence[str] | Mapping[str, str] | str
 """Names of channels as a script gives them: one, several, or a mapping from names of its own."""
+
+
+class NamedBody(Protocol):
+    """What a name says of a body, in a scene that is built as in one that is frozen."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def joint(self) -> Joint:
+        """Its joint."""
+        ...
+
+    @property
+    def interfaces(self) -> Sequence[InterfaceFrame]:
+        """Its interfaces; none of a rigid body."""
+        ...
 
 
 class Target(NamedTuple):
@@ -37,12 +56,13 @@ def asked_for(named: Named) -> list[tuple[str, str]]:
     return [("", text) for text in named]
 
 
-def target_of(model: Model, name: str, text: object, kinds: Mapping[str, str], role: str) -> Target:
+def target_of(bodies: Sequence[NamedBody], name: str, text: object, kinds: Mapping[str, str], role: str) -> Target:
     """Return the target of a text.
 
     Parameters
     ----------
-    model : Model
+    bodies : sequence
+        Of the scene.
     name : str
         As the script calls it; empty: the text itself.
     text : str
@@ -65,18 +85,18 @@ def target_of(model: Model, name: str, text: object, kinds: Mapping[str, str], r
     failure = ""
     for place, axis in ((rest, ""), (head.strip(), last)):
         body, _, interface = place.partition("/")
-        found = [i for i, b in enumerate(model.bodies) if b.name == body]
+        found = [i for i, b in enumerate(bodies) if b.name == body]
         if not found:
             continue
         if not interface:
             return Target(name or text.strip(), what, found[0], None, axis)
-        frames = {frame.name: frame for frame in model.flexible_terms(body).body.interfaces}
+        frames = {frame.name: frame for frame in bodies[found[0]].interfaces}
         if interface in frames:
             return Target(name or text.strip(), what, found[0], frames[interface], axis)
         failure = f"body {body!r} has no interface {interface!r}. It has: {', '.join(frames) or 'none'}"
-    bodies = ", ".join(body.name for body in model.bodies)
+    listed = ", ".join(body.name for body in bodies)
     raise ModelError(
-        f"{role} {text!r}: {failure or f'the scene has no body called {rest!r}. It has: {bodies}'}. "
+        f"{role} {text!r}: {failure or f'the scene has no body called {rest!r}. It has: {listed}'}. "
         f"Remedy: '{what} body', '{what} body/interface', or with an axis, '{what} body x'"
     )
 
@@ -97,26 +117,28 @@ def axis_vector(target: Target, axes: np.ndarray, role: str) -> list[tuple[str, 
     return [(target.name, axes[:, AXES[plain]] if own else np.eye(3)[AXES[plain]])]
 
 
-def joint_entry(model: Model, target: Target, role: str, driven: bool = False) -> list[tuple[str, int, str]]:
+def joint_entry(
+    bodies: Sequence[NamedBody], target: Target, role: str, driven: bool | None = False
+) -> list[tuple[str, int, str]]:
     """Return name, coordinate and unit of the scalar coordinates of a joint that a target asks for.
 
-    `driven`: of those that are driven, else of those that are not.
+    `driven`: of those that are driven, else of those that are not; None: of all.
     """
-    body = model.bodies[target.body]
+    body = bodies[target.body]
     joint = body.joint
-    kind = "driven" if driven else "free"
+    kind = "" if driven is None else "driven " if driven else "free "
     if joint.rotation_at is not None:
         raise ModelError(
             f"{role} {target.name!r}: the coordinates of a {joint.kind} joint are Euler parameters. Remedy: "
             "rotation or position of the body"
         )
-    there = [i for i, motion in enumerate(joint.motions) if (motion is not None) == driven]
+    there = [i for i, motion in enumerate(joint.motions) if driven is None or (motion is not None) == driven]
     labels = [joint.coordinate_names[i].partition(" [")[0] for i in there]
     chosen = [i for i, label in zip(there, labels, strict=True) if target.axis in ("", label, str(i))]
     if not chosen:
         listed = ", ".join(f"{i} ({label})" for i, label in zip(there, labels, strict=True)) or "none"
         raise ModelError(
-            f"{role} {target.name!r}: the {joint.kind} joint of {body.name!r} has no such {kind} coordinate. "
+            f"{role} {target.name!r}: the {joint.kind} joint of {body.name!r} has no such {kind}coordinate. "
             f"There are: {listed}"
         )
     one = len(chosen) == 1

@@ -1,0 +1,90 @@
+"""Sampled controllers: a function of the user that is called at fixed times, and whose drives are held in between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """What `kanefe.System.add_controller` was told.
+
+    Attributes
+    ----------
+    name : str
+    function : callable
+        (t, reads, memory) -> drives.
+    every, delay : float
+        Time between samples, and from a sample to where its drives begin to act, s.
+    reads : tuple of Reading
+    drives : tuple of str
+        Names of the drives, with units in brackets.
+    """
+
+    name: str
+    function: Callable[[float, np.ndarray, dict[str, Any]], Any]
+    every: float
+    delay: float
+    reads: tuple[Reading, ...]
+    drives: tuple[str, ...]
+
+    @property
+    def drive_count(self) -> int:
+        """How many numbers the function gives."""
+        return len(self.drives)
+
+    def __str__(self) -> str:
+        late = f", {self.delay:g} s late" if self.delay else ""
+        return f"{self.name!r} every {self.every:g} s{late}: {', '.join(self.drives)}"
+
+
+class Reading(NamedTuple):
+    """One number that a controller reads.
+
+    Attributes
+    ----------
+    label : str
+        Its name, with the unit in brackets.
+    what : str
+        Such as "joint_coordinates".
+    body, interface : str
+        "" for the body's own frame.
+    component : int
+        Of the coordinates or modes, or of the axes x, y and z.
+    is_own : bool
+        Whether along the frame's own axes, and not those of N.
+    """
+
+    label: str
+    what: str
+    body: str
+    interface: str
+    component: int
+    is_own: bool
+
+
+@dataclass(frozen=True)
+class Held:
+    """The function of a load that a controller drives: what the state holds of it, along a direction.
+
+    Attributes
+    ----------
+    controller : str
+    number : int
+        Of the drive.
+    direction : tuple of three numbers, or None
+        None: the value itself.
+    """
+
+    controller: str
+    number: int
+    direction: tuple[float, float, float] | None = None
+
+    def __call__(self, t: float, state: Any) -> Any:
+        """Return the value at a state."""
+        value = state.z[state.model.held[self.controller]][self.number]
+        return value if self.direction is None else value * np.array(self.direction)

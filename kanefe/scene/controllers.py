@@ -1,0 +1,217 @@
+"""What `System` can add besides bodies and loads: controllers that are sampled."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.loads.controller import Controller, Held, Reading
+from kanefe.loads.joint_load import JointLoad
+from kanefe.loads.point_load import PointLoad
+from kanefe.scene.scene import Scene
+from kanefe.scene.targets import AXES, Named, Target, asked_for, joint_entry, target_of
+
+READS = {
+    "position": "m",
+    "rotation": "rad",
+    "velocity": "m/s",
+    "angular_velocity": "rad/s",
+    "acceleration": "m/s2",
+    "angular_acceleration": "rad/s2",
+    "joint_coordinates": "",
+    "joint_speeds": "",
+    "modal_coordinates": "modal",
+    "modal_speeds": "modal/s",
+    "deflection": "m",
+}
+DRIVES = {"motor": "", "force": "N", "torque": "N m"}
+ELSEWHERE = {
+    "drive": "a motor on a free coordinate, or a Motion for what is known beforehand",
+    "gravity": "force on each body",
+    "load": "motor, force or torque, which add to the loads that there are",
+}
+
+
+class ControllerMethods(Scene):
+    """The part of `System` that adds controllers."""
+
+    def add_controller(
+        self,
+        name: str,
+        function: Callable[[float, np.ndarray, dict[str, Any]], Any],
+        *,
+        every: float,
+        reads: Named,
+        drives: Named,
+        delay: float = 0.0,
+    ) -> None:
+        """Add a controller that is sampled: a Python function of what it reads, whose drives are held until the next.
+
+        Between samples a run stays in compiled code, and steps end at samples, so that a jump of the drives is within
+        none. A run tells all samples: ``result.controllers[name]``. Linear analyses see the scene without it (its
+        drives are inputs).
+
+        Parameters
+        ----------
+        name : str
+            Unique among controllers.
+        function : callable
+            ``f(t, reads, memory)`` -> one number, or as many as there are drives. t in s; reads (k,) in the order asked
+            for; memory is a dict, empty at the start of each run, for integrals and filters.
+        every : float
+            Time between samples, the first of which is at the start of a run, s.
+        reads : str, sequence or mapping of str
+            As the outputs of `kanefe.linearise`: ``"joint_coordinates hub"``, ``"velocity arm/tip z"``, ``"acceleration
+            arm/tip x'"``; x is along N, x' along the frame's own axes, and without an axis all three are read.
+            "rotation" is the rotation vector from N to the frame, rad.
+        drives : str, sequence or mapping of str
+            As the inputs of `kanefe.linearise`: ``"motor hub"`` (N m along an angle, N along a distance), ``"force body
+            x"``, ``"torque body/interface z'"``. They add to the loads that there are.
+        delay : float
+            From a sample to where its drives begin to act, s.
+
+        Raises
+        ------
+        ModelError
+            If an argument makes no sense; the message names it and lists what there is.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> hub = scene.add_rigid_body("hub", 1.0, 0.1, joint=kf.Revolute("z"))
+        >>> def hold(t, reads, memory):
+        ...     angle, rate = reads
+        ...     return 4.0 * (1.0 - angle) - 1.0 * rate
+        >>> reads = ("joint_coordinates hub", "joint_speeds hub")
+        >>> scene.add_controller("hold", hold, every=1e-3, reads=reads, drives="motor hub")
+        >>> result = scene.simulate((0.0, 2.0))
+        >>> result.controllers["hold"].drives.shape
+        (2000, 1)
+        """
+        label = f"controller {name!r}"
+        self._check_open(label)
+        if not isinstance(name, str) or not name:
+            raise ModelError(f"the name of a controller must be a text, not {name!r}")
+        if any(other.name == name for other in self._controllers):
+            raise ModelError(f"the scene already has a {label}. Remedy: another name")
+        _check_function(function, label)
+        for what, value, least in (("every", every, math.ulp(0.0)), ("delay", delay, 0.0)):
+            is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+            if not (is_number and math.isfinite(value) and value >= least):
+                above = "above zero" if least else "zero or more"
+                raise ModelError(f"{what} of {label} must be {above}, in s, not {value!r}")
+        readings = tuple(found for named in _asked(reads, "reads", label) for found in self._readings(label, *named))
+        wanted = [self._drives(label, *named) for named in _asked(drives, "drives", label)]
+        names = [drive for found in wanted for drive, _, _ in found]
+        number = 0
+        for found in wanted:
+            for drive, target, made in found:
+                self._hold(name, number, f"{drive.partition(' [')[0]} by {label}", target, made)
+                number += 1
+        self._controllers.append(Controller(name, function, float(every), float(delay), readings, tuple(names)))
+
+    def _readings(self, label: str, name: str, text: object) -> list[Reading]:
+        """Return what one text asks for."""
+        role = f"{label} reads"
+        target = target_of(self._entries, name, text, READS, role)
+        entry = self._entries[target.body]
+
+        def reading(title: str, unit: str, component: int, is_own: bool = False) -> Reading:
+            interface = target.interface.name if target.interface is not None else ""
+            return Reading(f"{title} [{unit}]", target.what, entry.name, interface, component, is_own)
+
+        if target.what in ("joint_coordinates", "joint_speeds"):
+            rate = "/s" if target.what == "joint_speeds" else ""
+            return [
+                reading(title, f"{unit}{rate}", i) for title, i, unit in joint_entry(self._entries, target, role, None)
+            ]
+        if target.what in ("modal_coordinates", "modal_speeds"):
+            count = entry.flexible.free_count if entry.flexible is not None else 0
+            chosen = [i for i in range(count) if target.axis in ("", str(i))]
+            if not chosen:
+                raise ModelError(f"{role} {target.name!r}: {entry.name!r} has {count} modes, not {target.axis!r}")
+            return [
+                reading(target.name if target.axis else f"{target.name} {i}", READS[target.what], i) for i in chosen
+            ]
+        if target.what == "deflection" and target.interface is None:
+            listed = ", ".join(frame.name for frame in entry.interfaces) or "none"
+            raise ModelError(f"{role} {target.name!r}: a deflection is that of an interface. There are: {listed}")
+        unit = READS[target.what]
+        return [reading(title, unit, i, is_own) for title, i, is_own in _axes(target, role)]
+
+    def _drives(self, label: str, name: str, text: object) -> list[tuple[str, Target, tuple[int, bool]]]:
+        """Return name, target, and component and axes of each drive that one text asks for."""
+        role = f"{label} drives"
+        what = text.strip().partition(" ")[0] if isinstance(text, str) else ""
+        if what in ELSEWHERE:
+            raise ModelError(f"{role} {text!r}: a controller does not drive a {what}. Remedy: {ELSEWHERE[what]}")
+        target = target_of(self._entries, name, text, DRIVES, role)
+        entry = self._entries[target.body]
+        if target.what == "motor":
+            return [
+                (f"{title} [{'N m' if unit == 'rad' else 'N'}]", target, (i, False))
+                for title, i, unit in joint_entry(self._entries, target, role)
+            ]
+        if entry.flexible is not None and target.interface is None:
+            listed = ", ".join(frame.name for frame in entry.interfaces) or "none"
+            raise ModelError(
+                f"{role} {text!r}: a flexible body is loaded at its interfaces. Remedy: '{target.what} "
+                f"{entry.name}/interface'; it has: {listed}"
+            )
+        return [(f"{title} [{DRIVES[target.what]}]", target, (i, own)) for title, i, own in _axes(target, role)]
+
+    def _hold(self, name: str, number: int, label: str, target: Target, made: tuple[int, bool]) -> None:
+        """Add the load that one drive of a controller is."""
+        entry, (component, is_own) = self._entries[target.body], made
+        if target.what == "motor":
+            entry.joint_loads.append(JointLoad(label, Held(name, number), component, takes_state=True))
+            return
+        axis = np.eye(3)[component]
+        if is_own and target.interface is not None:  # what follows an interface is along axes of G turned with it
+            axis = target.interface.axes @ axis
+        held = Held(name, number, (float(axis[0]), float(axis[1]), float(axis[2])))
+        load = PointLoad(label, held, target.what == "torque", np.zeros(3), is_own, takes_state=True)
+        entry.loads.append((load, target.interface))
+
+
+def _axes(target: Target, role: str) -> list[tuple[str, int, bool]]:
+    """Return name, axis and whether it is the frame's own, of what a target asks for: one axis, or three."""
+    if not target.axis:
+        return [(f"{target.name} {axis}", i, False) for axis, i in AXES.items()]
+    plain = target.axis.removesuffix("'")
+    if plain not in AXES:
+        raise ModelError(
+            f"{role} {target.name!r}: {target.axis!r} is no axis. Remedy: x, y or z of N, x', y' or z' of the frame"
+        )
+    return [(target.name, AXES[plain], target.axis.endswith("'"))]
+
+
+def _asked(named: Named, what: str, label: str) -> Sequence[tuple[str, str]]:
+    try:
+        found = asked_for(named)
+    except TypeError:
+        found = []
+    if not found or not all(isinstance(text, str) for _, text in found):
+        raise ModelError(f"{what} of {label} must be one or more texts such as 'motor hub', not {named!r}")
+    return found
+
+
+def _check_function(function: object, label: str) -> None:
+    """Raise a ModelError if a function does not take three arguments."""
+    wanted = "f(t, reads, memory) -> drives"
+    if not callable(function):
+        raise ModelError(f"{label} needs a function {wanted}, not {function!r}")
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # some functions in C do not tell
+        return
+    try:
+        signature.bind(0.0, None, {})
+    except TypeError as error:
+        raise ModelError(f"{label} needs a function {wanted}; its parameters are {signature}") from error
