@@ -51,6 +51,15 @@ def version() -> None:
     typer.echo(__version__)
 
 
+def prepare() -> None:
+    """Build the solver for this machine now, rather than in the first runs; a wheel has brought it already."""
+    from kanefe.kernels.build import build, jobs_here
+    from kanefe.kernels.units import own_folder
+
+    count = build(own_folder(), jobs_here(), typer.echo)
+    typer.echo(f"the solver is prepared: {count} parts built, {own_folder()}")
+
+
 def list_cache() -> None:
     """List the bodies and the models in the cache, last used first."""
     import time
@@ -93,6 +102,7 @@ def main() -> None:
     app.command()(verify)
     app.command()(stress)
     app.command()(version)
+    app.command()(prepare)
     of_cache = typer.Typer(name="cache", help="The cache of flexible bodies and their models.", no_args_is_help=True)
     of_cache.command("list")(list_cache)
     of_cache.command("clear")(clear_cache)

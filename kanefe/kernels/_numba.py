@@ -1,26 +1,23 @@
-"""The door to numba: how kernels are compiled, and where the compiled code is kept.
+"""The door to numba: what kernels are compiled with, and user's functions.
 
-numba's own cache looks at the file of a function alone and would not see a change in a kernel that it calls. The code
-is therefore kept in a folder of the user's cache that is named by a hash of all files below this folder, so that a
-change in any of them starts a new one. Constants are compiled in: those of kernels have to be in these files too.
-``KANEFE_JIT=0`` runs the kernels as plain Python, without importing numba.
+numba is imported when something is compiled, not before: kernels that were built ahead of time (see
+`kanefe.kernels.units`) do without. Until then a kernel is the plain function that is written; compiled are copies of
+them, whose modules see each other's copies.
+``KANEFE_JIT=0`` runs the kernels as plain Python.
 """
 
 from __future__ import annotations
 
-import ctypes
-import hashlib
-import numbers
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
-from pathlib import Path
-from typing import Any, TypeVar
+from types import FunctionType
+from typing import Any, NamedTuple, TypeVar
 
 from kanefe.errors import ModelError
-from kanefe.storage.files import cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -34,28 +31,46 @@ RELAXED = {"contract", "nsz", "arcp"}
 # that outlives it, so that none counts references to arrays, which would cost more than half of a small evaluation.
 INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 
-_OfLibrary: Any = ctypes._CFuncPtr  # type: ignore[attr-defined]  # the class of all functions that ctypes opens
+_seconds_compiling = 0.0
 
-_entries: dict[str, Any] = {}
-_timers: list[Any] = []
+
+@contextmanager
+def _timed() -> Iterator[None]:
+    """Count what is inside as time of compiling."""
+    global _seconds_compiling
+    began = time.perf_counter()
+    try:
+        yield
+    finally:
+        _seconds_compiling += time.perf_counter() - began
+
+
+def numba_for(what: str) -> Any:
+    """Return numba.
+
+    Raises
+    ------
+    ModelError
+        If it is not installed; the message says what it is for.
+    """
+    try:
+        import numba
+    except ImportError as error:
+        raise ModelError(
+            f"{what} needs numba, which is not installed. Remedy: pip install 'kanefe[compile]', or KANEFE_JIT=0 to do "
+            "without, some hundred times slower"
+        ) from error
+    return numba
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that other kernels call."""
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    return numba.njit(fastmath=RELAXED, **INNER)(function)  # type: ignore[no-any-return]
+    """Mark a function that other kernels call."""
+    return _marked(function, {"fastmath": RELAXED, **INNER})
 
 
 def inlined(function: Function) -> Function:
-    """Compile a small function into each place where it is called: its arguments stay in registers."""
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    return numba.njit(fastmath=RELAXED, forceinline=True, **INNER)(function)  # type: ignore[no-any-return]
+    """Mark a small function that is compiled into each place where it is called: its arguments stay in registers."""
+    return _marked(function, {"fastmath": RELAXED, "forceinline": True, **INNER})
 
 
 def expanded(function: Function) -> Function:
@@ -63,123 +78,144 @@ def expanded(function: Function) -> Function:
 
     Of those that call most kernels; arguments that are None leave out code in it as in the one that calls it.
     """
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    return numba.njit(inline="always")(function)  # type: ignore[no-any-return]
+    return _marked(function, {"inline": "always"})
 
 
 def vector_kernel(function: Function) -> Function:
-    """Compile a function of long sums whose order may change, so that they use vector instructions."""
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    return numba.njit(fastmath=RELAXED | {"reassoc"}, forceinline=True, **INNER)(function)  # type: ignore[no-any-return]
+    """Mark a function of long sums whose order may change, so that they use vector instructions."""
+    return _marked(function, {"fastmath": RELAXED | {"reassoc"}, "forceinline": True, **INNER})
 
 
-def entry(function: Function) -> Function:
-    """Compile a function that Python calls, and keep the machine code on disk."""
-    return _kept(function, {})
+def _marked(function: Function, options: dict[str, Any]) -> Function:
+    function.kernel_options = options  # type: ignore[attr-defined]
+    return function
 
 
-def entry_without_arrays(function: Function) -> Function:
-    """Compile one that makes no array, and so counts no references to slices, half of a small evaluation."""
-    return _kept(function, {"_nrt": False})
+def by_address(in_python: Function) -> Function:
+    """Mark the function that kernels call a C function by its address with: see `kanefe.kernels.calls`.
 
-
-def _kept(function: Function, options: dict[str, Any]) -> Function:
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    folder = _cache_folder()
-    options |= {"error_model": "numpy", "fastmath": RELAXED, "nogil": True, "cache": folder is not None}
-    with _kept_in(folder):
-        compiled = numba.njit(**options)(function)
-    if not _entries:
-        _announce_compilation(folder)
-    _entries[function.__qualname__] = compiled
-    return compiled  # type: ignore[no-any-return]
-
-
-def direct(function: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
-    """Return an entry for arguments of these types only: to tell the type of a pointer takes 20 us in every call."""
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    return function.compile(tuple(map(numba.typeof, arguments)))  # type: ignore[attr-defined,no-any-return]
-
-
-@cache
-def pointer(function: Function) -> Function:
-    """Compile a function of a method of integration (see `kanefe.kernels.stepping`) to a pointer of one type for all.
-
-    Kernels that call it need not be compiled for each. Made when it is first used. Functions of three arguments are
-    those of `filler`.
+    `in_python` does the same where nothing is compiled.
     """
-    if not IS_COMPILED:
-        return function
+    in_python.calls_by_address = True  # type: ignore[attr-defined]
+    return in_python
+
+
+_seen: dict[str, dict[str, Any]] = {}
+_dispatchers: dict[Callable[..., Any], Any] = {}
+
+
+def _seen_by(module: str) -> dict[str, Any]:
+    """Return what the functions of a module see when they are compiled: compiled kernels in the place of plain ones."""
+    if module not in _seen:
+        _seen[module] = seen = dict(vars(sys.modules[module]))
+        for name, value in list(seen.items()):
+            if hasattr(value, "kernel_options"):
+                seen[name] = _dispatcher(value)
+            elif hasattr(value, "calls_by_address"):
+                seen[name] = _call_by_address()
+    return _seen[module]
+
+
+def _copy(function: Callable[..., Any]) -> FunctionType:
+    seen = _seen_by(function.__module__)
+    return FunctionType(function.__code__, seen, function.__name__, function.__defaults__)  # type: ignore[attr-defined]
+
+
+def _dispatcher(function: Callable[..., Any]) -> Any:
+    """Return the compiled form of a kernel; it is compiled for the types that it is called with."""
     import numba
-    from numba import types
 
-    memory = types.int64[::1], types.float64[::1], types.float64[:, ::1], types.float64[:, ::1]
-    signatures = {
-        3: types.void(types.float64, types.float64[::1], types.float64[::1]),
-        4: types.int64(*memory),
-        6: types.void(*memory, types.float64, types.float64[::1]),
-    }
-    signature = signatures[function.__code__.co_argcount]
-    folder = _cache_folder()
-    with _kept_in(folder):
-        return numba.cfunc(signature, error_model="numpy", fastmath=RELAXED, cache=folder is not None)(function)  # type: ignore[no-any-return]
+    copy = _copy(function)  # other kernels first, of which one may be this
+    if function not in _dispatchers:
+        options = getattr(function, "kernel_options", {"fastmath": RELAXED, **INNER})
+        _dispatchers[function] = numba.njit(**options)(copy)
+    return _dispatchers[function]
 
 
-def compiled(function: Callable[[float], float], label: str) -> Callable[[float], float]:
-    """Compile a function of a number of the user; a ModelError names `label` if numba cannot."""
-    if not IS_COMPILED or hasattr(function, "py_func"):
-        return function
-    import numba
-    from numba import types
+class ObjectCode(NamedTuple):
+    """A C function as the linker takes it.
 
-    try:
-        return numba.njit(types.float64(types.float64))(function)  # type: ignore[no-any-return]
-    except (numba.core.errors.NumbaError, TypeError) as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise ModelError(
-            f"the {label} cannot be compiled: {reason}. Remedy: use numbers, math and conditions alone, or leave it in "
-            "Python, a Motion without compiled()"
-        ) from error
-
-
-def native(function: Function, kinds: tuple[str, ...]) -> Any:
-    """Compile a function without a result to a C function, kept on disk; see `kanefe.kernels.addresses` for the kinds.
-
-    Its address is ``.address``. Without compilation: the function itself.
+    Attributes
+    ----------
+    code : bytes
+        ELF, or what else the system has.
+    symbol : str
+    address : function () -> int
+        Where it is in this process, made when it is asked for.
     """
-    if not IS_COMPILED:
-        return function
-    import numba
+
+    code: bytes
+    symbol: str
+    address: Callable[[], int]
+
+
+def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, Any]) -> ObjectCode:
+    """Compile a kernel with a C function around it, whose source is given; in it the kernel is `function`."""
+    numba = numba_for("building the solver")
     from numba import types
+
+    names = names | {"function": _dispatcher(function), "array_of": numba.carray}
+    names |= {"pointer_to": _pointer_to()} | {f"{kind}_at": _function_at(kind) for kind in _pointer_types()}
+    names |= {kind: getattr(numba, kind) for kind in ("int64", "float64", "complex128")}
+    exec(source, names)
+    signature = types.void(types.CPointer(types.int64), types.CPointer(types.float64))
+    return _object_code(names["wrapper"], signature)
+
+
+def compiled_pointer(function: Callable[..., Any], kind: str) -> ObjectCode:
+    """Compile a kernel to a function of a type that all methods, or all scenes, share: see `kanefe.kernels.arrays`."""
+    numba_for("building the solver")
+    return _object_code(_copy(function), _pointer_types()[kind])
+
+
+def compiled_function(function: Callable[..., Any], kinds: tuple[str, ...]) -> ObjectCode:
+    """Compile a function without a result to a C function; see `kanefe.kernels.addresses` for the kinds."""
+    types = numba_for("building the solver").types
 
     def of(kind: str) -> Any:
         value = getattr(types, kind.rstrip("*"))
         return types.CPointer(value) if kind.endswith("*") else value
 
-    signature, folder = types.void(*map(of, kinds)), _cache_folder()
-    with _kept_in(folder):
-        return numba.cfunc(signature, error_model="numpy", fastmath=RELAXED, cache=folder is not None)(function)
+    return _object_code(_copy(function), types.void(*map(of, kinds)))
 
 
-def by_address(in_python: Callable[..., None]) -> Callable[..., None]:
-    """Return what kernels call a C function by its address with: see `kanefe.kernels.calls`.
+def _object_code(function: Callable[..., Any], signature: Any) -> ObjectCode:
+    numba_for("building the solver")
+    from llvmlite import binding
+    from numba.core.ccallback import CFunc
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.sigutils import normalize_signature
 
-    `in_python` does the same where nothing is compiled.
-    """
-    if not IS_COMPILED:
-        return in_python
+    made = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy", "fastmath": RELAXED})
+    with _timed(), global_compiler_lock:
+        result = made._compile_uncached()  # type: ignore[attr-defined]
+        library, symbol = result.library, result.fndesc.llvm_cfunc_wrapper_name
+        library._ensure_finalized()
+    codegen = library._codegen
+    # numba's own code is for its process alone: that of a library may be put anywhere
+    target = binding.Target.from_triple(binding.get_process_triple()).create_target_machine(
+        cpu=codegen._get_host_cpu_name(), features=codegen._tm_features, opt=3, reloc="pic", codemodel="default"
+    )
+    with _timed():
+        code = target.emit_object(library._final_module)
+    return ObjectCode(code, symbol, lambda: int(library.get_pointer_to_function(symbol)))
+
+
+@cache
+def _pointer_types() -> dict[str, Any]:
+    from numba import types
+
+    memory = types.int64[::1], types.float64[::1], types.float64[:, ::1], types.float64[:, ::1]
+    return {
+        "filler": types.void(types.float64, types.float64[::1], types.float64[::1]),
+        "advance": types.int64(*memory),
+        "interpolate": types.void(*memory, types.float64, types.float64[::1]),
+    }
+
+
+@cache
+def _call_by_address() -> Any:
+    """Return what calls a function by its address, with integers, numbers and the first places of arrays."""
     from llvmlite import ir
     from numba import types
     from numba.core import cgutils
@@ -205,76 +241,75 @@ def by_address(in_python: Callable[..., None]) -> Callable[..., None]:
 
         return types.void(address, arguments), build
 
-    return call_address  # type: ignore[no-any-return]
+    return call_address
 
 
-def address_of(given: object, what: str) -> int:
-    """Return the address of a C function of the user, for `kanefe.kernels.addresses`.
+@cache
+def _pointer_to() -> Any:
+    """Return what makes a pointer of an address, for carray."""
+    from numba import types
+    from numba.core import cgutils
+    from numba.extending import intrinsic
 
-    Parameters
-    ----------
-    given : object
-        A ``numba.cfunc``, a function of a library opened by ctypes or cffi, or the address itself. Whoever has the
-        address keeps the function too.
-    what : str
-        For messages.
+    @intrinsic
+    def pointer_to(typing: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return builder.inttoptr(values[0], cgutils.voidptr_t)
 
-    Raises
-    ------
-    ModelError
-        If it is none of these, or null.
-    """
-    found = _address(given)
-    if not found:
+        return types.voidptr(types.int64), build
+
+    return pointer_to
+
+
+@cache
+def _function_at(kind: str) -> Any:
+    """Return what makes a function of one of the types of pointers of an address."""
+    from numba import types
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+
+    made = types.FunctionType(_pointer_types()[kind])
+
+    @intrinsic
+    def function_at(typing: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            function = cgutils.create_struct_proxy(made)(context, builder)
+            function.c_addr = builder.inttoptr(values[0], cgutils.voidptr_t)
+            return function._getvalue()
+
+        return made(types.int64), build
+
+    return function_at
+
+
+def compiled(function: Callable[[float], float], label: str) -> Callable[[float], float]:
+    """Compile a function of a number of the user; a ModelError names `label` if numba cannot."""
+    if not IS_COMPILED or hasattr(function, "py_func"):
+        return function
+    numba = numba_for(f"the compiled {label}")
+    from numba import types
+
+    try:
+        return numba.njit(types.float64(types.float64))(function)  # type: ignore[no-any-return]
+    except (numba.core.errors.NumbaError, TypeError) as error:
+        reason = str(error).strip().splitlines()[-1]
         raise ModelError(
-            f"{what} must be a compiled function, not {given!r}. Remedy: a numba.cfunc, a function of a library opened "
-            "by ctypes or cffi, or its address"
-        )
-    return found
-
-
-def check_functions(functions: Iterable[object], what: str) -> None:
-    """Raise a ModelError if what should be functions of the house, addresses or None is none of them."""
-    for function in functions:
-        if function is not None and not callable(function) and not (isinstance(function, int) and function > 0):
-            raise ModelError(
-                f"a function of {what} must be the address of a C function, such as numba.cfunc(...).address, not "
-                f"{function!r}"
-            )
-
-
-def _address(given: Any) -> int:
-    if isinstance(given, bool):
-        return 0
-    if isinstance(given, numbers.Integral):
-        return int(given)
-    if isinstance(given, _OfLibrary):
-        return ctypes.cast(given, ctypes.c_void_p).value or 0
-    if type(given).__module__ == "_cffi_backend":
-        cffi = sys.modules["_cffi_backend"].FFI()
-        if cffi.typeof(given).kind in ("function", "pointer"):
-            return int(cffi.cast("intptr_t", given))
-    address = getattr(given, "address", None)  # a numba.cfunc
-    return address if isinstance(address, int) else 0
+            f"the {label} cannot be compiled: {reason}. Remedy: use numbers, math and conditions alone, or leave it in "
+            "Python, a Motion without compiled()"
+        ) from error
 
 
 Part = tuple[Callable[..., Any], int, int, bool]
 """A compiled function of the user, where its values go, how many they are (0: a number by itself), and takes it y."""
 
 
-def _fill_nothing(t: float, y: Any, inputs: Any) -> None:
-    return
-
-
 @lru_cache(maxsize=64)
-def filler(parts: tuple[Part, ...]) -> Callable[..., None]:
-    """Return a function (t, y, inputs) that writes what compiled functions of the user give.
+def compiled_filler(parts: tuple[Part, ...]) -> Callable[..., None]:
+    """Return a function (t, y, inputs) that writes what compiled functions of the user give, of which there are some.
 
     It is a pointer to machine code with one type for all scenes, so that kernels which call it need not be compiled
     for each. Kept, since a scene is frozen anew for every run, which would wait for it.
     """
-    if not parts:
-        return pointer(_fill_nothing)
     if not IS_COMPILED:
 
         def fill(t: float, y: Any, inputs: Any) -> None:
@@ -282,15 +317,16 @@ def filler(parts: tuple[Part, ...]) -> Callable[..., None]:
                 inputs[at : at + max(count, 1)] = function(t, y) if takes_state else function(t)
 
         return fill
-    import numba
+    numba = numba_for("a compiled function")
     from numba import types
 
-    chain = numba.njit(_fill_nothing)
+    chain = numba.njit(lambda t, y, inputs: None)
     for part in parts:
         chain = _filler_of(part, chain)
     whole = chain
     signature = types.void(types.float64, types.float64[::1], types.float64[::1])
-    return numba.cfunc(signature)(lambda t, y, inputs: whole(t, y, inputs))  # type: ignore[no-any-return]
+    with _timed():
+        return numba.cfunc(signature)(lambda t, y, inputs: whole(t, y, inputs))  # type: ignore[no-any-return]
 
 
 def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
@@ -325,64 +361,6 @@ def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
     return fill  # type: ignore[no-any-return]
 
 
-@contextmanager
-def _kept_in(folder: Path | None) -> Iterator[None]:
-    """Let numba keep what is compiled within in a folder."""
-    import numba
-
-    kept = numba.config.CACHE_DIR
-    if folder is not None:
-        numba.config.CACHE_DIR = str(folder)
-    try:
-        yield
-    finally:
-        numba.config.CACHE_DIR = kept
-
-
-def _cache_folder() -> Path | None:
-    """Return the folder of the compiled kernels, or None where none can be written."""
-    folder = cache_folder() / "kernels" / _stamp(Path(__file__).parent)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return folder if os.access(folder, os.W_OK) else None
-
-
-def _stamp(kernels: Path) -> str:
-    """Return what names the code of all files in a folder and below: their paths and what is in them."""
-    stamp = hashlib.sha256()
-    for path in sorted(kernels.rglob("*.py")):
-        if "__pycache__" not in path.relative_to(kernels).parts:
-            content = path.read_bytes()
-            stamp.update(f"{path.relative_to(kernels).as_posix()} {len(content)}\0".encode() + content)
-    return stamp.hexdigest()[:16]
-
-
-def _announce_compilation(folder: Path | None) -> None:
-    """Print a line when a kernel is compiled, which takes seconds, and not when it is read from the cache."""
-    from numba.core import event
-
-    class Announcement(event.Listener):
-        def on_start(self, happening: Any) -> None:
-            dispatcher = happening.data["dispatcher"]
-            name = dispatcher.py_func.__qualname__
-            if _entries.get(name) is dispatcher:
-                kept = f"kept in {folder}" if folder else "its cache cannot be written, so this happens in every run"
-                print(
-                    f"kanefe: compiling {name.replace('_', ' ')} for this kind of scene, 10 to 30 s, once ({kept})",
-                    file=sys.stderr,
-                    flush=True,
-                )
-
-        def on_end(self, happening: Any) -> None:
-            """Nothing to say."""
-
-    event.register("numba:compile", Announcement())
-    _timers.append(event.TimingListener())
-    event.register("numba:compiler_lock", _timers[0])
-
-
 def seconds_compiling() -> float:
-    """Return how long, since the process began, functions have been compiled or read from the cache."""
-    return float(_timers[0].duration) if _timers and _timers[0].done else 0.0
+    """Return how long, since the process began, kernels have been compiled."""
+    return _seconds_compiling

@@ -3,7 +3,7 @@
 An address is an integer in the tables of a scene, never a constant of compiled code, so that one compiled kernel serves
 all functions. Arguments are numbers, passed by value, and contiguous arrays, passed as the pointer to their first
 number; a complex number is passed in an array, as a pair of real ones. There is no result: functions write to arrays.
-Kernels call them with `kanefe.kernels.calls.call_address`; `kanefe.kernels._numba.address_of` finds those of the user.
+Kernels call them with `kanefe.kernels.calls.call_address`; `kanefe.kernels.foreign.address_of` finds those of the user.
 """
 
 from __future__ import annotations
@@ -11,11 +11,14 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from kanefe.kernels._numba import native
+from kanefe.kernels._numba import IS_COMPILED, compiled_function
+from kanefe.kernels.units import Unit, machine_code
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Kinds of arguments of a function of the house: see `house_address`
 INTEGER, NUMBER = "int64", "float64"
@@ -26,8 +29,26 @@ VALUES = "float64* or complex128*"
 _in_python: dict[int, Callable[..., None]] = {}
 """Functions of the house by their stand-in for an address, below zero, where nothing is compiled."""
 
-_kept: list[Any] = []
-"""What compiled functions of the house must not lose: their machine code."""
+
+def called_by_address(*kinds: str) -> Callable[[Function], Function]:
+    """Mark a function of the house that loads or links name, with the kinds of its arguments; see `house_address`."""
+
+    def mark(function: Function) -> Function:
+        function.kinds = kinds  # type: ignore[attr-defined]
+        return function
+
+    return mark
+
+
+def units_of(function: Callable[..., None], kinds: tuple[str, ...]) -> list[Unit]:
+    """Return what is built for a function of the house: for real and for complex numbers, where it takes VALUES."""
+    forms = [tuple(form if kind == VALUES else kind for kind in kinds) for form in (NUMBERS, COMPLEX_NUMBERS)]
+    return [_unit(function, form) for form in dict.fromkeys(forms)]
+
+
+def _unit(function: Callable[..., None], kinds: tuple[str, ...]) -> Unit:
+    name = f"{function.__name__}-{'complex' if COMPLEX_NUMBERS in kinds else 'real'}"
+    return Unit(name, function.__module__, lambda: compiled_function(function, kinds))
 
 
 @cache
@@ -41,13 +62,14 @@ def house_address(function: Callable[..., None], *kinds: str) -> int:
     kinds : str
         INTEGER, NUMBER, INTEGERS, NUMBERS or COMPLEX_NUMBERS, one for each argument.
     """
-    made = native(function, kinds)
-    if made is function:
-        number = -1 - len(_in_python)
-        _in_python[number] = function
-        return number
-    _kept.append(made)
-    return int(made.address)
+    return machine_code(_unit(function, kinds)).address if IS_COMPILED else stand_in(function)
+
+
+def stand_in(function: Callable[..., None]) -> int:
+    """Return what stands for the address of a function where nothing is compiled."""
+    number = -1 - len(_in_python)
+    _in_python[number] = function
+    return number
 
 
 def addresses(

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import entry, inlined, kernel
+from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.advance import advance
+from kanefe.kernels.arrays import RealRows, Reals
 from kanefe.kernels.constraints import (
     HOLDS_PLACE,
     RANK_TOLERANCE,
@@ -25,23 +26,26 @@ from kanefe.kernels.constraints import (
     holds,
     write_row,
 )
-from kanefe.kernels.drives import Drives, put_drives
+from kanefe.kernels.entries import entry
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.inertia import set_inertia
 from kanefe.kernels.inward import sweep_inward
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATES,
+    DRIVES,
     MODAL_SIZE,
     SPEEDS,
     STATES,
     WORK,
     FlexibleTables,
     Tables,
+    no_flexible,
 )
 from kanefe.kernels.openings import openings, rate_of_row
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.pivoted import factor, solve
+from kanefe.kernels.signatures import Variant
 from kanefe.kernels.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.vectors import copy
 
@@ -84,7 +88,7 @@ class Closing(NamedTuple):
     trial: np.ndarray
 
 
-@entry
+@kernel
 def close_size(m: int, n: int, coordinates: int) -> int:
     """Return how many numbers the workspace of `close` has, with m rows, n free and driven speeds."""
     return hold_size(m, n) + 4 * n + 4 * m + 2 * coordinates
@@ -220,27 +224,52 @@ def close(
     return CLOSED, weakest
 
 
-@kernel
+# Of a prepared call of `close_state`: its number, and what is returned
+SHARE_IN_METRIC, ENDED_AS = range(2)
+
+
+@entry(Variant(("flexible",)), empty={"flexible": no_flexible})
 def close_state(
+    share_stiffness: float,
     tables: Tables,
     flexible: FlexibleTables | None,
     loops: Loops,
-    motions: Drives,
-    drives: np.ndarray,
-    t: float,
-    share_stiffness: float,
-    y: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    workspace: np.ndarray,
-) -> bool:
-    """Close the loops of a state ``(q, u, z, ...)`` at time t, see `close`; tell whether that was possible."""
-    put_drives(motions, t, drives)
+    drives: RealRows,
+    y: Reals,
+    memory: Reals,
+) -> tuple[int, float]:
+    """Close the loops of a state ``(q, u, z, ...)``; return how it ended and the weakest pivot: see `close`.
+
+    `memory` has as many numbers as `closing_memory_size` tells.
+    """
     n, m, k = tables.sizes[COORDINATES], tables.sizes[SPEEDS], tables.sizes[STATES]
-    q, u, z = y[:n], y[n : n + m], y[n + m : n + m + k]
-    ended, _ = close(tables, flexible, loops, drives, share_stiffness, q, u, z, work, modal, border, workspace)
-    return ended == CLOSED
+    modes = borders = 0
+    if flexible is not None:
+        modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
+    rows = WORK * len(tables.rows)
+    return close(
+        tables,
+        flexible,
+        loops,
+        drives,
+        share_stiffness,
+        y[:n],
+        y[n : n + m],
+        y[n + m : n + m + k],
+        memory[:rows].reshape(-1, WORK),
+        memory[rows : rows + modes],
+        memory[rows + modes : rows + modes + borders],
+        memory[rows + modes + borders :],
+    )
+
+
+def closing_memory_size(tables: Tables, flexible: FlexibleTables | None, loops: Loops) -> int:
+    """Return how many numbers the memory of `close_state` has."""
+    size = WORK * len(tables.rows)
+    if flexible is not None:
+        size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
+    speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
+    return size + close_size(len(loops.rows), speeds, int(tables.sizes[COORDINATES]))
 
 
 @kernel
@@ -294,37 +323,3 @@ def _combine(kept: Answers, multipliers: np.ndarray, step: np.ndarray) -> None:
         if multipliers[j] != 0.0:
             for i in range(len(step)):
                 step[i] += multipliers[j] * kept.answers[j, i]
-
-
-@entry
-def close_loops(
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    loops: Loops,
-    drives: np.ndarray,
-    share_stiffness: float,
-    q: np.ndarray,
-    u: np.ndarray,
-    z: np.ndarray,
-) -> tuple[int, float]:
-    """Close the loops, for Python: change q and u in place; return how it ended and the weakest pivot, see `close`."""
-    modes = borders = 0
-    if flexible is not None:
-        modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
-    rows = WORK * len(tables.rows)
-    size = close_size(len(loops.rows), len(u) + len(drives), len(q))
-    workspace = np.empty(rows + modes + borders + size)
-    return close(
-        tables,
-        flexible,
-        loops,
-        drives,
-        share_stiffness,
-        q,
-        u,
-        z,
-        workspace[:rows].reshape(-1, WORK),
-        workspace[rows : rows + modes],
-        workspace[rows + modes : rows + modes + borders],
-        workspace[rows + modes + borders :],
-    )

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import entry, inlined, kernel
+from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
+from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.body_inertia import clear_forces
 from kanefe.kernels.constraint_jacobian import row_scale, walk_inward
 from kanefe.kernels.constraint_rows import COUPLER_ROW, row_terms
@@ -29,7 +30,7 @@ from kanefe.kernels.layout import (
     Z,
 )
 from kanefe.kernels.loads import push
-from kanefe.kernels.markers import axes_of, lever_of, motion_of
+from kanefe.kernels.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
 from kanefe.kernels.pivoted import factor, solve
 from kanefe.kernels.tolerances import HALF_ON
 from kanefe.kernels.vectors import Numbers, cross, dot, plus, put, vector
@@ -71,15 +72,22 @@ class Loops(NamedTuple):
         Pivot, of a row of unit length, below which it depends on others; a length of the scene, m.
     """
 
-    rows: np.ndarray
-    markers: np.ndarray
-    numbers: np.ndarray
-    speeds: np.ndarray
-    coefficients: np.ndarray
-    coordinates: np.ndarray
-    extents: np.ndarray
-    moves: np.ndarray
-    limits: np.ndarray
+    rows: IntegerRows
+    markers: RealRows
+    numbers: RealRows
+    speeds: Integers
+    coefficients: Reals
+    coordinates: Integers
+    extents: Reals
+    moves: Reals
+    limits: Reals
+
+
+def no_loops() -> Loops:
+    """Return the tables of a scene without constraints."""
+    integers, numbers = np.zeros(0, dtype=np.int64), np.zeros(0)
+    rows, markers = np.zeros((0, CONSTRAINT_INTEGERS), dtype=np.int64), np.zeros((0, MARKER_NUMBERS))
+    return Loops(rows, markers, np.zeros((0, 7)), integers, numbers, integers, numbers, numbers, np.zeros(2))
 
 
 class Answers(NamedTuple):
@@ -116,7 +124,7 @@ class Answers(NamedTuple):
     reach: np.ndarray
 
 
-@entry
+@kernel
 def hold_size(m: int, n: int) -> int:
     """Return how many numbers the workspace of `hold` has, with m rows and n free and driven speeds."""
     return m * (WRENCHES + n + 2 * m + 5) + 2 * n

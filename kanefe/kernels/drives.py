@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.kernels._numba import kernel
+from kanefe.kernels.arrays import Filler, IntegerRows, RealRows
 
 # Columns of the integers of a motion
 FIRST_PIECE, PIECE_COUNT = range(2)
@@ -28,13 +28,13 @@ class Drives(NamedTuple):
     spans : ndarray, shape (driven, 2)
         Between which times each motion is known, s.
     given : function (t, values, values)
-        Writes what functions of the user give into the values of all drives, see `kanefe.kernels._numba.filler`.
+        Writes what functions of the user give into the values of all drives, see `kanefe.kernels.filling.filler`.
     """
 
-    motions: np.ndarray
-    pieces: np.ndarray
-    spans: np.ndarray
-    given: Callable[[float, np.ndarray, np.ndarray], None]
+    motions: IntegerRows
+    pieces: RealRows
+    spans: RealRows
+    given: Filler
 
 
 @kernel

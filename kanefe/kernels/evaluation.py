@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import entry_without_arrays, expanded, inlined
+from kanefe.kernels._numba import expanded, inlined
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
-from kanefe.kernels.closing import close_size
-from kanefe.kernels.constraints import Loops, hold
+from kanefe.kernels.arrays import RealRows, Reals, ValueRows, Values
+from kanefe.kernels.constraints import Loops, hold, hold_size, no_loops
 from kanefe.kernels.elastic import span, total
+from kanefe.kernels.entries import entry
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.inertia import set_inertia
 from kanefe.kernels.inward import sweep_inward
@@ -38,11 +39,13 @@ from kanefe.kernels.layout import (
     WORK_DETA,
     FlexibleTables,
     Tables,
+    no_flexible,
 )
 from kanefe.kernels.loads import add_field_loads, add_point_loads
-from kanefe.kernels.loads_between import LoadsBetween, add_loads_between
+from kanefe.kernels.loads_between import LoadsBetween, add_loads_between, no_loads_between
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.planar.layout import PlanarTables
+from kanefe.kernels.signatures import Variant
 from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_DAMPING, PUSH_STIFFNESS, RATES, SLOPE, is_finite
 from kanefe.kernels.vectors import put_euler_rates, three
 
@@ -61,10 +64,8 @@ class Workspace(NamedTuple):
         Forces that drive the driven coordinates.
     multipliers : ndarray, shape (m,)
         Of the constraints.
-    closing : ndarray, shape (`close_size`,)
-        Of `hold`, and of `close`.
-    asked : ndarray, shape (state,)
-        The state that was asked for, while another is in its place.
+    holding : ndarray, shape (`hold_size`,)
+        Of `hold`.
     acting : ndarray
         Of `add_loads_between`.
     """
@@ -76,8 +77,7 @@ class Workspace(NamedTuple):
     added: np.ndarray
     driving: np.ndarray
     multipliers: np.ndarray
-    closing: np.ndarray
-    asked: np.ndarray
+    holding: np.ndarray
     acting: np.ndarray
 
 
@@ -106,38 +106,34 @@ def workspace_size(
     flexible: FlexibleTables | None,
     between: LoadsBetween | None,
     loops: Loops | None,
-    state: int,
 ) -> int:
-    """Return how many numbers the workspace of a scene has, with so many in a state."""
-    speeds = tables.sizes[SPEEDS] + tables.sizes[DRIVES]
-    size = WORK * len(tables.rows) + 2 * speeds + tables.sizes[DRIVES] + state
+    """Return how many numbers the workspace of a scene has."""
+    speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
+    size = WORK * len(tables.rows) + 2 * speeds + int(tables.sizes[DRIVES])
     if flexible is not None:
-        size += flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE]
+        size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     if between is not None:
-        size += between.workspace_size[0]
-    if loops is not None:
-        size += len(loops.rows) + close_size(len(loops.rows), speeds, tables.sizes[COORDINATES])
-    return size
+        size += int(between.workspace_size[0])
+    m = 0 if loops is None else len(loops.rows)
+    return size + m + hold_size(m, speeds)
 
 
 @expanded
-def workspace_in(
-    memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, loops: Loops | None, state: int
-) -> Workspace:
+def workspace_in(memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, loops: Loops | None) -> Workspace:
     """Return the parts of a memory of `workspace_size`."""
     rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
-    speeds, modes, borders, m, closings = tables.sizes[SPEEDS] + driven, 0, 0, 0, 0
+    speeds, modes, borders, m, holds = tables.sizes[SPEEDS] + driven, 0, 0, 0, 0
     if flexible is not None:
         modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     if loops is not None:
         m = len(loops.rows)
-        closings = close_size(m, speeds, tables.sizes[COORDINATES])
+        holds = hold_size(m, speeds)
     work, rest = memory[:rows].reshape(-1, WORK), memory[rows:]
     modal, border, rest = rest[:modes], rest[modes : modes + borders], rest[modes + borders :]
     applied, added, rest = rest[:speeds], rest[speeds : 2 * speeds], rest[2 * speeds :]
     driving, multipliers, rest = rest[:driven], rest[driven : driven + m], rest[driven + m :]
-    closing, asked, acting = rest[:closings], rest[closings : closings + state], rest[closings + state :]
-    return Workspace(work, modal, border, applied, added, driving, multipliers, closing, asked, acting)
+    holding, acting = rest[:holds], rest[holds:]
+    return Workspace(work, modal, border, applied, added, driving, multipliers, holding, acting)
 
 
 @inlined
@@ -149,38 +145,55 @@ def parts_of(tables: Tables | PlanarTables, vectors: np.ndarray) -> Parts:
     return Parts(at[:n], at[n:m], at[m:k], slope[n:m], slope[m:k], slope[k:])
 
 
-@entry_without_arrays
+LOOPS_AND_LOADS = "between", "loops"
+SCENES = (
+    Variant(LOOPS_AND_LOADS),
+    Variant(("flexible", *LOOPS_AND_LOADS)),
+    Variant(("flexible", *LOOPS_AND_LOADS), True),
+)
+"""Which forms of scenes there is code for: to compile more takes longer than an empty table ever does."""
+EMPTY = {"between": no_loads_between, "loops": no_loops, "flexible": no_flexible}
+
+# Of a prepared call of `evaluate` and `evaluate_planar`: its place, and its numbers with what is returned
+IS_IMPLICIT = 0
+AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT, IS_ERROR = range(6)
+
+
+@entry(*SCENES, empty=EMPTY)
 def evaluate(
+    is_implicit: bool,
+    t: float,
+    share_damping: float,
+    share_stiffness: float,
     tables: Tables,
     flexible: FlexibleTables | None,
     between: LoadsBetween | None,
     loops: Loops | None,
-    drives: np.ndarray,
-    t: float,
-    inputs: np.ndarray,
-    vectors: np.ndarray,
-    share_damping: float,
-    share_stiffness: float,
-    memory: np.ndarray,
+    drives: RealRows,
+    inputs: Reals,
+    vectors: ValueRows,
+    memory: Values,
 ) -> tuple[int, float]:
     """Evaluate dy/dt.
 
     Parameters
     ----------
+    is_implicit : bool
+        Whether the evaluation is linearly implicit.
+    t : float
+        Time, s.
+    share_damping, share_stiffness : float
+        s and r of a linearly implicit evaluation.
     tables : Tables
     flexible, between, loops : FlexibleTables, LoadsBetween, Loops or None
         None leaves out their code.
     drives : ndarray, shape (driven, 3)
         Position, speed and acceleration of the driven coordinates.
-    t : float
-        Time, s.
     inputs : ndarray
         Values of loads.
     vectors : ndarray, shape (2 or more, state)
         The state, of `coordinates + free + states + 2` numbers, and, on return, dy/dt; two pushes follow for a linearly
         implicit evaluation, which gives ``z`` in the place of du: see `kanefe.kernels.implicit`.
-    share_damping, share_stiffness : float
-        s and r of a linearly implicit evaluation.
     memory : ndarray, shape (`workspace_size`,)
         Of the type of the vectors.
 
@@ -191,8 +204,7 @@ def evaluate(
     weakest : float
         Smallest pivot of a constraint, of 1: it falls to zero towards a singular position.
     """
-    workspace = workspace_in(memory, tables, flexible, loops, len(vectors[AT]))
-    is_implicit, shares = len(vectors) > PUSH_STIFFNESS, (share_damping, share_stiffness)
+    workspace, shares = workspace_in(memory, tables, flexible, loops), (share_damping, share_stiffness)
     parts = parts_of(tables, vectors)
     is_regular, pivot = put_rates(
         tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, shares, workspace
@@ -219,7 +231,7 @@ def put_rates(
     workspace: Workspace,
 ) -> tuple[bool, Any]:
     """Write dy/dt; return whether every joint has inertia along it, and the smallest pivot of the constraints."""
-    work, modal, border, applied, added, driving, multipliers, closing, _, acting = workspace
+    work, modal, border, applied, added, driving, multipliers, holding, acting = workspace
     q, u, z, du, dz, powers = parts
 
     rates_of_coordinates(tables, flexible, q, u, vectors[SLOPE])
@@ -235,7 +247,7 @@ def put_rates(
     if flexible is not None:
         powers[0] += modal_dissipation(flexible, modal, powers)
         powers[1] += add_field_loads(flexible, inputs, work, modal)
-    if between is not None:
+    if between is not None and len(between.loads) > 0:
         taken, given = add_loads_between(between, tables.rows, flexible, t, inputs, z, dz, work, modal, acting)
         powers[0] += taken
         powers[1] += given
@@ -253,9 +265,9 @@ def put_rates(
         put_driving_forces(tables, applied, work, driving)
 
     pivot = 1.0
-    if loops is not None:
+    if loops is not None and len(loops.rows) > 0:
         pivot = hold(
-            loops, tables, flexible, drives, z, applied, work, modal, border, du, driving, multipliers, closing,
+            loops, tables, flexible, drives, z, applied, work, modal, border, du, driving, multipliers, holding,
             is_implicit,
         )  # fmt: skip
     for i in range(len(driving)):

@@ -1,19 +1,27 @@
-"""Runs in order n: a method of integration gets what it wants evaluated until its outputs or steps are done."""
+"""Runs in order n: a method of integration gets what it wants evaluated until its outputs or steps are done.
+
+The scene is behind prepared calls of its kernels: one function serves scenes of every kind, in space and in the plane.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
-import numpy as np
-
-from kanefe.kernels._numba import entry_without_arrays, expanded
-from kanefe.kernels.closing import close_state
-from kanefe.kernels.constraints import Loops
+from kanefe.kernels._numba import kernel
+from kanefe.kernels.arrays import Filler, RealRows, Reals
+from kanefe.kernels.calls import call_address
+from kanefe.kernels.closing import CLOSED, ENDED_AS, SHARE_IN_METRIC
 from kanefe.kernels.drives import Drives, put_drives
-from kanefe.kernels.evaluation import Workspace, parts_of, put_rates, workspace_in
-from kanefe.kernels.layout import FlexibleTables, Tables
-from kanefe.kernels.loads_between import LoadsBetween
-from kanefe.kernels.momenta import put_balance
+from kanefe.kernels.entries import Prepared, entry
+from kanefe.kernels.evaluation import (
+    AT_TIME,
+    DONE_AS,
+    IS_IMPLICIT,
+    LEAST_PIVOT,
+    SHARE_OF_DAMPING,
+    SHARE_OF_STIFFNESS,
+)
+from kanefe.kernels.momenta import BALANCE_TIME
 from kanefe.kernels.stepping import (
     AT,
     BALANCE,
@@ -37,34 +45,49 @@ from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.kernels.vectors import copy
 
 
-@entry_without_arrays
-def integrate(
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
-    loops: Loops | None,
-    drives: np.ndarray,
-    motions: Drives,
-    fill: Any,
-    inputs: np.ndarray,
-    run: Run,
-    vectors: np.ndarray,
-    memory: np.ndarray,
-) -> tuple[int, float]:
-    """Go on with a run until its method wants what is not to be had here.
+class Scene(NamedTuple):
+    """What a run needs of a scene.
 
-    Parameters
+    Attributes
     ----------
-    tables, flexible, between, loops
-        As in `kanefe.kernels.evaluation.evaluate`.
+    evaluation, closing, balance : Prepared
+        Calls of the kernels `evaluate` or `evaluate_planar`, `close_state` (where there are loops) and `balance`, all
+        with `drives`, `inputs` and the vectors of the run.
+    has_loops : bool
     drives : ndarray, shape (driven, 3)
         Written by `motions` at each time.
+    motions : Drives
     fill : function (t, y, inputs)
         Writes the values of loads that are compiled functions.
     inputs : ndarray
         Values of loads, the constant ones written.
+    closed : ndarray, shape (state,)
+        The state that `closing` closes.
+    asked : ndarray, shape (state,)
+        Where the state that was asked for is kept, while another is in its place.
+    """
+
+    evaluation: Prepared
+    closing: Prepared
+    balance: Prepared
+    has_loops: bool
+    drives: RealRows
+    motions: Drives
+    fill: Filler
+    inputs: Reals
+    closed: Reals
+    asked: Reals
+
+
+@entry()
+def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
+    """Go on with a run until its method wants what is not to be had here.
+
+    Parameters
+    ----------
+    scene : Scene
+    run : Run
     vectors : ndarray, shape (vectors of the method, state)
-    memory : ndarray, shape (`workspace_size`,)
 
     Returns
     -------
@@ -74,81 +97,65 @@ def integrate(
     weakest : float
         Smallest pivot of a constraint met, of 1.
     """
-    workspace = workspace_in(memory, tables, flexible, loops, len(vectors[AT]))
-    parts, at, reals = parts_of(tables, vectors), vectors[AT], run.reals
+    at, reals = vectors[AT], run.reals
+    places, numbers = scene.evaluation.places, scene.evaluation.numbers
     weakest, closed = 1.0, run.integers[STORED]
     while True:
         command = go_on(run, vectors)
-        if loops is not None:
+        if scene.has_loops:
             for stored in range(closed, run.integers[STORED]):
-                time, state = run.times[stored], run.states[stored]
-                if not _close(tables, flexible, loops, motions, drives, time, reals[SHARE_STIFFNESS], state, workspace):
+                if not _close(scene, run.times[stored], reals[SHARE_STIFFNESS], run.states[stored]):
                     run.integers[IS_LEFT_OPEN] = 1
             closed = run.integers[STORED]
-            if command == PROJECT:
-                time, state = reals[TIME], vectors[STATE]
-                if _close(tables, flexible, loops, motions, drives, time, reals[SHARE_STIFFNESS], state, workspace):
-                    continue
+            if command == PROJECT and _close(scene, reals[TIME], reals[SHARE_STIFFNESS], vectors[STATE]):
+                continue
         if command != RATES and command != IMPLICIT and command != BALANCE:
             return command, weakest
         t = reals[TIME_AT]
-        reals[LARGEST_OF_DRIVES] = put_drives(motions, t, drives)
+        reals[LARGEST_OF_DRIVES] = put_drives(scene.motions, t, scene.drives)
         if command == BALANCE:
-            own = workspace.work, workspace.modal, workspace.acting
-            put_balance(tables, flexible, between, t, drives, inputs, *own, run.integers, reals, vectors)
+            scene.balance.numbers[BALANCE_TIME] = t
+            call_address(scene.balance.address, (scene.balance.places, scene.balance.numbers))
             continue
-        is_implicit, shares = command == IMPLICIT, (reals[SHARE_DAMPING], reals[SHARE_STIFFNESS])
+        places[IS_IMPLICIT], numbers[AT_TIME] = command == IMPLICIT, t
+        numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS] = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS]
         for is_beside in range(2):  # a second time where the loops are nearly singular
-            fill(t, at, inputs)
-            is_regular, pivot = put_rates(
-                tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, shares, workspace
-            )
+            scene.fill(t, at, scene.inputs)
+            call_address(scene.evaluation.address, (places, numbers))
+            is_regular, pivot = numbers[DONE_AS] != NO_INERTIA, numbers[LEAST_PIVOT]
             weakest = min(weakest, pivot)
-            if loops is None:
+            if not scene.has_loops:
                 break
             if is_beside:
-                copy(workspace.asked, at)
+                copy(scene.asked, at)
                 break
             reals[WEAKEST] = pivot
             if is_regular and not pivot < NEAR_SINGULAR:
                 break
-            if not is_regular or not _step_beside(tables, flexible, loops, motions, drives, t, at, workspace):
+            if not is_regular or not _step_beside(scene, t, at):
                 return command, weakest
         if not is_regular:
             return NO_INERTIA, weakest
 
 
-@expanded
-def _close(
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    loops: Loops,
-    motions: Drives,
-    drives: np.ndarray,
-    t: float,
-    share_stiffness: float,
-    y: np.ndarray,
-    workspace: Workspace,
-) -> bool:
+@kernel
+def _close(scene: Scene, t: float, share_stiffness: float, y: Reals) -> bool:
     """Close the loops of a state at a time; tell whether that was possible."""
-    rest = workspace.work, workspace.modal, workspace.border, workspace.closing
-    return close_state(tables, flexible, loops, motions, drives, t, share_stiffness, y, *rest)
+    put_drives(scene.motions, t, scene.drives)
+    copy(y, scene.closed)
+    scene.closing.numbers[SHARE_IN_METRIC] = share_stiffness
+    call_address(scene.closing.address, (scene.closing.places, scene.closing.numbers))
+    if scene.closing.numbers[ENDED_AS] != CLOSED:
+        return False
+    copy(scene.closed, y)
+    return True
 
 
-@expanded
-def _step_beside(
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    loops: Loops,
-    motions: Drives,
-    drives: np.ndarray,
-    t: float,
-    at: np.ndarray,
-    workspace: Workspace,
-) -> bool:
+@kernel
+def _step_beside(scene: Scene, t: float, at: Reals) -> bool:
     """Put the nearest closed state in the place of one near a singular position, whose rates are then its own.
 
     Off the constraints they would be without bounds. Tells whether there is one.
     """
-    copy(at, workspace.asked)
-    return _close(tables, flexible, loops, motions, drives, t, 0.0, at, workspace)
+    copy(at, scene.asked)
+    return _close(scene, t, 0.0, at)

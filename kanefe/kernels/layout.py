@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
+
 # Kinds of rows
 FIXED, REVOLUTE, AXIS, GIVEN, SPHERICAL, FREE, INTERFACE = range(7)
 # between FIXED and GIVEN: of one coordinate
@@ -116,15 +118,15 @@ class Tables(NamedTuple):
         Constants of all given links.
     """
 
-    rows: np.ndarray
-    geometry: np.ndarray
-    gravity: np.ndarray
-    loads: np.ndarray
-    points: np.ndarray
-    joint_forces: np.ndarray
-    laws: np.ndarray
-    sizes: np.ndarray
-    numbers: np.ndarray
+    rows: IntegerRows
+    geometry: RealRows
+    gravity: Reals
+    loads: IntegerRows
+    points: RealRows
+    joint_forces: IntegerRows
+    laws: RealRows
+    sizes: Integers
+    numbers: Reals
 
 
 class FlexibleTables(NamedTuple):
@@ -144,11 +146,17 @@ class FlexibleTables(NamedTuple):
         Modal work, border work, slope measure.
     """
 
-    bodies: np.ndarray
-    pool: np.ndarray
-    carrying: np.ndarray
-    fields: np.ndarray
-    sizes: np.ndarray
+    bodies: IntegerRows
+    pool: Reals
+    carrying: Integers
+    fields: IntegerRows
+    sizes: Integers
+
+
+def no_flexible() -> FlexibleTables:
+    """Return the tables of a scene of rigid bodies."""
+    bodies, fields = np.zeros((0, BODY_INTEGERS), dtype=np.int64), np.zeros((0, 7), dtype=np.int64)
+    return FlexibleTables(bodies, np.zeros(0), np.zeros(0, dtype=np.int64), fields, np.zeros(3, dtype=np.int64))
 
 
 COORDINATES, SPEEDS, DRIVES, STATES = range(4)

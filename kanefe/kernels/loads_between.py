@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.kernels._numba import kernel
+from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.calls import call_address
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
@@ -22,7 +23,7 @@ from kanefe.kernels.force_elements.places import (
 )
 from kanefe.kernels.layout import FlexibleTables
 from kanefe.kernels.loads import push
-from kanefe.kernels.markers import axes_of, lever_of, motion_of
+from kanefe.kernels.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
 from kanefe.kernels.vectors import cross, plus, put_three, three
 
 # Columns of the integers of a load
@@ -49,12 +50,18 @@ class LoadsBetween(NamedTuple):
         How many numbers the workspace of a load has: see `load_workspace_size`.
     """
 
-    loads: np.ndarray
-    addresses: np.ndarray
-    rows: np.ndarray
-    markers: np.ndarray
-    numbers: np.ndarray
-    workspace_size: np.ndarray
+    loads: IntegerRows
+    addresses: IntegerRows
+    rows: Integers
+    markers: RealRows
+    numbers: Reals
+    workspace_size: Integers
+
+
+def no_loads_between() -> LoadsBetween:
+    """Return the tables of a scene without such loads."""
+    none = np.zeros((0, LOAD_INTEGERS), dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    return LoadsBetween(*none, np.zeros((0, MARKER_NUMBERS)), np.zeros(0), np.zeros(1, dtype=np.int64))
 
 
 def load_workspace_size(ends: int, states: int) -> int:

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import entry, expanded, inlined, kernel
+from kanefe.kernels._numba import expanded, inlined, kernel
+from kanefe.kernels.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.elastic import project, span
+from kanefe.kernels.entries import entry
 from kanefe.kernels.inertia import set_inertia
 from kanefe.kernels.joint_forces import LOWER, REST, STIFFNESS_OF, STOP_STIFFNESS, UPPER
 from kanefe.kernels.layout import (
@@ -41,10 +43,12 @@ from kanefe.kernels.layout import (
     M,
     R,
     Tables,
+    no_flexible,
 )
-from kanefe.kernels.loads_between import LoadsBetween, potential_between
+from kanefe.kernels.loads_between import LoadsBetween, no_loads_between, potential_between
 from kanefe.kernels.modal_elimination import coupling_span
 from kanefe.kernels.outward import sweep_outward
+from kanefe.kernels.signatures import Variant
 from kanefe.kernels.stepping import (
     AT,
     CENTRE,
@@ -252,33 +256,42 @@ def _put_rigid_motions(
             put_three(vectors[RIGID + 3 + k], speed + 3, rotated_back(axes, along))
 
 
-@entry
+# Of a prepared call of `balance`: its number
+BALANCE_TIME = 0
+
+
+@entry(Variant(("flexible", "between")), empty={"between": no_loads_between, "flexible": no_flexible})
 def balance(
+    t: float,
     tables: Tables,
     flexible: FlexibleTables | None,
     between: LoadsBetween | None,
-    t: float,
-    drives: np.ndarray,
-    inputs: np.ndarray,
-    integers: np.ndarray,
-    reals: np.ndarray,
-    vectors: np.ndarray,
+    drives: RealRows,
+    inputs: Reals,
+    integers: Integers,
+    reals: Reals,
+    vectors: RealRows,
+    memory: Reals,
 ) -> None:
-    """Write what a method asks for by BALANCE, for scenes whose functions are called from Python."""
-    work, modal, acting = _own(tables, flexible, between)
+    """Write what a method asks for by BALANCE: see `put_balance`.
+
+    `memory` is of the size of that of an evaluation.
+    """
+    work, modal, acting = _own(tables, flexible, memory)
     put_balance(tables, flexible, between, t, drives, inputs, work, modal, acting, integers, reals, vectors)
 
 
-@entry
+@entry(Variant(("flexible", "between")), empty={"between": no_loads_between, "flexible": no_flexible})
 def balances_of_states(
     tables: Tables,
     flexible: FlexibleTables | None,
     between: LoadsBetween | None,
-    times: np.ndarray,
-    drives: np.ndarray,
-    inputs: np.ndarray,
-    states: np.ndarray,
-    found: np.ndarray,
+    times: Reals,
+    drives: RealBlocks,
+    inputs: RealRows,
+    states: RealRows,
+    found: RealRows,
+    memory: Reals,
 ) -> None:
     """Write energies and momenta of all of some states.
 
@@ -292,8 +305,10 @@ def balances_of_states(
         Each begins with q, u and z.
     found : ndarray, shape (T, BALANCE_NUMBERS)
         Kinetic, elastic and gravity energy, linear momentum, and angular momentum about N's origin.
+    memory : ndarray
+        Of the size of that of an evaluation.
     """
-    work, modal, acting = _own(tables, flexible, between)
+    work, modal, acting = _own(tables, flexible, memory)
     n = tables.sizes[COORDINATES]
     m = n + tables.sizes[SPEEDS]
     for k in range(len(states)):
@@ -325,13 +340,10 @@ def _momenta_about_origin(
 
 @expanded
 def _own(
-    tables: Tables, flexible: FlexibleTables | None, between: LoadsBetween | None
+    tables: Tables, flexible: FlexibleTables | None, memory: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return memory for rows, modes and loads between frames."""
-    rows, modes, acting = WORK * len(tables.rows), 0, 0
+    """Return the parts of a memory for rows, modes and loads between frames."""
+    rows, modes = WORK * len(tables.rows), 0
     if flexible is not None:
         modes = flexible.sizes[MODAL_SIZE]
-    if between is not None:
-        acting = between.workspace_size[0]
-    memory = np.empty(rows + modes + acting)
     return memory[:rows].reshape(-1, WORK), memory[rows : rows + modes], memory[rows + modes :]

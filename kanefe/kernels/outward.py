@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import entry, inlined, kernel
+from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.arrays import RealBlocks, RealRows, Reals
 from kanefe.kernels.elastic import modal_state, project, span, transposed_product
+from kanefe.kernels.entries import entry
 from kanefe.kernels.layout import (
     ABOUT,
     ALONG,
@@ -48,6 +50,7 @@ from kanefe.kernels.layout import (
     Z,
 )
 from kanefe.kernels.link_motion import given_motion, motion_along
+from kanefe.kernels.signatures import Variant
 from kanefe.kernels.slopes import slope_motion
 from kanefe.kernels.vectors import (
     Numbers,
@@ -225,14 +228,16 @@ def _interface(
     put_matrix(work, i, TANGENT, T)
 
 
-@entry
+@entry(Variant(), Variant(("flexible",)))
 def motions_of_rows(
     tables: Tables,
     flexible: FlexibleTables | None,
-    drives: np.ndarray,
-    states: np.ndarray,
-    rates: np.ndarray,
-    found: np.ndarray,
+    drives: RealBlocks,
+    states: RealRows,
+    rates: RealRows,
+    found: RealBlocks,
+    given: RealRows,
+    memory: Reals,
 ) -> None:
     """Write how every row moves in all of some states.
 
@@ -246,16 +251,13 @@ def motions_of_rows(
     found : ndarray, shape (T, rows, 18 or 24)
         Position, axes to N (9), velocity, angular velocity and, with rates, acceleration and angular acceleration of
         every row, in N.
+    given : ndarray, shape (driven, 3)
+        Workspace, as is `memory`: WORK numbers a row, and those of the modal work.
     """
     size = WORK * len(tables.rows)
-    modes = 0
-    if flexible is not None:
-        modes = flexible.sizes[MODAL_SIZE]
-    memory = np.empty(size + modes)
     work, modal = memory[:size].reshape(-1, WORK), memory[size:]
     n = tables.sizes[COORDINATES]
     m = n + tables.sizes[SPEEDS]
-    given = np.zeros(drives.shape[1:])
     for k in range(len(states)):
         q = states[k, :n]
         sweep_outward(tables, flexible, drives[k], q, states[k, n:m], work, modal)
@@ -271,8 +273,15 @@ def motions_of_rows(
             put(found[k], i, 18, plus(vector(work, i, Z), fall))
             put(found[k], i, 21, vector(work, i, Y))
         # a = V du + Z, alpha = W du + Y (Eq. 15, 16): the partial velocities times du are the velocities that du causes
-        given[:, 0] = drives[k, :, 0]
+        given[:, :] = 0.0
+        for i in range(len(given)):
+            given[i, 0] = drives[k, i, 0]
         sweep_outward(tables, flexible, given, q, rates[k], work, modal)
         for i in range(len(tables.rows)):
             accumulate(found[k], i, 18, vector(work, i, VELOCITY))
             accumulate(found[k], i, 21, vector(work, i, OMEGA))
+
+
+def motion_memory_size(tables: Tables, flexible: FlexibleTables | None) -> int:
+    """Return how many numbers the memory of `motions_of_rows` has."""
+    return WORK * len(tables.rows) + (0 if flexible is None else int(flexible.sizes[MODAL_SIZE]))

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from kanefe.kernels.arrays import ADVANCE, INTERPOLATE
+from kanefe.kernels.entries import pointer
 from kanefe.kernels.stepping import AT, DONE, RATES, SLOPE, STAGE, STEPS, TIME_AT, ask
 from kanefe.kernels.vectors import copy
 
 TIME_OF, STATE_OF = 0, 1
 
 
+@pointer(ADVANCE)
 def revisit(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Ask for the rates at one state after the other; write them in the place of the states.
 
@@ -25,6 +28,7 @@ def revisit(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table:
     return ask(integers, RATES, 1)
 
 
+@pointer(INTERPOLATE)
 def between_states(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:

@@ -8,13 +8,14 @@ a run can be left and taken up again at any command, from a file too.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import entry, inlined, kernel
+from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.advance import put_turned
+from kanefe.kernels.arrays import Advance, Integers, Interpolate, RealRows, Reals
+from kanefe.kernels.entries import entry
 from kanefe.kernels.vectors import copy
 
 # Commands
@@ -94,9 +95,6 @@ AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE = range(7)
 ROWS_OF_METHOD = 7
 RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
 
-Advance = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], int]
-Interpolate = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray], None]
-
 
 class Run(NamedTuple):
     """A method in the middle of a run.
@@ -116,11 +114,11 @@ class Run(NamedTuple):
 
     advance: Advance
     interpolate: Interpolate
-    integers: np.ndarray
-    reals: np.ndarray
-    table: np.ndarray
-    times: np.ndarray
-    states: np.ndarray
+    integers: Integers
+    reals: Reals
+    table: RealRows
+    times: Reals
+    states: RealRows
     most_steps: int
 
 
@@ -257,21 +255,15 @@ def turn(integers: np.ndarray, q: np.ndarray, h: float, speeds: np.ndarray, firs
         changes[at + 3] += e0 * z + e1 * y - e2 * x
 
 
-@entry
-def next_command(run: Run, vectors: np.ndarray) -> int:
+@entry()
+def next_command(run: Run, vectors: RealRows) -> int:
     """Return the next command of a method, for a loop in Python: see `go_on`."""
     return go_on(run, vectors)
 
 
-@entry
+@entry()
 def interpolated(
-    interpolate: Interpolate,
-    integers: np.ndarray,
-    reals: np.ndarray,
-    vectors: np.ndarray,
-    table: np.ndarray,
-    t: float,
-    out: np.ndarray,
+    interpolate: Interpolate, integers: Integers, reals: Reals, vectors: RealRows, table: RealRows, t: float, out: Reals
 ) -> None:
     """Write the state at a time of the last step, for a call from Python."""
     interpolate(integers, reals, vectors, table, t, out)

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from kanefe.joints.motion import Motion
-from kanefe.kernels._numba import Part, filler
+from kanefe.kernels._numba import Part
 from kanefe.kernels.drives import PIECE_NUMBERS, Drives
+from kanefe.kernels.filling import filler
 from kanefe.tree.model_data import ModelData
 
 PIECES_A_STEP = 2.0

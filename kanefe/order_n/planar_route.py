@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
+from kanefe.kernels.entries import LATER, Bound
 from kanefe.kernels.planar.evaluation import evaluate_planar, planar_workspace_size
-from kanefe.kernels.planar.integration import integrate_planar
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.stepping import PUSH_STIFFNESS, Run
 from kanefe.order_n.planar_tables import floats_in_plane
@@ -40,10 +42,17 @@ class PlanarRoute(OrderN):
         """Call the kernel of the plane, or that of space for what the plane has not."""
         if len(vectors) > PUSH_STIFFNESS and not self._is_planar_if_implicit:
             return super()._evaluate(drives, t, inputs, vectors, shares)
-        return evaluate_planar(self.planar, drives, t, inputs, vectors, *shares, np.empty(self._planar_size))
+        memory, is_implicit = np.empty(self._planar_size), len(vectors) > PUSH_STIFFNESS
+        return self._planar_evaluation(is_implicit, t, *shares, drives, inputs, vectors, memory)  # type: ignore[no-any-return]
 
     def _integrate(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> tuple[int, float]:
         """Call the kernel of the plane, or that of space for what the plane has not."""
         if is_balanced or (is_implicit and not self._is_planar_if_implicit):
             return super()._integrate(run, vectors, is_implicit, is_balanced)
-        return integrate_planar(self.planar, *self._written(vectors), run, vectors, np.empty(self._planar_size))
+        return self._go_on_by(self._planar_evaluation, self._planar_size, run, vectors, is_balanced)
+
+    @cached_property
+    def _planar_evaluation(self) -> Bound:
+        return self._expected(
+            evaluate_planar.bound(LATER, LATER, LATER, LATER, self.planar, LATER, LATER, LATER, LATER)
+        )

@@ -6,8 +6,9 @@ proportional to the number of bodies. Objects are read-only after they are made:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, overload
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, cast, overload
 
 import numpy as np
 
@@ -17,18 +18,22 @@ from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
-from kanefe.kernels._numba import filler
-from kanefe.kernels.closing import CLOSED, close_loops
+from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.closing import CLOSED, close_state, closing_memory_size
 from kanefe.kernels.constraints import Loops
 from kanefe.kernels.derivatives import derivatives
+from kanefe.kernels.drives import Drives
+from kanefe.kernels.entries import LATER, Bound, Prepared
 from kanefe.kernels.evaluation import evaluate, workspace_size
-from kanefe.kernels.integration import integrate
+from kanefe.kernels.filling import filler
+from kanefe.kernels.integration import Scene, integrate
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables
 from kanefe.kernels.loads_between import COMPLEX, LoadsBetween
 from kanefe.kernels.momenta import balance
-from kanefe.kernels.outward import motions_of_rows
-from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, STATE, TIME_AT, Run
+from kanefe.kernels.outward import motion_memory_size, motions_of_rows
+from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_STIFFNESS, SLOPE, STATE, TIME_AT, Run
 from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.kernels.units import expect
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
 from kanefe.order_n.load_tables import loads_between
@@ -44,6 +49,8 @@ GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow: there is no scene left to explain."""
 
 NO_DRIVES = np.zeros((0, 3))
+
+NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 
 
 class OrderN(LiteralRoute):
@@ -65,7 +72,7 @@ class OrderN(LiteralRoute):
         self.between = loads_between(builder)
         self.loops = loop_tables(builder)
         self._size = model.coordinate_count + model.free_count + model.state_count + WORKS
-        self._workspace_size = workspace_size(self.tables, self.flexible, self.between, self.loops, self._size)
+        self._workspace_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
         self.places: Seats = builder
         self.inputs = builder.inputs
         self._constants = self.inputs.constants if self.inputs.is_constant else None
@@ -74,6 +81,7 @@ class OrderN(LiteralRoute):
         self._fill = filler(parts)
         self._drives = model.drives
         self._motions = drive_tables(model)
+        self._going: tuple[np.ndarray, Bound, Scene, Any] | None = None
 
     def lacks(self, form: Form) -> str:
         """Return why there are no substructures."""
@@ -202,11 +210,10 @@ class OrderN(LiteralRoute):
         inputs = self.values(t, y)
         found = np.empty((len(directions), len(y)))
         memory = np.empty(self._workspace_size, dtype=complex)
-        try:
-            is_regular = derivatives(*self._scene, self.drives(t), t, inputs, vectors, directions, found, memory)
-        except ZeroDivisionError:  # numba divides complex numbers like Python, whatever its error model
-            is_regular = False
-        if not is_regular:
+        scene = False, t, 0.0, 0.0, *self._scene
+        call, _kept = evaluate.bound(*scene, self.drives(t), inputs, vectors, memory, is_complex=True).prepared()
+        along = np.ascontiguousarray(directions, dtype=float)
+        if not derivatives.bound(call, vectors, along, found, is_complex=True)():
             self._explain(t, y)
         return found
 
@@ -220,7 +227,8 @@ class OrderN(LiteralRoute):
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.momenta`."""
         t, scene = float(run.reals[TIME_AT]), (self.tables, self.flexible, self.between)
-        balance(*scene, t, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors)
+        memory = np.empty(self._workspace_size)
+        balance(t, *scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)
 
     def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
@@ -230,11 +238,11 @@ class OrderN(LiteralRoute):
         if self.loops is None:
             return y
         if stiffness is None and self.model.free_count:
-            q, u, z = self.parts(y)
-            q, u = q.copy(), u.copy()
-            ended, _ = close_loops(self.tables, self.flexible, self.loops, self.drives(t), share, q, u, z)
+            closed = np.array(y, dtype=float)
+            memory = np.empty(closing_memory_size(self.tables, self.flexible, self.loops))
+            ended, _ = self._closing(share, self.drives(t), closed, memory)
             if ended == CLOSED:
-                return np.concatenate((q, u, y[len(q) + len(u) :]))
+                return closed
         return super().projected(t, y, stiffness, share)
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
@@ -275,16 +283,63 @@ class OrderN(LiteralRoute):
         self, drives: np.ndarray, t: float, inputs: np.ndarray, vectors: np.ndarray, shares: tuple[float, float]
     ) -> tuple[int, float]:
         """Call the kernel that evaluates the rates once."""
-        return evaluate(*self._scene, drives, t, inputs, vectors, *shares, np.empty(self._workspace_size))
+        memory, is_implicit = np.empty(self._workspace_size), len(vectors) > PUSH_STIFFNESS
+        return self._evaluation(is_implicit, t, *shares, drives, inputs, vectors, memory)  # type: ignore[no-any-return]
 
     def _integrate(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> tuple[int, float]:
         """Call the kernel that goes on with a run."""
-        return integrate(*self._scene, *self._written(vectors), run, vectors, np.empty(self._workspace_size))
+        return self._go_on_by(self._evaluation, self._workspace_size, run, vectors, is_balanced)
 
-    def _written(self, vectors: np.ndarray) -> tuple[np.ndarray, Any, Callable[..., None], np.ndarray]:
-        """Return drives and inputs for a run to write, and what writes them; controllers hold what is in STATE."""
-        inputs = self.inputs.begun(self.parts(vectors[STATE])[2])
-        return np.empty((len(self._drives), 3)), self._motions, self._fill, inputs
+    def _go_on_by(
+        self, evaluation: Bound, size: int, run: Run, vectors: np.ndarray, is_balanced: bool
+    ) -> tuple[int, float]:
+        """Go on with a run by a kernel of evaluations with a memory of that size."""
+        if self._going is None or self._going[0] is not vectors or self._going[1] is not evaluation:
+            self._going = vectors, evaluation, *self._scene_of(evaluation, size, run, vectors, is_balanced)
+        scene = self._going[2]
+        scene.inputs[:] = self.inputs.begun(self.parts(vectors[STATE])[2])  # controllers hold what is in STATE
+        return integrate(scene, run, vectors)  # type: ignore[no-any-return]
+
+    def _scene_of(
+        self, evaluation: Bound, size: int, run: Run, vectors: np.ndarray, is_balanced: bool
+    ) -> tuple[Scene, Any]:
+        """Return what a run needs of the scene, and what has to be kept as long."""
+        drives, inputs = np.empty((len(self._drives), 3)), np.empty_like(self.inputs.constants)
+        closed, asked = np.empty(self._size), np.empty(self._size)
+        evaluated, kept = evaluation.prepared(False, 0.0, 0.0, 0.0, drives, inputs, vectors, np.empty(size))
+        closing = balanced = NOT_CALLED
+        if self.loops is not None:
+            memory = np.empty(closing_memory_size(self.tables, self.flexible, self.loops))
+            closing, kept_too = self._closing.prepared(0.0, drives, closed, memory)
+            kept = kept + kept_too
+        if is_balanced:
+            memory, tables = np.empty(self._workspace_size), (self.tables, self.flexible, self.between)
+            bound = balance.bound(0.0, *tables, drives, inputs, run.integers, run.reals, vectors, memory)
+            balanced, kept_too = bound.prepared()
+            kept = kept + kept_too
+        has_loops, motions = self.loops is not None, cast(Drives, self._motions)  # of an autonomous scene
+        scene = Scene(evaluated, closing, balanced, has_loops, drives, motions, self._fill, inputs, closed, asked)
+        return scene, kept
+
+    @cached_property
+    def _evaluation(self) -> Bound:
+        return self._expected(evaluate.bound(LATER, LATER, LATER, LATER, *self._scene, LATER, LATER, LATER, LATER))
+
+    def _expected(self, evaluation: Bound) -> Bound:
+        """Have what most runs of the scene need built with its evaluation, where it is not."""
+        if IS_COMPILED:
+            closing = () if self.loops is None else (self._closing.unit,)
+            expect((evaluation.unit, integrate.unit(integrate.variants[0]), *closing))
+        return evaluation
+
+    @cached_property
+    def _closing(self) -> Bound:
+        return close_state.bound(LATER, self.tables, self.flexible, self.loops, LATER, LATER, LATER)
+
+    @cached_property
+    def motions(self) -> Bound:
+        """Where all rows are at one time: see `motions_of_rows`."""
+        return motions_of_rows.bound(self.tables, self.flexible, *(LATER,) * 6)
 
     def _explain(self, t: float, y: Vector) -> None:
         """Raise the error of the literal route for a state at which the sweep failed."""
@@ -331,7 +386,8 @@ class _Frames(Sequence[Placed]):
         if self._rows is None:
             found = np.empty((1, len(route.tables.rows), 18))
             none, states = np.zeros((0, route.model.free_count)), np.array(self._y)[None]
-            motions_of_rows(route.tables, route.flexible, route.drives(self._t)[None], states, none, found)
+            drives, memory = route.drives(self._t), np.empty(motion_memory_size(route.tables, route.flexible))
+            route.motions(drives[None], states, none, found, drives, memory)
             self._rows = found[0]
         return _placed(self._rows, route.places.seats[number])
 

@@ -16,7 +16,7 @@ from kanefe.frames import (
     euler_parameters_from_matrix,
     multiply,
 )
-from kanefe.kernels._numba import pointer
+from kanefe.kernels.evaluation import workspace_size
 from kanefe.kernels.layout import (
     ABOUT,
     AXES,
@@ -34,7 +34,7 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.loads_between import LoadsBetween
 from kanefe.kernels.momenta import BALANCE_NUMBERS, balances_of_states
-from kanefe.kernels.outward import motions_of_rows
+from kanefe.kernels.outward import motion_memory_size, motions_of_rows
 from kanefe.kernels.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.stepping import AT, DONE, MAP, REALS_OF_METHOD, ROWS_OF_METHOD, SLOPE, STATE, STEPS, Run
 from kanefe.order_n.inputs import InputLayout
@@ -121,7 +121,9 @@ class Sweeps:
     def _motions(self, rates: np.ndarray, width: int) -> np.ndarray:
         _, tables, flexible = self._placed
         found = np.empty((len(self._times), len(tables.rows), width))
-        motions_of_rows(tables, flexible, self._drives, self._states, rates, found)
+        given = np.empty(self._drives.shape[1:])
+        memory = np.empty(motion_memory_size(tables, flexible))
+        motions_of_rows(tables, flexible, self._drives, self._states, rates, found, given, memory)
         return found
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
@@ -224,7 +226,7 @@ class Sweeps:
         vectors = np.zeros((ROWS_OF_METHOD, size))
         vectors[STATE] = table[0, STATE_OF:]
         none = np.zeros(0), np.zeros((0, size)), 0
-        run = Run(pointer(revisit), pointer(between_states), integers, reals, table, *none)
+        run = Run(revisit, between_states, integers, reals, table, *none)
         while route.go_on(run, vectors, False, False) != DONE:  # at a singular position
             vectors[SLOPE] = route.evaluate(float(table[integers[STEPS], TIME_OF]), vectors[AT].copy()).rates
 
@@ -235,7 +237,7 @@ class Sweeps:
         inputs = route.inputs.constants[None]
         if route.inputs.between:
             inputs = np.array([route.values(float(t), y) for t, y in zip(self._times, self._states, strict=True)])
-        balances_of_states(
-            route.tables, route.flexible, route.between, self._times, self._drives, inputs, self._states, found
-        )
+        scene = route.tables, route.flexible, route.between
+        memory = np.empty(workspace_size(*scene, None))
+        balances_of_states(*scene, self._times, self._drives, inputs, self._states, found, memory)
         return found

@@ -20,7 +20,8 @@ from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kernels._numba import IS_COMPILED, filler, seconds_compiling
+from kanefe.kernels._numba import IS_COMPILED, seconds_compiling
+from kanefe.kernels.filling import filler
 from loop_scenes import four_bar
 from run_scenes import ADAPTIVE, double_pendulum
 

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import ctypes
-import os
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.kernels._numba import IS_COMPILED, address_of, entry
 from kanefe.kernels.addresses import COMPLEX_NUMBERS, INTEGER, NUMBER, NUMBERS, house_address
+from kanefe.kernels.arrays import Integers, Reals, ValueRows
 from kanefe.kernels.calls import call_address
+from kanefe.kernels.entries import entry
+from kanefe.kernels.foreign import address_of
+from kanefe.kernels.signatures import Variant
 
 
 def scaled(s: float, numbers: Any, out: Any) -> None:
@@ -32,20 +31,26 @@ def counted(count: int, out: Any) -> None:
     out[count] = 1.0 / count
 
 
-@entry
-def called(addresses: np.ndarray, s: Any, numbers: np.ndarray, workspace: np.ndarray) -> Any:
-    """Call the real or the complex function, as the workspace is."""
+@entry(Variant(), Variant((), True))
+def call_either(addresses: Integers, numbers: Reals, workspace: ValueRows) -> None:
+    """Call the real or the complex function with workspace[0, 0], as the workspace is."""
     out = workspace[1, 1:3]
     if workspace.itemsize == 8:
-        call_address(addresses[0], (s.real, numbers, out))
+        call_address(addresses[0], (workspace[0, 0].real, numbers, out))
     else:
-        workspace[1, 0] = s
-        call_address(addresses[1], (workspace[1, 0:1], numbers, out))
-    return out[0] + out[1]
+        call_address(addresses[1], (workspace[0, 0:1], numbers, out))
+    workspace[0, 1] = out[0] + out[1]
 
 
-@entry
-def counted_to(address: int, count: int, out: np.ndarray) -> None:
+def called(addresses: np.ndarray, s: Any, numbers: np.ndarray) -> Any:
+    workspace = np.zeros((2, 3), dtype=type(s))
+    workspace[0, 0] = s
+    call_either.bound(addresses, numbers, workspace, is_complex=isinstance(s, complex))()
+    return workspace[0, 1]
+
+
+@entry()
+def counted_to(address: int, count: int, out: Reals) -> None:
     call_address(address, (count, out))
 
 
@@ -58,8 +63,8 @@ def own_addresses() -> np.ndarray:
 
 
 def test_functions_of_the_house() -> None:
-    assert called(own_addresses(), 3.0, NUMBERS_GIVEN, np.zeros((2, 3))) == 18.25
-    assert called(own_addresses(), 3.0 + 1j, NUMBERS_GIVEN, np.zeros((2, 3), dtype=complex)) == 18.25 + 6j
+    assert called(own_addresses(), 3.0, NUMBERS_GIVEN) == 18.25
+    assert called(own_addresses(), 3.0 + 1j, NUMBERS_GIVEN) == 18.25 + 6j
     out = np.zeros(5)
     counted_to(house_address(counted, INTEGER, NUMBERS), 4, out)
     assert out.tolist() == [0.0, 0.0, 0.0, 0.0, 0.25]
@@ -73,7 +78,7 @@ def test_functions_of_a_library() -> None:
         out[0], out[1] = 2.0 * s, numbers[1]
 
     addresses = np.array([address_of(doubled, "the function"), 0])
-    assert called(addresses, 3.0, NUMBERS_GIVEN, np.zeros((2, 3))) == 6.25
+    assert called(addresses, 3.0, NUMBERS_GIVEN) == 6.25
     assert address_of(int(addresses[0]), "the function") == addresses[0]
 
 
@@ -89,24 +94,10 @@ def test_functions_of_cffi_and_numba() -> None:
     of_numba = numba.cfunc(numba.types.void(numba.types.float64, memory, memory))(halved)
     for given in (of_cffi, of_numba):
         addresses = np.array([address_of(given, "the function"), 0])
-        assert called(addresses, 3.0, NUMBERS_GIVEN, np.zeros((2, 3))) == 1.75
+        assert called(addresses, 3.0, NUMBERS_GIVEN) == 1.75
 
 
 @pytest.mark.parametrize("given", [None, 0, True, "f", scaled, np.sin])
 def test_what_is_no_function_of_c_is_refused(given: object) -> None:
     with pytest.raises(kf.errors.ModelError, match=r"the kernel must be a compiled function.*Remedy: a numba\.cfunc"):
         address_of(given, "the kernel")
-
-
-@pytest.mark.skipif(not IS_COMPILED, reason="nothing is kept on disk")
-def test_kept_code_holds_no_address(tmp_path: Path) -> None:
-    """A process that reads the kernel from the cache calls the functions where they are in it."""
-    code = "from test_addresses import *; print(called(own_addresses(), 3.0, NUMBERS_GIVEN, np.zeros((2, 3))))"
-    path = os.pathsep.join((str(Path(__file__).parent), str(Path(kf.__file__).parents[1])))
-    variables = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": path}
-    runs = [
-        subprocess.run([sys.executable, "-c", code], env=variables, capture_output=True, text=True, check=True)
-        for _ in range(2)
-    ]
-    assert [run.stdout.strip() for run in runs] == ["18.25", "18.25"]
-    assert [run.stderr.count("compiling called") for run in runs] == [1, 0]

@@ -35,7 +35,7 @@ def planar_rates(model: Model, t: float, y: np.ndarray) -> tuple[np.ndarray, int
     values = in_space.values(t, y)
     vectors = np.array((y, np.full(len(y), np.nan)))
     memory = np.empty(planar_workspace_size(tables))
-    done, _ = evaluate_planar(tables, in_space.drives(t), t, values, vectors, 0.0, 0.0, memory)
+    done, _ = evaluate_planar(False, t, 0.0, 0.0, tables, in_space.drives(t), values, vectors, memory)
     return vectors[1], done
 
 

@@ -23,15 +23,11 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.integrate.run import integrate
-from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
-from kanefe.kernels.layout import BODY_INTEGERS, COUNT, DAMPING, FlexibleTables
-from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween
-from kanefe.kernels.markers import MARKER_NUMBERS
+from kanefe.kernels.layout import COUNT, DAMPING, no_flexible
 from kanefe.order_n.route import OrderN
 from kanefe.result import Result
-from kanefe.tree.model_data import WORKS
 from kanefe_fem.bench import steel_bar, swinging_arm
-from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, fill, repeated, seconds
+from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, seconds
 from kanefe_fem.bench.rigid_chain import chain_scene
 
 LINKS = 20
@@ -95,55 +91,9 @@ def elastic(rounds: int) -> Skip:
 
     def with_code(model: Model) -> None:
         order_n = _tables_of(model)
-        order_n.flexible = FlexibleTables(
-            bodies=np.zeros((0, BODY_INTEGERS), dtype=np.int64),
-            pool=np.zeros(0),
-            carrying=np.zeros(0, dtype=np.int64),
-            fields=np.zeros((0, 7), dtype=np.int64),
-            sizes=np.zeros(3, dtype=np.int64),
-        )
+        order_n.flexible = no_flexible()
 
     return _of_steps("elastic code without flexible bodies", CHAIN, _chain, with_code, STEP, rounds)
-
-
-def springs(rounds: int) -> Skip:
-    """Leave out the code of loads between frames, or have it for none."""
-
-    def with_code(model: Model) -> None:
-        order_n = _tables_of(model)
-        order_n.between = LoadsBetween(
-            loads=np.zeros((0, LOAD_INTEGERS), dtype=np.int64),
-            addresses=np.zeros((0, 2), dtype=np.int64),
-            rows=np.zeros(0, dtype=np.int64),
-            markers=np.zeros((0, MARKER_NUMBERS)),
-            numbers=np.zeros(0),
-            workspace_size=np.zeros(1, dtype=np.int64),
-        )
-
-    return _of_steps("code of springs without springs", CHAIN, _chain, with_code, STEP, rounds)
-
-
-def constraints(rounds: int) -> Skip:
-    """Leave out the code of closed loops, or have it for none."""
-    model = _chain()
-    sparing, full = OrderN(model), OrderN(model)
-    full.loops = Loops(
-        rows=np.zeros((0, CONSTRAINT_INTEGERS), dtype=np.int64),
-        markers=np.zeros((0, MARKER_NUMBERS)),
-        numbers=np.zeros((0, 7)),
-        speeds=np.zeros(0, dtype=np.int64),
-        coefficients=np.zeros(0),
-        coordinates=np.zeros(0, dtype=np.int64),
-        extents=np.ones(model.free_count),
-        moves=np.ones(model.free_count),
-        limits=np.ones(2),
-    )
-    start = np.concatenate((model.initial_state, np.zeros(WORKS)))
-    calls = [partial(_rates, order_n, start) for order_n in (sparing, full)]
-    counts = [fill(call) for call in calls]
-    clocks = (lambda: repeated(calls[0], counts[0]), lambda: repeated(calls[1], counts[1]))
-    timed = f"an evaluation of {LINKS} links"
-    return compared("code of loops without loops", timed, clocks, (calls[0](), calls[1]()), rounds)
 
 
 def damping(rounds: int) -> Skip:
@@ -198,8 +148,6 @@ SKIPS: dict[str, Callable[[int], Skip]] = {
     "imports": imports,
     "planar": planar,
     "elastic": elastic,
-    "springs": springs,
-    "constraints": constraints,
     "damping": damping,
     "forces": forces,
     "cached": cached,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from kanefe.frames import Matrix
+from kanefe.kernels.entries import Pointer
 
 if TYPE_CHECKING:
     from kanefe.integrate.dynamics import Dynamics
@@ -42,8 +42,7 @@ class Kernels:
 
     Attributes
     ----------
-    advance, interpolate : function
-        Kernels.
+    advance, interpolate : Pointer
     rows, rows_per_speed, reals : int
         Rows of vectors that it takes, further ones for every speed, and reals.
     integers : dict of int to int
@@ -62,8 +61,8 @@ class Kernels:
         The longest first step in s, at the start and after an event; else the method itself finds one.
     """
 
-    advance: Callable[..., Any]
-    interpolate: Callable[..., Any]
+    advance: Pointer
+    interpolate: Pointer
     rows: int
     reals: int
     rows_per_speed: int = 0
@@ -74,10 +73,3 @@ class Kernels:
     of_tolerance: Callable[[float], float] = float
     prepare: Callable[[Memory], None] | None = None
     first_step: Callable[[Memory], float] | None = None
-
-    @cached_property
-    def pointers(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """The two functions as pointers of one type for all methods."""
-        from kanefe.kernels._numba import pointer
-
-        return pointer(self.advance), pointer(self.interpolate)

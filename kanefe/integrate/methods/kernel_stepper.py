@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,6 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
-from kanefe.kernels._numba import direct
 from kanefe.kernels.stepping import (
     AT,
     BALANCE,
@@ -185,7 +184,7 @@ class KernelStepper:
         for t, row in zip(times, found, strict=True):
             if self.integers[STAGE] and t < self.t:
                 interpolated(
-                    self._kernels.pointers[1], self.integers, self.reals, self.vectors, self._kernels.table, t, row
+                    self._kernels.interpolate, self.integers, self.reals, self.vectors, self._kernels.table, t, row
                 )
             else:
                 row[:] = self.vectors[STATE]
@@ -229,7 +228,9 @@ class KernelStepper:
         integers[STORED], integers[IS_LEFT_OPEN], integers[WANTS_DENSE] = 0, 0, most_steps == 1
         reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
-        run = Run(*self._kernels.pointers, integers, reals, self._kernels.table, times, states, most)
+        run = Run(
+            self._kernels.advance, self._kernels.interpolate, integers, reals, self._kernels.table, times, states, most
+        )
         dynamics = self.dynamics
         is_compiled = dynamics.is_autonomous
         before, evaluations = int(integers[EVALUATIONS]), dynamics.evaluations
@@ -274,9 +275,9 @@ class KernelStepper:
         dynamics, reals, vectors = self.dynamics, self.reals, self.vectors
         if is_compiled:
             wants = self._kernels.is_implicit, self._kernels.keeps_balance
-            following = partial(dynamics.go_on, run, vectors, *wants)
+            following: Callable[[], int] = partial(dynamics.go_on, run, vectors, *wants)
         else:
-            following = partial(direct(next_command, run, vectors), run, vectors)
+            following = next_command.bound(run, vectors)
         while True:
             command = following()
             if command == RATES:

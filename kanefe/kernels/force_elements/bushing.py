@@ -7,7 +7,20 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels._numba import inlined
-from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, TAKEN, WRENCH, WRENCHES, A, P, V, W
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.places import (
+    END_NUMBERS,
+    GIVEN,
+    POTENTIAL,
+    SIGNATURE,
+    TAKEN,
+    WRENCH,
+    WRENCHES,
+    A,
+    P,
+    V,
+    W,
+)
 from kanefe.kernels.slopes import slope_motion
 from kanefe.kernels.vectors import (
     Numbers,
@@ -26,6 +39,7 @@ from kanefe.kernels.vectors import (
 STIFFNESS, DAMPING, INPUTS = 0, 6, 12
 
 
+@called_by_address(*SIGNATURE)
 def bushing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write what it exerts on a and b; `numbers` are those of `kanefe.loads.bushing.Bushing.kernel`."""
     A_a, A_b = nine(ends, A), nine(ends, END_NUMBERS + A)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.places import SIGNATURE
 
+
+@called_by_address(*SIGNATURE)
 def given(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write what comes as inputs, `numbers[0]` of them."""
     for i in range(int(numbers[0])):

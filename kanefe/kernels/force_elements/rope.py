@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.force_elements.places import END_NUMBERS, POTENTIAL, TAKEN, WRENCH, WRENCHES, P, V
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.places import END_NUMBERS, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
 from kanefe.kernels.vectors import dot, minus, three, times
 
 ENDS, STIFFNESS, DAMPING, LENGTH, CAN_BREAK = range(5)
 
 
+@called_by_address(*SIGNATURE)
 def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the pull on all points; `numbers` are those of `kanefe.loads.rope.Rope.kernel`."""
     count = int(numbers[ENDS])

@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels._numba import inlined
-from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, TAKEN, WRENCH, WRENCHES, P, V
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
 from kanefe.kernels.vectors import dot, minus, three, times
 
 STIFFNESS, DAMPING, REST_LENGTH, INPUTS, TABLE_SIZE, TABLE = range(6)
 
 
+@called_by_address(*SIGNATURE)
 def spring(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the pull on both ends; `numbers` are those of `kanefe.loads.spring.SpringDamper.kernel`."""
     line = minus(three(ends, END_NUMBERS + P), three(ends, P))

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels._numba import inlined
-from kanefe.kernels.links.places import DV, DW, A, P, V, W
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.links.places import DV, DW, SIGNATURE, A, P, V, W
 from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, put_three, times
 
 # Numbers: pieces, whether it is closed, whether M turns with it, arc length at which each piece starts and the last
@@ -16,6 +17,7 @@ COUNT, IS_CLOSED, TURNS, STARTS = range(4)
 POWERS = 6
 
 
+@called_by_address(*SIGNATURE)
 def curve(numbers: Any, q: Any, out: Any) -> None:
     """Write the motion of a point on a curve (Eq. 13-16).
 

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import entry_without_arrays, expanded
+from kanefe.kernels._numba import expanded
+from kanefe.kernels.arrays import RealRows, Reals
+from kanefe.kernels.entries import entry
 from kanefe.kernels.evaluation import Parts, parts_of
 from kanefe.kernels.implicit import stiffen_joints
 from kanefe.kernels.joint_forces import add_joint_forces
@@ -52,23 +54,24 @@ def planar_workspace_in(memory: np.ndarray, tables: PlanarTables) -> PlanarWorks
     return PlanarWorkspace(work, angles, cosines, sines, rest[:speeds], rest[speeds:])
 
 
-@entry_without_arrays
+@entry()
 def evaluate_planar(
-    tables: PlanarTables,
-    drives: np.ndarray,
+    is_implicit: bool,
     t: float,
-    inputs: np.ndarray,
-    vectors: np.ndarray,
     share_damping: float,
     share_stiffness: float,
-    memory: np.ndarray,
+    tables: PlanarTables,
+    drives: RealRows,
+    inputs: Reals,
+    vectors: RealRows,
+    memory: Reals,
 ) -> tuple[int, float]:
     """Evaluate dy/dt, as `kanefe.kernels.evaluation.evaluate` does in space.
 
-    States, drives, inputs and what is returned are the same; `weakest` is 1, as of a scene without constraints.
+    Arguments and what is returned are the same, without the tables of what no planar scene has;
+    `weakest` is 1, as of a scene without constraints.
     """
-    is_implicit, shares = len(vectors) > PUSH_STIFFNESS, (share_damping, share_stiffness)
-    workspace = planar_workspace_in(memory, tables)
+    shares, workspace = (share_damping, share_stiffness), planar_workspace_in(memory, tables)
     parts = parts_of(tables, vectors)
     if not put_planar_rates(tables, drives, inputs, vectors, parts, is_implicit, shares, workspace):
         return NO_INERTIA, 1.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
+from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
 
 # Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane
 TURN, SLIDE, FLOAT = range(3)
@@ -67,11 +67,11 @@ class PlanarTables(NamedTuple):
         Coordinates, free speeds, driven coordinates.
     """
 
-    rows: np.ndarray
-    geometry: np.ndarray
-    gravity: np.ndarray
-    loads: np.ndarray
-    points: np.ndarray
-    joint_forces: np.ndarray
-    laws: np.ndarray
-    sizes: np.ndarray
+    rows: IntegerRows
+    geometry: RealRows
+    gravity: Reals
+    loads: IntegerRows
+    points: RealRows
+    joint_forces: IntegerRows
+    laws: RealRows
+    sizes: Integers

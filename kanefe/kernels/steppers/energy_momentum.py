@@ -29,6 +29,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import kernel
+from kanefe.kernels.arrays import ADVANCE, INTERPOLATE
+from kanefe.kernels.entries import pointer
 from kanefe.kernels.steppers.kept_quantities import (
     CHANGE,
     CLOSE,
@@ -195,6 +197,7 @@ def _fail(integers: np.ndarray) -> int:
     return ask(integers, FAILED, NEXT)
 
 
+@pointer(ADVANCE)
 def advance_keeping(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Go on with the method: see `kanefe.kernels.stepping`."""
     stage = integers[STAGE]
@@ -249,6 +252,7 @@ def advance_keeping(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray
     return _begin_step(integers, reals, vectors)
 
 
+@pointer(INTERPOLATE)
 def interpolate_keeping(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.arrays import ADVANCE, INTERPOLATE
+from kanefe.kernels.entries import pointer
 from kanefe.kernels.stepping import (
     ACCEPTED,
     AT,
@@ -140,6 +142,7 @@ def _passes_singular_position(reals: np.ndarray) -> bool:
     return True
 
 
+@pointer(ADVANCE)
 def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Go on with an explicit method: see `kanefe.kernels.stepping`."""
     stage, stages = integers[STAGE], integers[STAGES]
@@ -202,6 +205,7 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
     return _stage(integers, reals, vectors, table, stage + 1)
 
 
+@pointer(INTERPOLATE)
 def interpolate_explicitly(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:

@@ -15,6 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import kernel
+from kanefe.kernels.arrays import ADVANCE
+from kanefe.kernels.entries import pointer
 from kanefe.kernels.steppers.extrapolation_dense import (
     AIM,
     COLUMN,
@@ -225,6 +227,7 @@ def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
     reals[NEXT_STEP] = max(proposed, reals[NEXT_STEP]) if step < reals[NEXT_STEP] else proposed
 
 
+@pointer(ADVANCE)
 def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Go on with the method: see `kanefe.kernels.stepping`."""
     stage = integers[STAGE]

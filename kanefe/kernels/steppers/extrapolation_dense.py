@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import kernel
+from kanefe.kernels.arrays import INTERPOLATE
+from kanefe.kernels.entries import pointer
 from kanefe.kernels.stepping import (
     AT,
     OF_METHOD,
@@ -66,6 +68,7 @@ def derive(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None
         rest[c] = sign * (vectors[STATE, c] - at_start)
 
 
+@pointer(INTERPOLATE)
 def interpolate_extrapolating(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:

@@ -15,6 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import kernel
+from kanefe.kernels.arrays import ADVANCE
+from kanefe.kernels.entries import pointer
 from kanefe.kernels.steppers.radau_polynomial import (
     CHANGES,
     CORRECTION,
@@ -266,6 +268,7 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
     return accept(integers, reals, vectors, new)
 
 
+@pointer(ADVANCE)
 def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Go on with the method: see `kanefe.kernels.stepping`."""
     stage = integers[STAGE]

@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.arrays import INTERPOLATE
+from kanefe.kernels.entries import pointer
 from kanefe.kernels.stepping import (
     MAP,
     MAP_SIZE,
@@ -50,6 +52,7 @@ def guess_changes(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
         vectors[CHANGES : CHANGES + STAGES] = 0.0
 
 
+@pointer(INTERPOLATE)
 def interpolate_radau(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.radau5 import METHOD, radau_iia
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
-from kanefe.kernels._numba import IS_COMPILED
 from kanefe.kernels.lu import factorise, solve
 from kanefe.kernels.steppers import radau_polynomial as radau_layout
 from kanefe.kernels.steppers import radau_systems
@@ -105,15 +103,6 @@ def test_loops_stay_closed() -> None:
     assert run.coordinates == pytest.approx(exact.coordinates, abs=1e-7)
 
 
-def from_python(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Kernels are called by kernels only."""
-    if not IS_COMPILED:
-        return function
-    import numba
-
-    return numba.njit(lambda *arguments: function(*arguments))
-
-
 def flexible_body_in_flight() -> tuple[kf.Model, np.ndarray]:
     """Return a scene with a rotation, modes and damping, and a state of it."""
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
@@ -141,17 +130,17 @@ def test_systems_of_the_size_of_the_speeds_solve_those_of_the_state() -> None:
     )
     reals[STEP] = h
     J = dynamics.jacobian(0.0, y)
-    assert from_python(radau_systems.factorise_systems)(integers, reals, vectors, table)
+    assert radau_systems.factorise_systems(integers, reals, vectors, table)
     r = np.random.default_rng(3).standard_normal((2, len(y)))
     gamma, alpha, beta = table[8] / h
     expected = np.linalg.solve(gamma * np.eye(len(y)) - J, r[0])
     a = r[0].copy()
-    from_python(radau_systems.solve_real)(integers, reals, vectors, table, a)
+    radau_systems.solve_real(integers, reals, vectors, table, a)
     # condition numbers of 1e4, times round-off
     assert a == pytest.approx(expected, abs=1e-11)
     expected = np.linalg.solve((alpha + 1j * beta) * np.eye(len(y)) - J, r[0] + 1j * r[1])
     a, b = r.copy()
-    from_python(radau_systems.solve_complex)(integers, reals, vectors, table, a, b)
+    radau_systems.solve_complex(integers, reals, vectors, table, a, b)
     assert a + 1j * b == pytest.approx(expected, abs=1e-11)
 
 
@@ -223,8 +212,8 @@ def test_factors_solve(kind: type) -> None:
     A[0, 0] = 0.0  # rows must be exchanged
     x = rng.standard_normal(7).astype(kind)
     factors, pivots, b = A.copy(), np.empty(7), A @ x
-    assert from_python(factorise)(factors, pivots)
-    from_python(solve)(factors, pivots, b)
+    assert factorise(factors, pivots)
+    solve(factors, pivots, b)
     assert b == pytest.approx(x, abs=1e-13)
     A[:, 3] = 0.0
-    assert not from_python(factorise)(A, pivots)
+    assert not factorise(A, pivots)

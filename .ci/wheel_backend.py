@@ -1,0 +1,49 @@
+"""Build backend: setuptools, with the kernels compiled into wheels for Linux on x86-64.
+
+Editable installs have none: their kernels are built where they are used, and again when they are edited.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from setuptools import build_meta
+from setuptools.build_meta import *  # noqa: F403  # the hooks that stay as they are
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILT = ROOT / "kanefe" / "kernels" / "built"
+IS_COMPILED = sys.platform == "linux" and platform.machine() == "x86_64"
+
+
+def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) -> list[str]:
+    """Return what building a wheel needs: of the package's own requirements those that kernels import, and numba."""
+    needed = list(build_meta.get_requires_for_build_wheel(config_settings))
+    if IS_COMPILED:
+        project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        of_kernels = [name for name in project["dependencies"] if name.startswith(("numpy", "platformdirs"))]
+        needed += of_kernels + project["optional-dependencies"]["compile"]
+    return needed
+
+
+def build_wheel(
+    wheel_directory: str, config_settings: dict[str, Any] | None = None, metadata_directory: str | None = None
+) -> str:
+    """Build a wheel with kernels for two generations of processors; one serves every version of Python."""
+    if not IS_COMPILED:
+        return build_meta.build_wheel(wheel_directory, config_settings, metadata_directory)  # type: ignore[no-any-return]
+    settings = dict(config_settings or {})
+    settings["--build-option"] = ["--plat-name", "linux_x86_64"]
+    try:
+        for processor in ("x86-64-v3", "x86-64"):
+            command = [sys.executable, "-m", "kanefe.kernels.build", "--processor", processor]
+            subprocess.run(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)}, check=True)
+        return build_meta.build_wheel(wheel_directory, settings, metadata_directory)  # type: ignore[no-any-return]
+    finally:
+        shutil.rmtree(BUILT, ignore_errors=True)

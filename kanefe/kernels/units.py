@@ -1,0 +1,247 @@
+"""Machine code of kernels: built ahead of time, or when it is first needed, and kept in files.
+
+A *unit* is one C function. Its file is named by a stamp of what it was made from: the files of kernels that its own
+imports, directly or not, so that an edit makes again what depends on it and nothing else; and of the processor. Files
+lie in the package, where a wheel brought them, for processors of two generations, or in the user's cache, for this one.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from kanefe.errors import KanefeError
+from kanefe.storage.files import cache_folder, write_whole
+
+PACKAGE = Path(__file__).parent
+BUILT = PACKAGE / "built"
+"""Where a wheel has units, in a folder for each generation of processors."""
+
+ALWAYS = ("_numba.py", "arrays.py", "signatures.py", "units.py")
+"""Files of kernels on which every unit depends."""
+
+GENERATIONS = {
+    "x86-64-v3": "avx avx2 bmi1 bmi2 f16c fma movbe",
+    "x86-64": "sse2",
+}
+"""Processors that wheels are made for, best first, and what they need of those that `/proc/cpuinfo` tells."""
+
+IMPORT = re.compile(r"^from (kanefe\.kernels[\w.]*) import", re.MULTILINE)
+
+
+class ObjectCode(Protocol):
+    """What a compiler gives: see `kanefe.kernels._numba`."""
+
+    code: bytes
+    symbol: str
+
+    def address(self) -> int:
+        """Return where the function is in this process."""
+        ...
+
+
+class Unit(NamedTuple):
+    """A C function to be built.
+
+    Attributes
+    ----------
+    name : str
+        Of its file.
+    module : str
+        Where its kernel is.
+    compile : function () -> ObjectCode
+    """
+
+    name: str
+    module: str
+    compile: Callable[[], Any]
+
+
+class MachineCode(NamedTuple):
+    """A C function that can be called.
+
+    Attributes
+    ----------
+    address : int
+    call : function
+        For ctypes, with two arrays; of an entry.
+    keeps : object
+        What has the memory of the function.
+    """
+
+    address: int
+    call: Any
+    keeps: object
+
+
+_loaded: dict[tuple[str, str], MachineCode] = {}
+_expected: list[str] = []
+_lock = threading.RLock()
+
+
+def machine_code(unit: Unit) -> MachineCode:
+    """Return the function of a unit, from its file; it is built where there is none."""
+    key = unit.module, unit.name
+    if key not in _loaded:
+        with _lock:
+            if key not in _loaded:
+                path = path_of(unit)
+                _loaded[key] = _opened(path) if path is not None else _made(unit)
+    return _loaded[key]
+
+
+def expect(units: Iterable[Unit]) -> None:
+    """Have what is missing of units built now, and told in their number."""
+    missing = [unit for unit in units if (unit.module, unit.name) not in _loaded and path_of(unit) is None]
+    for i, unit in enumerate(missing):
+        _expected[:] = [f"{i + 1} of {len(missing)}"]
+        machine_code(unit)
+    _expected.clear()
+
+
+def path_of(unit: Unit) -> Path | None:
+    """Return the file of a unit, or None where it is to be built."""
+    if not _is_kept(unit):
+        return None
+    name = file_name(unit)
+    return next((folder / name for folder in _folders() if (folder / name).is_file()), None)
+
+
+def _is_kept(unit: Unit) -> bool:
+    """Return whether there are files of a unit: its kernel is one of the package."""
+    return unit.module.startswith("kanefe.kernels.")
+
+
+def file_name(unit: Unit) -> str:
+    """Return the name of a unit's file, which tells what it was made from."""
+    return f"{unit.name}-{stamp(unit.module)}.so"
+
+
+@cache
+def stamp(module: str) -> str:
+    """Return what names the files of kernels that a module of kernels is made from."""
+    found, wanted = set(ALWAYS), [module]
+    while wanted:
+        name = wanted.pop().removeprefix("kanefe.kernels").lstrip(".").replace(".", "/")
+        path = f"{name}.py" if (PACKAGE / f"{name}.py").is_file() else f"{name}/__init__.py".lstrip("/")
+        if path not in found:
+            found.add(path)
+            wanted += IMPORT.findall(_text(path))
+    whole = hashlib.sha256()
+    for path in sorted(found):
+        whole.update(f"{path} {hashlib.sha256(_text(path).encode()).hexdigest()}\n".encode())
+    return whole.hexdigest()[:16]
+
+
+@cache
+def _text(path: str) -> str:
+    return (PACKAGE / path).read_text(encoding="utf-8")
+
+
+@cache
+def _folders() -> tuple[Path, ...]:
+    """Return where files of units may be, best first; the last one is that of the user."""
+    can = set(_features().split())
+    fitting = [BUILT / name for name, needs in GENERATIONS.items() if can.issuperset(needs.split())]
+    return *(folder for folder in fitting if folder.is_dir()), own_folder()
+
+
+@cache
+def own_folder() -> Path:
+    """Return the folder of units that are made for this processor."""
+    processor = hashlib.sha256(f"{platform.machine()} {_features()}".encode()).hexdigest()[:8]
+    return cache_folder() / "kernels" / f"{platform.machine()}-{processor}"
+
+
+@cache
+def _features() -> str:
+    """Return what the processor has beyond the least of its kind, as Linux names it."""
+    try:
+        with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
+            flags = re.search(r"^(?:flags|Features)\s*:(.*)$", file.read(20_000), re.MULTILINE)
+    except OSError:
+        flags = None
+    return flags[1] if flags else platform.processor()
+
+
+def _opened(path: Path) -> MachineCode:
+    library = ctypes.CDLL(str(path))
+    function = library.kanefe_unit
+    function.restype = None
+    return MachineCode(ctypes.cast(function, ctypes.c_void_p).value or 0, function, library)
+
+
+def _made(unit: Unit) -> MachineCode:
+    """Compile a unit and keep its file where that is possible."""
+    if not _is_kept(unit):
+        return _in_memory(unit.compile())
+    step = _expected[0] if _expected else "one more part"
+    print(f"kanefe: preparing the solver: {step}, some 10 s each, once ({unit.name})", file=sys.stderr, flush=True)
+    made, path = unit.compile(), own_folder() / file_name(unit)
+    try:
+        write_unit(path, made)
+        return _opened(path)
+    except (KanefeError, OSError, subprocess.SubprocessError):  # no compiler to link with, or nowhere to write
+        return _in_memory(made)
+
+
+def _in_memory(made: ObjectCode) -> MachineCode:
+    address = made.address()
+    return MachineCode(address, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), made)
+
+
+def write_unit(path: Path, made: ObjectCode) -> None:
+    """Link object code to a library and put it in place.
+
+    Raises
+    ------
+    OSError, subprocess.SubprocessError
+        If there is no C compiler.
+    FileError
+        If the file cannot be written.
+    """
+    with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
+        of_numba, support, whole = (Path(folder) / name for name in ("unit.o", "support.c", "unit.so"))
+        of_numba.write_bytes(made.code)
+        support.write_text(SUPPORT)
+        renamed = f"-Wl,--defsym=kanefe_unit={made.symbol}"
+        subprocess.run(
+            [os.environ.get("CC", "cc"), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", renamed,
+             "-o", str(whole), str(of_numba), str(support), "-lm"],
+            check=True, capture_output=True, text=True,
+        )  # fmt: skip
+        write_whole(path, lambda file: file.write(whole.read_bytes()))
+
+
+SUPPORT = """
+#include <stddef.h>
+/* What numba's code calls of its own library where an error is raised or an array reshaped: the error is told by the
+   function's own number, arrays are contiguous. */
+int numba_gil_ensure(void *state) { return 0; }
+void numba_gil_release(void *state) {}
+int numba_do_raise(void *error) { return 0; }
+void *numba_runtime_build_excinfo_struct(void *a, void *b) { return 0; }
+void *numba_unpickle(void *data, int size, void *digest) { return 0; }
+void NRT_Free(void *memory) {}
+void NRT_MemInfo_call_dtor(void *memory) {}
+int numba_attempt_nocopy_reshape(ptrdiff_t axes, const ptrdiff_t *lengths, const ptrdiff_t *strides, ptrdiff_t new_axes,
+                                 const ptrdiff_t *new_lengths, ptrdiff_t *new_strides, ptrdiff_t size, int order)
+{
+    for (ptrdiff_t axis = new_axes - 1; axis >= 0; --axis) {
+        new_strides[axis] = size;
+        size *= new_lengths[axis];
+    }
+    return 1;
+}
+"""

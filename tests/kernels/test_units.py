@@ -1,0 +1,145 @@
+"""Built kernels: what they are made from, where they are kept, and what is said when they are made."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kanefe.kernels
+from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.build import all_units, build
+from kanefe.kernels.filling import fill_nothing
+from kanefe.kernels.stepping import interpolated
+from kanefe.kernels.units import ALWAYS, IMPORT, stamp
+
+KERNELS = Path(kanefe.kernels.__file__).parent
+
+# the smallest kernel there is: a load that Python gives
+CALL = """
+import ctypes, sys
+import numpy as np
+from kanefe.kernels.addresses import NUMBER, NUMBERS, call_in_python, house_address
+from kanefe.kernels.force_elements.given import given
+out = np.zeros(2)
+address = house_address(given, NUMBER, *[NUMBERS] * 5)
+call_in_python(address, (0.0, np.array((2.0,)), np.array((3.0, 4.0)), np.zeros(0), np.zeros(0), out))
+print(out.tolist(), "numba" in sys.modules)
+"""
+
+
+class Copy:
+    """A copy of the package, with a cache of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.cache = folder, folder / "cache"
+        ignored = shutil.ignore_patterns("__pycache__", "built")
+        shutil.copytree(KERNELS.parent, folder / "kanefe", ignore=ignored)
+        self.kernels = folder / "kanefe" / "kernels"
+
+    def run(self, code: str = CALL, **environment: str) -> tuple[str, str]:
+        """Return what a new process prints, and its errors."""
+        variables = {"KANEFE_CACHE_DIR": str(self.cache), "KANEFE_JIT": "1", "PYTHONPATH": str(self.folder)}
+        command, surroundings = [sys.executable, "-c", code], os.environ | variables | environment
+        run = subprocess.run(command, env=surroundings, cwd=self.folder, capture_output=True, text=True, check=True)
+        return run.stdout.strip(), run.stderr
+
+    def stamp(self, module: str) -> str:
+        return self.run(f"from kanefe.kernels.units import stamp; print(stamp({module!r}))")[0]
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Copy:
+    return Copy(tmp_path)
+
+
+def test_it_is_built_once_told_and_then_loaded_without_numba(copy: Copy) -> None:
+    printed, said = copy.run()
+    assert printed == "[3.0, 4.0] True"
+    assert said.count("kanefe: preparing the solver") == said.count("\n") == 1
+    assert copy.run() == ("[3.0, 4.0] False", "")
+    (file,) = copy.cache.rglob("*.so")
+    assert file.name.startswith("given-real-")
+
+
+def test_an_edit_never_runs_old_code(copy: Copy) -> None:
+    copy.run()
+    path = copy.kernels / "force_elements" / "given.py"
+    whole = path.read_text()
+    path.write_text(whole.replace("out[i] = inputs[i]", "out[i] = 2.0 * inputs[i]"))
+    assert copy.run()[0] == "[6.0, 8.0] True"
+    path.write_text(whole)
+    assert copy.run() == ("[3.0, 4.0] False", "")  # what was built first is still there
+
+
+def test_an_edit_concerns_what_imports_it_alone(copy: Copy) -> None:
+    modules = "kanefe.kernels.evaluation", "kanefe.kernels.planar.evaluation", "kanefe.kernels.force_elements.given"
+    before = {module: copy.stamp(module) for module in modules}
+    with (copy.kernels / "elastic.py").open("a") as file:
+        file.write("# changed\n")
+    after = {module: copy.stamp(module) for module in modules}
+    assert [before[module] != after[module] for module in modules] == [True, True, False]
+    for name in ALWAYS:
+        with (copy.kernels / name).open("a") as file:
+            file.write("# changed\n")
+        last, after = after, {module: copy.stamp(module) for module in modules}
+        assert all(last[module] != after[module] for module in modules)
+
+
+@pytest.mark.parametrize("trouble", ["no linker", "no folder"])
+def test_where_nothing_can_be_kept_it_is_built_for_the_process(copy: Copy, trouble: str) -> None:
+    environment = {"CC": "no-such-compiler"} if trouble == "no linker" else {}
+    if trouble == "no folder":
+        copy.cache.write_text("a file where the folder should be")
+    for _ in range(2):
+        printed, said = copy.run(**environment)
+        assert printed == "[3.0, 4.0] True"
+        assert "preparing the solver" in said
+
+
+def test_plain_python_builds_nothing(copy: Copy) -> None:
+    assert copy.run(KANEFE_JIT="0") == ("[3.0, 4.0] False", "")
+    assert not copy.cache.exists()
+
+
+def test_kernels_import_each_other_in_the_one_way_that_stamps_see() -> None:
+    for path in KERNELS.rglob("*.py"):
+        source = path.read_text(encoding="utf-8")
+        seen = IMPORT.findall(source)
+        if path.name != "build.py":  # which no kernel imports
+            assert source.count("kanefe.kernels") - source.count("`kanefe.kernels") >= len(seen)
+            assert source.count("import kanefe.kernels") == 0, path
+        for module in seen:
+            assert (KERNELS.parent.parent / f"{module.replace('.', '/')}.py").is_file(), (path, module)
+
+
+def test_stamps_differ_with_what_is_imported() -> None:
+    assert stamp("kanefe.kernels.stepping") != stamp("kanefe.kernels.evaluation")
+
+
+def test_every_unit_has_a_name_of_its_own() -> None:
+    names = [unit.name for unit in all_units()]
+    assert len(names) == len(set(names))
+    assert {"integrate", "evaluate_planar", "spring-complex", "advance_radau"} <= set(names)
+
+
+@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+def test_what_is_there_is_not_built_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    few = [unit for unit in all_units() if unit.name in ("given-real", "fill_nothing")]
+    monkeypatch.setattr("kanefe.kernels.build.all_units", lambda: few)
+    said: list[str] = []
+    assert build(tmp_path, 2, said.append) == 2
+    assert "preparing the solver: 2 of 2 parts" in said[-1]
+    assert build(tmp_path, 2, said.append) == 0
+    assert len(list(tmp_path.glob("*.so"))) == 2
+
+
+def test_arguments_of_another_kind_are_refused_before_they_are_read() -> None:
+    if IS_COMPILED:
+        with pytest.raises(TypeError, match=r"contiguous int64 array of 1 axes, not float64 \(2,\)"):
+            interpolated(fill_nothing, np.zeros(2), np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), 0.0, np.zeros(1))
