@@ -8,7 +8,7 @@ from benchmarks.new_process import completed
 from kanefe_fem.bench.clocks import Race
 from kanefe_fem.bench.goals import Figure, Goal, median
 
-ANNOUNCED = "kanefe: compiling"
+ANNOUNCED = "kanefe: preparing the solver"
 SECONDS_OF_SILENCE = 2.0
 
 IMPORT = """
@@ -36,12 +36,12 @@ if kind == "flexible":
 model = scene.freeze()
 rates = model.rhs(0.0, model.initial_state)
 print(time.process_time() - start)
-assert "numba" in sys.modules and rates.any(), rates
+assert rates.any(), rates
 """
 KINDS = ("spatial", "planar", "flexible")
 
 IMPORTS = Goal("import kanefe / import numpy", 1.3)
-CACHED = {kind: Goal(f"first call in a new process, {kind} scene, kernels cached [s]", 0.5) for kind in KINDS}
+CACHED = {kind: Goal(f"first call in a new process, {kind} scene, kernels built [s]", 0.06) for kind in KINDS}
 COMPILED = Goal("all kernels compiled once, in an empty cache [s]", 20.0)
 SILENT = Goal("compilations without a line that says so", 0.0)
 
