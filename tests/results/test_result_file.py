@@ -6,6 +6,7 @@ import errno
 import os
 import tempfile
 from pathlib import Path
+from typing import ClassVar
 
 import h5py
 import numpy as np
@@ -98,6 +99,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
     class Renamed:
         times, statistics, has_forces, loops, loads = result.times, result.statistics, True, (), {}
         status, events = result.status, {"floor": np.array([0.5])}
+        controllers: ClassVar[dict[str, object]] = {}
         bodies = (dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", "..")),)
 
         def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
@@ -153,7 +155,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with h5py.File(saved, "r+") as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 4"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 5"):
         kf.load_result(saved)
 
 
