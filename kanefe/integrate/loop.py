@@ -16,6 +16,7 @@ from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
+from kanefe.integrate.methods.table import serving
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
@@ -34,8 +35,11 @@ SMALLEST_STEP = 1e-12
 
 SOME_STEPS = 20
 
-PATIENCE, LONGEST = 60.0, 24 * 3600.0
+PATIENCE, LONGEST = 20.0, 600.0
 """Seconds after which a run is warned of that would take more than so many at its pace."""
+
+OTHERS = ("radau5", "dop853", "generalised-alpha")
+"""Methods that are named to a run that takes long."""
 
 COUNTED = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
 """What the statistics of every run tell, zero where a method has no such thing."""
@@ -272,9 +276,9 @@ class RunLoop:
         left = elapsed * (self._times[-1] - t) / max(t - self._from, 1e-300)
         if left > LONGEST:
             warnings.warn(
-                f"at t = {t:.6g} s the steps of {self._stepper.name} are {step:.2g} s long: at this pace the run takes "
-                f"{left / 3600.0:.2g} h more. Remedy: check loads for noise and jumps, loosen rtol, or a method for "
-                "stiff scenes such as 'extrapolation'",
+                f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long: "
+                f"at this pace the run takes {_duration(left)} more. Remedy: check loads for noise and jumps, loosen "
+                f"rtol, or another method, such as {self._others()}",
                 SimulationWarning,
                 stacklevel=6,
             )
@@ -331,8 +335,14 @@ class RunLoop:
         if limits.steps is not None and steps >= limits.steps:
             return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", remedy)
         if limits.seconds is not None and self._elapsed() >= limits.seconds:
-            return RunStatus("stopped", t, f"by the limit of {limits.seconds:g} seconds", remedy)
+            other = f"{remedy}, or another method, such as {self._others()}"
+            return RunStatus("stopped", t, f"by the limit of {limits.seconds:g} seconds", other)
         return None
+
+    def _others(self) -> str:
+        """Return methods that could be tried in place of this one."""
+        here = self._stepper.name.rpartition(", then ")[2]
+        return " or ".join(repr(name) for name in serving(self._model, *OTHERS) if name != here) or "'auto'"
 
     def _failed(self, failure: StepFailure) -> RunStatus:
         named = f"; the worst is {self._name(failure.component)}" if failure.component is not None else ""
@@ -389,3 +399,7 @@ class RunLoop:
                 if is_first:
                     raise
                 warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=4)
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds / 3600.0:.2g} h" if seconds > 2 * 3600.0 else f"{seconds / 60.0:.2g} min"

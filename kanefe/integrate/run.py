@@ -99,7 +99,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
         dissipated=states[:, -WORKS],
         work=states[:, -1],
         statistics={
-            "method": choice.name,
+            "method": stepper.name,
             "reason": choice.reason,
             "route": model.route.name,
             "route_reason": model.route.reason,

@@ -69,6 +69,9 @@ class RunStatus:
         return cls("failed", time, reason, remedy or "check what the functions of the scene give there")
 
 
+UNFIT = 10.0
+"""Times rtol: a share of the energy that a run may miss without a word."""
+
 LEAST_SECONDS = 5e-4
 """Parts of a run that took less are not told."""
 
@@ -82,12 +85,14 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     >>> told = {"method": "dop853", "reason": "no stiff elastic modes", "rtol": 1e-6, **counts, "seconds": 0.0125}
     >>> told |= {"route": "order n", "route_reason": "all parts of the scene have kernels"}
     >>> told["seconds_by_part"] = {"set-up": 0.0025, "steps": 0.01}
+    >>> told["energy_balance"] = -2.5e-7, 3e-8
     >>> print(summary(RunStatus("finished", 5.0), told, {"floor": np.array([0.45, 1.2])}))
     the run finished at t = 5 s
       method  dop853 (no stiff elastic modes), rtol 1e-06
       route   order n (all parts of the scene have kernels)
       counts  214 steps, 3 rejected, 2390 evaluations
       time    0.0125 s: set-up 0.0025, steps 0.01
+      energy  balance -2.5e-07 J at the end, 3e-08 of what moved
       events  floor 2
     """
     control = [f"{name} {statistics[name]:g}" for name in ("rtol", "step") if name in statistics]
@@ -104,6 +109,11 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         "  counts  " + ", ".join(counts),
         f"  time    {statistics['seconds']:.3g} s" + (f": {', '.join(parts)}" if parts else ""),
     ]
+    if "energy_balance" in statistics:
+        missing, share = statistics["energy_balance"]
+        rtol = statistics.get("rtol")
+        unfit = f", more than fits rtol {rtol:g}" if rtol is not None and share > UNFIT * rtol else ""
+        lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
     if events:
         lines.append("  events  " + ", ".join(f"{name} {len(times)}" for name, times in events.items()))
     return "\n".join(lines)

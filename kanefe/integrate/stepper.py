@@ -14,6 +14,10 @@ from kanefe.frames import Vector
 BESIDE = 1e-6
 """Of the span: how near the place at which the equations had no answer a run that ends is ended by that."""
 
+LEAST_STEPS = 30
+"""Steps of a run at least, where loads or drives are functions: they then are looked at a hundred times at least, since
+no method leaves out more than a third of a step or, of order 5, half of it."""
+
 
 class StepFailure(SimulationError):
     """A stepper cannot go on from the time it has reached; the run loop makes a status of it.

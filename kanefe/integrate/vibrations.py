@@ -1,13 +1,23 @@
-"""Vibrations with which a run begins: whether a tolerance asks to follow them."""
+"""Vibrations of a scene: how large they are at a state, and which of them nothing damps."""
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from contextlib import suppress
+from typing import NamedTuple
 
+import numpy as np
+import scipy.linalg
+
+from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.generalised_alpha import iteration_matrices
+from kanefe.kane.assemble import mass_matrix
+from kanefe.kane.state import State
+from kanefe.kane.tangents import current_tangents
 from kanefe.kernels.stepping import AT, PUSH_STIFFNESS, SLOPE
-from kanefe.tree.scales import coordinate_moves, modal_frequencies
+from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies
 
 FIRST_SHARE = 0.05
 """Of the span: the first step where nothing vibrates."""
@@ -15,15 +25,27 @@ FIRST_SHARE = 0.05
 FIRST_PERIODS = 20.0
 """Radians of the lowest mode over which the trial step brings vibrations to rest."""
 
-UNSEEN = 20.0
-"""Of the absolute tolerance, which is a tenth of the relative one unless it is given: vibrations that are damped."""
+UNSEEN, UNSEEN_UNDAMPED = 20.0, 5.0
+"""Of the absolute tolerance, which is a tenth of the relative one unless it is given: vibrations that are stepped over;
+and those that would last."""
+
+LEAST_DAMPING = 0.005
+"""Ratio from which on no number of columns of the extrapolation lets a vibration grow."""
+
+CALM = 10.0
+"""Radians of a vibration in a step of the extrapolation with all columns from which on none grows, however little it
+is damped; with fewer, in proportion. A quarter more than its stability needs: frequencies change as bodies move."""
+
+MOST_DENSE = 600
+"""Speeds of scenes whose vibrations are found from matrices of the whole scene."""
 
 
 def are_seen(dynamics: Dynamics, t: float, y: Vector, longest: float, rtol: float, atol: Vector) -> bool:
-    """Tell whether modes vibrate by more than the tolerances from a state on.
+    """Tell whether modes of bodies vibrate by more than the tolerances from a state on.
 
     A linearly implicit trial step over some periods of the lowest mode, but no longer than `longest` s, brings the
-    deflections close to where they would come to rest; their change is the size of the vibrations.
+    modes close to where they would come to rest. What that takes from a deflection, and from a speed over the frequency
+    of the mode, is its vibration, whether it begins as the one or as the other.
 
     Parameters
     ----------
@@ -48,8 +70,73 @@ def are_seen(dynamics: Dynamics, t: float, y: Vector, longest: float, rtol: floa
     vectors[AT] = y
     vectors[PUSH_STIFFNESS, n : n + m] = -h * y[n : n + m]
     dynamics.implicit_rate(t, vectors, h, h * h)
-    modes = [(at, speed) for turns, at, speed in coordinate_moves(model) if not turns and rates[speed] > 0.0]
-    return any(
-        h * abs(y[n + speed] + h * vectors[SLOPE, n + speed]) > UNSEEN * atol[at] + rtol * abs(y[at])
-        for at, speed in modes
-    )
+    for turns, at, speed in coordinate_moves(model):
+        if not turns and rates[speed] > 0.0:
+            change = h * vectors[SLOPE, n + speed]
+            size = math.hypot(h * (y[n + speed] + change), change / rates[speed])
+            if size > UNSEEN * atol[at] + rtol * abs(y[at]):
+                return True
+    return False
+
+
+class Vibrations(NamedTuple):
+    """Vibrations of a scene about where it starts, each (k,).
+
+    Attributes
+    ----------
+    frequencies : ndarray
+        rad/s.
+    ratios : ndarray
+        Of damping.
+    sizes : ndarray
+        How large each is at the start, of what is large along the coordinate that it moves the most.
+    """
+
+    frequencies: Vector
+    ratios: Vector
+    sizes: Vector
+
+
+def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
+    """Return the vibrations of a scene at the start (s), but for those that take longer than the span (s) for a period.
+
+    Of modes, and of springs and dampers in joints, with the mass of the whole scene; of very large scenes and of what
+    has no inertia but through loops, those of bodies alone. A vibration is as large as the speeds that it starts with
+    over its frequency, and its acceleration over the square of that: so far it is from where it would rest.
+    """
+    model = dynamics.model
+    n, m = model.coordinate_count, model.free_count
+    K, C = iteration_matrices(model)
+    alone = modal_frequencies(model)
+    where = np.flatnonzero(alone)
+    M = np.diag(np.divide(np.diag(K), alone**2, out=np.ones(m), where=alone > 0.0))
+    squares, shapes = alone[where] ** 2, np.eye(m)[:, where] / np.sqrt(np.diag(M)[where])
+    if m <= MOST_DENSE:
+        state = State(model, start, model.initial_coordinates, model.initial_speeds)
+        K, C = current_tangents(state, K, C)
+        with suppress(np.linalg.LinAlgError):
+            whole = mass_matrix(state)[:m, :m]
+            squares, shapes = scipy.linalg.eigh(K, whole)
+            M = whole
+    is_vibration = squares * span**2 > 4.0 * math.pi**2
+    frequencies, shapes = np.sqrt(squares[is_vibration]), shapes[:, is_vibration]
+    y = dynamics.initial_state(start)
+    moving, pushed = y[n : n + m], dynamics.rate(start, y)[n : n + m]
+    sizes = np.hypot(shapes.T @ M @ moving / frequencies, shapes.T @ M @ pushed / frequencies**2)
+    sizes *= np.abs(shapes / displacement_scales(model)[:, None]).max(axis=0, initial=0.0)
+    return Vibrations(frequencies, 0.5 * np.sum(shapes * (C @ shapes), axis=0) / frequencies, sizes)
+
+
+def all_damped(model: Model) -> bool:
+    """Tell at once, of bodies alone, that all vibrations are damped.
+
+    True only where flexible bodies carry nothing, and no joint has a spring. Free of its frame a mode is faster, and
+    damped more; with masses attached it is slower, and damped less.
+    """
+    carries = any(body.parent >= 0 and model.bodies[body.parent].flexible is not None for body in model.bodies)
+    if carries or model.constraints:
+        return False
+    K, C = (np.diag(X) for X in iteration_matrices(model))
+    alone = modal_frequencies(model)
+    least = 2.0 * LEAST_DAMPING * np.divide(K, alone, out=np.zeros_like(K), where=alone > 0.0)
+    return bool(np.all(C >= least) and not np.any(K[alone == 0.0]))

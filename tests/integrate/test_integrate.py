@@ -73,7 +73,7 @@ def test_generalised_alpha_steps_over_elastic_modes_of_100_kilohertz() -> None:
 def test_auto_takes_the_implicit_method_for_stiff_bodies_only() -> None:
     soft = integrate(soft_arm().freeze(), (0.0, 0.2), rtol=1e-4)
     assert soft.statistics["method"] == "dop853"
-    stiff = integrate(steel_bar().freeze(), (0.0, 0.1), rtol=1e-3, output_step=0.1)
+    stiff = integrate(steel_bar(damping=kf.ModalDamping(0.01)).freeze(), (0.0, 0.1), rtol=1e-3, output_step=0.1)
     assert stiff.statistics["method"] == "extrapolation"
     assert "Hz are stiff over 0.1 s" in stiff.statistics["reason"]
     # the same bar over an instant is not stiff

@@ -63,7 +63,7 @@ def test_auto_sees_the_frequency_of_the_scene():
     scene = kf.System()
     scene.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", position=1e-3, forces=kf.CoordinateForce(1e4)))
     assert stiffest_rate(scene.freeze(), 0.0) == pytest.approx(1e5, rel=1e-12)
-    assert scene.simulate((0.0, 1.0), rtol=1e-3, output_step=0.5).statistics["method"] == "extrapolation"
+    assert scene.simulate((0.0, 1.0), rtol=1e-3, output_step=0.5).statistics["method"] != "extrapolation"  # undamped
     damped = kf.System()
     damped.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", forces=kf.CoordinateForce(damping=2.0)))
     assert stiffest_rate(damped.freeze(), 0.0) == pytest.approx(2.0 / 1e-6, rel=1e-12)

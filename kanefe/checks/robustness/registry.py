@@ -22,6 +22,7 @@ from kanefe.checks.robustness import (
     rotations,
     spin,
     steps,
+    vibrations,
 )
 from kanefe.checks.robustness.case import StressCase
 from kanefe.errors import ModelError
@@ -31,6 +32,7 @@ REGISTRY = Registry("stress", "kanefe.robustness", StressCase, attrgetter("name"
 OWN: tuple[StressCase, ...] = (
     *drift.CASES,
     *flexible_extremes.CASES,
+    *vibrations.CASES,
     *mass_extremes.CASES,
     *rotations.CASES,
     *loops.CASES,

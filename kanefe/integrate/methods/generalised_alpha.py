@@ -358,9 +358,14 @@ def stiffest_rate(model: Model, start: float) -> float:
     one on a stiff spring, vibrates faster than its own modes say.
     """
     state = State(model, start, model.initial_coordinates, model.initial_speeds)
-    K, C = current_tangents(state, *iteration_matrices(model))
+    return highest_rate(model, start, *current_tangents(state, *iteration_matrices(model)))
+
+
+def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
+    """Return the same for given matrices over the free speeds, with the mass of the scene as it starts."""
     if not (np.any(K) or np.any(C)):
         return 0.0
+    state = State(model, start, model.initial_coordinates, model.initial_speeds)
     M, n = mass_matrix(state), model.free_count
     try:
         squares, rates = (

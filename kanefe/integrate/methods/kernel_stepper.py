@@ -13,7 +13,7 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_set import Kernels
-from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
+from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, StepFailure, beyond
 from kanefe.kernels.stepping import (
     AT,
     BALANCE,
@@ -78,10 +78,6 @@ if TYPE_CHECKING:
 SMALLEST_STEP = 16.0 * np.finfo(float).eps
 """Of the largest time: below such a step, times lose their digits. A jump of a force or a power leaves an error in
 proportion to the step, so that nothing longer may do for a step across one; a run that creeps is ended by its loop."""
-
-LEAST_STEPS = 30
-"""Steps of a run at least, where loads or drives are functions: they then are looked at a hundred times at least, since
-no method leaves out more than a third of a step or, of order 5, half of it."""
 
 ITERATED = 1e-10, 1e-12
 """Relative and absolute tolerance to which methods iterate where steps are fixed."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.frames import Matrix
 from kanefe.integrate.methods.compiled import Compiled
-from kanefe.integrate.methods.kernel_set import Kernels
+from kanefe.integrate.methods.kernel_set import Kernels, Memory
 from kanefe.integrate.methods.method import Method, kept_states
 
 
@@ -34,9 +34,17 @@ def radau_iia() -> Matrix:
     return np.vstack((nodes, T, np.linalg.inv(T), weights, [gamma, values[upper].real, values[upper].imag]))
 
 
-def _of_order_three(rtol: float) -> float:
-    """Return the estimate of order 3 that a step of order 5 may have (Hairer & Wanner 1996, IV.8, the code RADAU5)."""
-    return 0.1 * rtol ** (2.0 / 3.0)
+def of_order_three(rtol: float) -> float:
+    """Return the estimate of order 3 that a step of order 5 may have (Hairer & Wanner 1996, IV.8, the code RADAU5).
+
+    With it a vibration loses energy as rtol^(5/6) a period; for tight tolerances it is lowered so that it does as rtol.
+    """
+    return min(0.1 * rtol ** (2.0 / 3.0), 0.6 * rtol**0.8)
+
+
+def _first_step(memory: Memory) -> float:
+    """Return zero: after an event too the method finds its first step itself, since vibrations may begin there."""
+    return 0.0
 
 
 @cache
@@ -53,7 +61,8 @@ def _kernels() -> Kernels:
         reals=radau_polynomial.REALS,
         integers={JACOBIAN_ROW: radau_polynomial.JACOBIAN_ROWS},
         table=radau_iia(),
-        of_tolerance=_of_order_three,
+        of_tolerance=of_order_three,
+        first_step=_first_step,
     )
 
 

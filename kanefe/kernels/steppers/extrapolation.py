@@ -45,6 +45,8 @@ from kanefe.kernels.stepping import (
     IMPLICIT,
     IS_FIXED,
     IS_STIFF,
+    LARGEST,
+    LARGEST_OF_DRIVES,
     LAST_STEP,
     MAP,
     MAP_SIZE,
@@ -268,6 +270,9 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
         return command
     if reals[TIME] >= reals[STOP]:
         return ask(integers, DONE, AFTER)
+    if min(reals[NEXT_STEP], reals[LARGEST], reals[LARGEST_OF_DRIVES]) < _least(integers, reals):
+        integers[REASON] = TOO_SMALL
+        return ask(integers, FAILED, AFTER)
     clip(integers, reals, reals[NEXT_STEP])
     return _begin_column(integers, reals, vectors, 1)
 
@@ -315,12 +320,18 @@ def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
 
 
 @kernel
+def _least(integers: np.ndarray, reals: np.ndarray) -> float:
+    """Return the smallest step for the columns aimed at: what they let grow, they do up to a step in proportion."""
+    return reals[SMALLEST] * min(integers[AIM] + 1, LARGEST_COLUMNS) / LARGEST_COLUMNS
+
+
+@kernel
 def _reject(integers: np.ndarray, reals: np.ndarray, share: float) -> int:
     """Give the step up for a share of it, and return START, or FAILED."""
     integers[REJECTED] += 1
     integers[WAS_REJECTED] = 1
     reals[NEXT_STEP] = share * reals[STEP]
-    if reals[NEXT_STEP] < reals[SMALLEST]:
+    if reals[NEXT_STEP] < _least(integers, reals):
         integers[REASON] = TOO_SMALL
         return ask(integers, FAILED, AFTER)
     return START

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import kanefe as kf
 from kanefe.integrate.choice import choose
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.explicit_rates import rate_of_functions
 from kanefe.integrate.options import RunOptions
-from steel_beams import steel_bar
+from kanefe.integrate.run import integrate
+from kanefe.integrate.suited import suited
+from kanefe.integrate.vibrations import CALM, LEAST_DAMPING
+from kanefe.kernels.steppers.extrapolation_dense import LARGEST_COLUMNS
+from kanefe.tree.scene_state import SceneState
+from steel_beams import BAR_LENGTH, steel_bar
 
 SLOWEST = 92.8
 """Frequency in Hz of the bar clamped at its root: 1.875^2 / (2 pi L^2) sqrt(E I / (rho A)), of 0.3 m by 1 cm."""
 
 
-def bar(gravity: float) -> kf.Model:
+def bar(gravity: float, damping: float = 0.01) -> kf.Model:
     """Return a bar on a hinge, straight at the start: gravity is what bends it."""
-    return steel_bar(0.02, 0.01, gravity=gravity, reduction=kf.CraigBampton(modes=10)).freeze()
+    options = {"reduction": kf.CraigBampton(modes=10), "damping": kf.ModalDamping(damping) if damping else None}
+    return steel_bar(0.02, 0.01, gravity=gravity, **options).freeze()
 
 
 @pytest.mark.parametrize(
@@ -37,3 +46,123 @@ def test_vibrations_that_the_tolerance_asks_for_are_followed(
     choice = choose(bar(gravity), RunOptions(t_span=(0.0, periods / SLOWEST), rtol=rtol))
     assert choice.name == name
     assert reason in choice.reason
+
+
+# Stability functions of T_jj of the extrapolated implicit Euler method, from (1 - z / n)^-n by Aitken and Neville
+# (Hairer & Wanner 1996, IV.9)
+def stability(z: np.ndarray) -> list[np.ndarray]:
+    rows: list[list[np.ndarray]] = []
+    for n in range(1, LARGEST_COLUMNS + 1):
+        row = [(1.0 - z / n) ** -n]
+        for k in range(1, n):
+            row.append(row[-1] + (row[-1] - rows[-1][k - 1]) / (n / (n - k) - 1.0))
+        rows.append(row)
+    return [row[-1] for row in rows]
+
+
+def test_the_extrapolation_is_stable_where_it_is_taken() -> None:
+    radians = np.logspace(-1, 3, 4000)
+
+    def growth(damping: float, of: np.ndarray) -> float:
+        return max(float(abs(R).max()) for R in stability(of * (-damping + 1j * np.sqrt(1.0 - damping**2))))
+
+    assert growth(LEAST_DAMPING, radians) < 1.0
+    assert growth(0.0, radians) > 1.01  # the reason for all this
+    for columns, R in enumerate(stability(1j * radians), start=1):
+        # a quarter below what is asked for
+        assert abs(R[radians > 0.8 * CALM * columns / LARGEST_COLUMNS]).max() < 1.0
+
+
+@pytest.mark.parametrize(
+    ("gravity", "periods", "rtol", "name", "then"),
+    [
+        (9.81, 100.0, 1e-3, "extrapolation", True),  # bent by a ten-thousandth of the length, unseen
+        (9.81, 100.0, 1e-6, "radau5", False),
+        (0.0, 10.0, 1e-3, "radau5", False),
+    ],
+)
+def test_what_is_not_damped_is_stepped_over_or_followed(
+    gravity: float, periods: float, rtol: float, name: str, then: bool
+) -> None:
+    found = suited(bar(gravity, damping=0.0), 0.0, periods / SLOWEST, rtol, 0.1 * rtol)
+    assert found.name == name
+    assert bool(found.then) == then
+    # the slowest is sideways, where the bar is clamped and twice as thick
+    assert not then or found.least * 2.0 * np.pi * 2.0 * SLOWEST == pytest.approx(CALM, rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["modal_coordinates", "modal_speeds"])
+def test_an_undamped_vibration_neither_grows_nor_is_lost(kind: str) -> None:
+    body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
+    first = 0.01 * np.eye(body.free_count)[0] * np.sqrt(body.mass)
+    scene = kf.System()
+    slowest = np.sqrt(body.stiffness[0, 0])
+    scene.add_flexible_body(
+        "bar", body, joint=kf.Fixed(), **{kind: first * (slowest if kind == "modal_speeds" else 1.0)}
+    )
+    periods, rtol = 300, 1e-3
+    result = scene.simulate((0.0, periods * 2.0 * np.pi / slowest), rtol=rtol, output_step=1.0)
+    energy = result.energy.total
+    assert energy.max() <= energy[0] * (1.0 + 100.0 * rtol)
+    # some parts of rtol are lost in a period; by the steps that step over vibrations all of it
+    assert energy[-1] > energy[0] * (1.0 - rtol * periods)
+    assert result.statistics["energy_balance"][1] == pytest.approx(1.0 - energy[-1] / energy[0], rel=1e-6)
+
+
+def test_a_vibration_that_begins_in_the_run_is_followed_from_there_on() -> None:
+    model = steel_bar(0.02, 0.01, gravity=0.0, reduction=kf.CraigBampton(modes=2)).freeze()
+    span = 10.0
+
+    def strike(t: float, state: SceneState) -> np.ndarray:
+        struck = state.vector.copy()
+        struck[model.coordinate_count + 1] += 1.0
+        return struck
+
+    event = kf.Event("strike", lambda t, state: t - 9.95, action=strike)
+    run = integrate(model, (0.0, span), rtol=1e-3, events=event, output_step=1.0)
+    assert run.statistics["method"].startswith("extrapolation, then ")
+    q, u = run.coordinates[-1], run.speeds[-1]
+    after = model.route.energy(span, np.concatenate((q, u))).total
+    assert after == pytest.approx(run.work[-1], rel=0.05)  # some periods, of which each may lose rtol
+
+
+def test_both_methods_go_on_from_a_snapshot_to_the_bit() -> None:
+    model = steel_bar(0.02, 0.01, gravity=0.0, reduction=kf.CraigBampton(modes=2)).freeze()
+    choice = choose(model, RunOptions(t_span=(0.0, 10.0), rtol=1e-3))
+    first, second = choice.make(Dynamics(model)), choice.make(Dynamics(model))
+    times = np.array([0.02, 0.03])
+    struck = first.state()
+    struck[model.coordinate_count + 1] += 1.0
+    first.restart(0.01, struck)
+    found, again = np.empty((2, 2, len(struck)))
+    assert first.integrate_through(times[:1], found, 1000) == 1
+    assert first.name.startswith("extrapolation, then ")
+    second.resume(first.snapshot())
+    assert second.name == first.name
+    assert first.integrate_through(times[1:], found[1:], 1000) == second.integrate_through(times[1:], again[1:], 1000)
+    np.testing.assert_array_equal(found[1], again[1])
+    assert first.statistics == second.statistics
+
+
+def test_damping_by_functions_is_measured() -> None:
+    scene = kf.System()
+    wheel = scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z"))
+    scene.add_motor(wheel, lambda t, state: -500.0 * state.joint_speeds("wheel")[0])
+    model = scene.freeze()
+    dynamics = Dynamics(model)
+    # 500 N m s over 0.1 kg m2
+    assert rate_of_functions(dynamics, 0.0) == pytest.approx(5000.0, rel=1e-6)
+    assert dynamics.evaluations < 20
+    assert choose(model, RunOptions(t_span=(0.0, 1.0))).name == "radau5"
+
+
+def test_bodies_bent_by_many_times_their_length_are_told() -> None:
+    body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
+    scene = kf.System()
+    scene.add_flexible_body("bar", body, joint=kf.Fixed(), modal_speeds=1e4 * np.eye(body.free_count)[0])
+    with pytest.warns(kf.SimulationWarning, match=r"body 'bar' deflects by [0-9.]+ of its length"):
+        result = scene.simulate((0.0, 0.01), rtol=1e-6)
+    scale = BAR_LENGTH * np.sqrt(body.mass)
+    assert result.statistics["deflection"][1] == pytest.approx(
+        float(np.linalg.norm(result.modal_coordinates("bar"), axis=1).max() / scale), rel=1e-9
+    )

@@ -1,0 +1,254 @@
+"""The method that suits a scene, and why: what method="auto" takes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.explicit_rates import rate_of_functions
+from kanefe.integrate.methods.generalised_alpha import highest_rate, iteration_matrices, stiffest_rate
+from kanefe.integrate.methods.radau5 import of_order_three
+from kanefe.integrate.methods.table import own_methods, serving
+from kanefe.integrate.stepper import LEAST_STEPS
+from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
+from kanefe.tree.scales import modal_frequencies
+
+MOST_EXPLICIT_STEPS = 2000.0
+"""Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""
+
+MOST_SPEEDS = 150
+"""Of a scene that Radau's method, whose work grows with their cube, is taken for."""
+
+LOOSE_RTOL = 1e-4
+"""From which on the extrapolation has less work than Radau's method where what vibrates is damped."""
+
+LEAST_RTOL_OF_SWEEPS = 1e-7
+"""Below which vibrations have to be followed that any motion excites."""
+
+FEW_PERIODS, FEW_IF_LOOSE = 30.0, 20.0
+"""Of the slowest mode in a run: so many steps any method takes, which then follow its vibrations; and from `LOOSE_RTOL`
+on, where the extrapolation has no first step that is long enough."""
+
+MOST_OUTSIDE = 150.0
+"""Rate of what is outside the sweep times the span: below, steps that look at functions often enough take it."""
+
+LEAST_SHARE = 0.1
+"""Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
+
+PRODUCTS_A_BODY, PRODUCTS_A_PAIR = 500.0, 6.0
+"""Of an evaluation, for each body and each pair of its modes, in units of a product of the factors below."""
+
+STABLE, STAGES = 5.5, 12.0
+"""Radians of the fastest vibration in a step of the explicit method, and evaluations of a step."""
+
+EVALUATIONS_A_STEP, PRODUCTS_OF_FACTORS = 6.5, 10.0 / 3.0
+"""Of a step of Radau's method: evaluations, and products over the cube of the speeds, of one real and one complex
+factorisation (2/3 and four times as many)."""
+
+ERROR_OF_RADAU = 0.0084
+"""Of its formula of order 3, over the fourth power of the radians of a vibration in a step: as measured."""
+
+SEEN_BY_RADAU = 10.0
+"""Times what is allowed: its first step damps smaller vibrations."""
+
+LEAST_OF_RADAU, LEAST_BESIDE_KINKS = 100.0, 400.0
+"""Steps at least; where forces have kinks."""
+
+MUCH = 40.0
+"""Times the work of Radau's method: what the explicit one may take where stops and friction act all the time."""
+
+STOPS = "stops or dry friction"
+
+
+class Suited(NamedTuple):
+    """A method for a scene.
+
+    Attributes
+    ----------
+    name, reason : str
+    then : str
+        Method that takes over where the error asks for steps below `least` (s); empty: none does.
+    least : float
+    share : float
+        Of the usual absolute tolerance.
+    """
+
+    name: str
+    reason: str
+    then: str = ""
+    least: float = 0.0
+    share: float = 1.0
+
+
+def suited(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Suited:
+    """Return the method that suits a scene; for fixed steps without rtol.
+
+    `atol` is that of `StepControl`.
+
+    Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs within the
+    order-n sweep, and steps over vibrations. It lets what is hardly damped grow where its steps are some radians of it,
+    so that it hands over where they would be; Radau's method, or the explicit one where that is less work, follows
+    vibrations from the start where they are larger than the tolerance or the run lasts few of their periods. Radau's
+    method also where something stiff is outside the sweep (springs between frames, controllers) or begins at once
+    (stops, dry friction), and where that is too much work generalised-alpha.
+    """
+    own = serving(model, *own_methods())
+    if len(own) == 1:
+        return Suited(own[0], f"the only one for {model.route.reason}")
+    span, dynamics = stop - start, Dynamics(model)
+    outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
+    if not _is_stiff(max(rate, outside), span):
+        return Suited("dop853", "no stiff elastic modes")
+    reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
+    if _is_stiff(rate, span):
+        reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {span:g} s"
+    if model.states_move:
+        name = serving(model, "extrapolation", "dop853")[0] if all_damped(model) else "dop853"
+        return Suited(name, f"{reason}, and internal states of loads are followed")
+    names = [STOPS] if model.has_stops else []
+    names += ["springs between frames"] if model.loads else []
+    names += [obstacle.kind for obstacle in model.route.obstacles]
+    if outside * span > MOST_OUTSIDE:
+        names.append(f"functions of the state with rates up to {outside:.2g} rad/s")
+    if names:
+        if _is_stiff(rate, span):
+            reason += f", with {' and '.join(names)}"
+        if names == [STOPS] and _takes_stops(model, start, span):
+            return Suited("dop853", f"{reason}, which act for short times")
+        if model.free_count <= MOST_SPEEDS or outside * span > MOST_OUTSIDE:
+            return Suited("radau5", reason)
+        return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
+    return _by_vibrations(dynamics, (start, stop), rtol, atol, reason)
+
+
+def _by_vibrations(
+    dynamics: Dynamics, span: tuple[float, float], rtol: float | None, atol: float, reason: str
+) -> Suited:
+    """Return the method for a scene whose sweep knows all that is stiff: by whether its vibrations are followed."""
+    model, (start, stop) = dynamics.model, span
+    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    if is_loose and all_damped(model):
+        return Suited("extrapolation", reason)
+    found = vibrations(dynamics, start, stop - start)
+    undamped = float(found.frequencies[found.ratios < LEAST_DAMPING].min(initial=math.inf))
+    if is_loose and undamped == math.inf:
+        return Suited("extrapolation", reason)
+    largest = float(found.sizes.max(initial=0.0))
+    is_seen = largest * (1.0 - (rtol or 0.0)) > (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol
+    followed = _followed(dynamics, stop - start, rtol, undamped, is_seen)
+    if not followed and undamped == math.inf:
+        return Suited("extrapolation", reason)
+    # where it is handed over, something vibrates whose radians are steps
+    least = LEAST_OF_RADAU if followed else (stop - start) * undamped
+    name = _follower(model, stop - start, max(least, _steps_of_radau(stop - start, rtol, atol, found)), found)
+    if not followed:
+        return Suited("extrapolation", reason, then=name, least=CALM / undamped)
+    reason += f", and {followed}"
+    if undamped == math.inf and model.free_count > MOST_SPEEDS:
+        return Suited("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
+    # of what vibrates, and not of the scene
+    share = min(max(largest * (rtol or 0.0) / atol, LEAST_SHARE), 1.0) if undamped < math.inf else 1.0
+    return Suited(name, reason, share=share)
+
+
+def _followed(dynamics: Dynamics, span: float, rtol: float | None, undamped: float, is_seen: bool) -> str:
+    """Return in words why vibrations are to be followed; nothing where they are not."""
+    model = dynamics.model
+    is_undamped = undamped < math.inf
+    if rtol is not None and rtol < LEAST_RTOL_OF_SWEEPS:
+        return f"rtol={rtol:g} follows their vibrations"
+    frequencies = modal_frequencies(model)
+    if not np.any(frequencies > 0.0) or (is_undamped and _has_springs(model)):
+        return "vibrations on springs of joints are followed"
+    slowest = undamped if is_undamped else float(frequencies[frequencies > 0.0].min())
+    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    if span * slowest < 2.0 * math.pi * (FEW_IF_LOOSE if is_loose else FEW_PERIODS):
+        return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
+    longest = min((controller.every for controller in model.controllers), default=span)
+    if dynamics.calls_functions:
+        longest = min(longest, span / LEAST_STEPS)
+    if is_undamped and longest < CALM / undamped:
+        return "steps that functions and controllers ask for follow what is not damped"
+    if rtol is not None and is_seen:
+        return f"vibrate by more than rtol={rtol:g} at the start"
+    return ""
+
+
+def _has_springs(model: Model) -> bool:
+    """Tell whether joints have springs."""
+    forces = [force for body in model.bodies for force in body.joint.coordinate_forces]
+    return any(force is not None and force.stiffness > 0.0 for force in forces)
+
+
+def _follower(model: Model, span: float, steps: float, found: Vibrations) -> str:
+    """Return the method that follows vibrations with less work.
+
+    Radau's, for which so many steps are enough, or the explicit one with those for which the fastest is stable.
+    """
+    explicit = _explicit_work(model, span * float(found.frequencies.max(initial=0.0)) / STABLE)
+    return "dop853" if explicit < _radau_work(model, steps) else "radau5"
+
+
+def _takes_stops(model: Model, start: float, span: float) -> bool:
+    """Tell whether the explicit method has little work while stops and friction do not act, and bearable if they do."""
+    free = highest_rate(model, start, *iteration_matrices(model))
+    implicit = _radau_work(model, LEAST_BESIDE_KINKS)
+    return (
+        _explicit_work(model, span * free / STABLE) < implicit
+        and _explicit_work(model, span * _rate_at_stops(model, start) / STABLE) < MUCH * implicit
+    )
+
+
+def _rate_at_stops(model: Model, start: float) -> float:
+    """Return the highest rate in rad/s with all stops touched, and friction that sticks."""
+    K, C = iteration_matrices(model)
+    for body in model.bodies:
+        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
+            if force is not None and where < model.free_count:
+                K[where, where] += force.limit_stiffness
+                C[where, where] += force.limit_damping + force.friction / force.friction_speed
+    return highest_rate(model, start, K, C)
+
+
+def _evaluation(model: Model) -> float:
+    """Return how many products an evaluation takes about."""
+    modes = [body.flexible.body.free_count for body in model.bodies if body.flexible is not None]
+    return PRODUCTS_A_BODY * len(model.bodies) + PRODUCTS_A_PAIR * sum(k * k for k in modes)
+
+
+def _explicit_work(model: Model, steps: float) -> float:
+    return max(steps, LEAST_OF_RADAU) * STAGES * _evaluation(model)
+
+
+def _radau_work(model: Model, steps: float) -> float:
+    return steps * (EVALUATIONS_A_STEP * _evaluation(model) + PRODUCTS_OF_FACTORS * model.free_count**3)
+
+
+def _steps_of_radau(span: float, rtol: float | None, atol: float, found: Vibrations) -> float:
+    """Return how many steps Radau's method takes about: those that its formula of order 3 asks for."""
+    if rtol is None:
+        return LEAST_OF_RADAU
+    errors = found.sizes / (of_order_three(rtol) * (found.sizes + atol / rtol))
+    steps = span * found.frequencies * (ERROR_OF_RADAU * errors) ** 0.25
+    return float(steps[errors > SEEN_BY_RADAU].max(initial=LEAST_OF_RADAU))
+
+
+def _is_stiff(rate: float, span: float) -> bool:
+    # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2
+    return span * rate / 2.0 > MOST_EXPLICIT_STEPS
+
+
+def _fastest(model: Model, start: float, span: float) -> float:
+    """Return a rate in rad/s that the scene has at least, good enough to tell whether it is stiff."""
+    is_elastic = any(body.flexible is not None or body.has_coordinate_forces for body in model.bodies)
+    if not (is_elastic or model.loads):
+        return 0.0
+    # of the bodies alone: motions of the whole scene are faster still, and need the mass of all of it
+    alone = float(modal_frequencies(model).max(initial=0.0))
+    if _is_stiff(alone, span):
+        return alone
+    return _rate_at_stops(model, start) if model.has_stops and not model.loads else stiffest_rate(model, start)
