@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.integrate.choice import choose
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.options import RunOptions
 
 
 @pytest.mark.parametrize("method", ["dop853", "generalised-alpha"])
@@ -63,7 +65,8 @@ def test_auto_sees_the_frequency_of_the_scene():
     scene = kf.System()
     scene.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", position=1e-3, forces=kf.CoordinateForce(1e4)))
     assert stiffest_rate(scene.freeze(), 0.0) == pytest.approx(1e5, rel=1e-12)
-    assert scene.simulate((0.0, 1.0), rtol=1e-3, output_step=0.5).statistics["method"] != "extrapolation"  # undamped
+    # nothing damps it, so that the extrapolation might let it grow
+    assert choose(scene.freeze(), RunOptions(t_span=(0.0, 1.0), rtol=1e-3)).name in ("radau5", "dop853")
     damped = kf.System()
     damped.add_rigid_body("wheel", 0.001, 1e-6, joint=kf.Revolute("z", forces=kf.CoordinateForce(damping=2.0)))
     assert stiffest_rate(damped.freeze(), 0.0) == pytest.approx(2.0 / 1e-6, rel=1e-12)
