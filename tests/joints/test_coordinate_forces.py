@@ -127,9 +127,9 @@ def test_no_step_goes_through_a_stop(method: str, is_function: bool) -> None:
 def test_auto_leaves_stops_to_methods_that_see_them(forces: kf.CoordinateForce | None) -> None:
     scene = kf.System()
     hub = scene.add_rigid_body("hub", 1.0, 0.1, joint=kf.Revolute("z", forces=forces))
-    scene.add_flexible_body("bar", tripod((1.0, 1e3, 1e4), np.eye(3)), parent=hub)
+    scene.add_flexible_body("bar", tripod((1.0, 1e3, 1e4), np.eye(3), damping=0.02), parent=hub)
     chosen = choose(scene.freeze(), RunOptions(t_span=(0.0, 10.0), rtol=1e-4)).name
-    assert chosen == ("extrapolation" if forces is None else "generalised-alpha")
+    assert chosen == ("extrapolation" if forces is None else "radau5")
 
 
 def test_a_damped_stop_takes_energy() -> None:
