@@ -98,7 +98,11 @@ class BodyShape:
 
     def translations(self, nodes: np.ndarray) -> np.ndarray:
         """Return the rows of the basis that move some nodes along x, y and z, shape (len(nodes), 3, k)."""
-        motion = self.basis.reshape(len(self.nodes), len(self.components), -1)[nodes]
+        motion = self.basis.reshape(len(self.nodes), len(self.components), -1)
+        if not np.array_equal(nodes, np.arange(len(motion))):
+            motion = motion[nodes]
+        if self.components == COMPONENTS[:3]:
+            return np.asarray(motion)
         rows = np.zeros((len(nodes), 3, motion.shape[2]))
         for column, component in enumerate(self.components):
             if component in XYZ:

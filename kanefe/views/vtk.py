@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -17,8 +18,7 @@ from kanefe.results.body_shape import BodyShape
 from kanefe.storage.files import ready_path
 
 try:
-    from pyevtk.hl import unstructuredGridToVTK
-    from pyevtk.vtk import VtkGroup
+    from pyevtk.vtk import VtkFile, VtkGroup, VtkUnstructuredGrid
 except ImportError as _error:
     raise MissingDependency("pyevtk", "Result.to_vtk", "pip install pyevtk") from _error
 
@@ -30,6 +30,8 @@ MOST_FRAMES = 200
 
 SMALLEST_SIDE = 0.02
 """Side of the box that stands for a point, as a share of the scene's size."""
+
+_FRAME = re.compile(r"(body\d+|rigid)_\d{4,}\.vtu")
 
 _QUOTES = {'"': "&quot;"}
 
@@ -76,21 +78,24 @@ def write_series(
     target = ready_path(target.with_suffix(".pvd"))
     folder = target.with_name(f"{target.stem}_frames")
     shapes = [result.body(name) for name in result.bodies]
+    grids = [_mesh_grid(shape, part) if shape.is_flexible else None for part, shape in enumerate(shapes)]
     boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
+    cubes = _grid([("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))], [number for number, _, _ in boxes])
     try:
         folder.mkdir(exist_ok=True)
         listed: list[tuple[Path, float, int, str]] = []
         for number, frame in enumerate(frames):
             time = float(result.times[frame])
             for part, shape in enumerate(shapes):
-                if shape.is_flexible:
+                if (grid := grids[part]) is not None:
                     stem, data = folder / f"body{part}_{number:04d}", fields.get(shape.name)
-                    file = _write_mesh(stem, result, shape, int(frame), part, scale, data)
+                    file = _write_mesh(stem, result, shape, int(frame), grid, scale, data)
                     listed.append((file, time, part, shape.name))
             if boxes:
-                file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame))
+                file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame), cubes)
                 listed.append((file, time, len(shapes), "rigid bodies"))
         _write_collection(target, listed)
+        _remove_other_frames(folder, {file for file, _, _, _ in listed})
     except OSError as error:
         raise FileError(
             f"cannot write {target}: {error.strerror or error}. Remedy: free some space or choose another folder"
@@ -158,58 +163,119 @@ def _boxes(result: Reader, shapes: list[BodyShape]) -> list[tuple[int, BodyShape
     return boxes
 
 
+class _Grid(NamedTuple):
+    """Cells of a .vtu, which are the same at all times.
+
+    Attributes
+    ----------
+    connectivity, offsets : ndarray of int
+        Nodes of all cells one after the other, and where each cell ends.
+    types : ndarray of uint8
+        VTK's numbers.
+    body : ndarray of int32
+        Number of the body on every cell.
+    """
+
+    connectivity: np.ndarray
+    offsets: np.ndarray
+    types: np.ndarray
+    body: np.ndarray
+
+
+def _grid(blocks: Sequence[tuple[str, np.ndarray]], body: int | Sequence[int]) -> _Grid:
+    sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for _, nodes in blocks])
+    return _Grid(
+        connectivity=np.concatenate([nodes.ravel() for _, nodes in blocks]).astype(np.int64),
+        offsets=np.cumsum(sizes, dtype=np.int64),
+        types=np.concatenate([np.full(len(nodes), CELL_TYPES[kind], dtype=np.uint8) for kind, nodes in blocks]),
+        body=np.array(np.broadcast_to(body, len(sizes)), dtype=np.int32),
+    )
+
+
+def _mesh_grid(shape: BodyShape, part: int) -> _Grid:
+    blocks = [(block.kind, block.nodes) for block in shape.cells]
+    return _grid(blocks or [("vertex", np.arange(len(shape.nodes))[:, None])], part)
+
+
 def _write_mesh(
     path: Path,
     result: Reader,
     shape: BodyShape,
     frame: int,
-    part: int,
+    grid: _Grid,
     scale: float,
     data: FieldData | None = None,
 ) -> Path:
     A_NG = rotation_matrix(result.rotation(shape.name)[frame])
     displacement = result.nodal_displacements(shape.name, frames=frame) @ A_NG.T
     points = shape.nodes @ A_NG.T + result.position(shape.name)[frame] + scale * displacement
-    blocks = [(block.kind, block.nodes) for block in shape.cells]
-    blocks = blocks or [("vertex", np.arange(len(points))[:, None])]
     at_nodes, at_cells = data(frame) if data is not None else ({}, {})
-    return _write_grid(
-        path, points, blocks, part, {"displacement [m]": _columns(displacement), **_rows(at_nodes)}, _rows(at_cells)
-    )
+    return _write_grid(path, points, grid, {"displacement [m]": displacement, **at_nodes}, at_cells)
 
 
-def _write_boxes(path: Path, result: Reader, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int) -> Path:
-    corners, numbers = [], []
-    for number, shape, local in boxes:
+def _write_boxes(
+    path: Path, result: Reader, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int, grid: _Grid
+) -> Path:
+    corners = []
+    for _, shape, local in boxes:
         A_NR = rotation_matrix(result.rotation(shape.name)[frame])
         corners.append(local @ A_NR.T + result.position(shape.name)[frame])
-        numbers.append(number)
-    cells = np.arange(8 * len(boxes)).reshape(-1, 8)
-    return _write_grid(path, np.vstack(corners), [("hexahedron", cells)], numbers, None)
+    return _write_grid(path, np.vstack(corners), grid, {}, {})
 
 
 def _write_grid(
     path: Path,
     points: np.ndarray,
-    blocks: list[tuple[str, np.ndarray]],
-    body: Any,
-    data: dict[str, Any] | None,
-    cell_data: dict[str, Any] | None = None,
+    grid: _Grid,
+    at_nodes: Mapping[str, np.ndarray],
+    at_cells: Mapping[str, np.ndarray],
 ) -> Path:
-    """Write one .vtu with the number of the body on every cell; return its path."""
-    sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for _, nodes in blocks])
-    types = np.concatenate([np.full(len(nodes), CELL_TYPES[kind], dtype=np.uint8) for kind, nodes in blocks])
-    numbers = np.array(np.broadcast_to(body, len(sizes)), dtype=np.int32)
-    file = unstructuredGridToVTK(
-        str(path.absolute()),
-        *_columns(points),
-        connectivity=np.concatenate([nodes.ravel() for _, nodes in blocks]).astype(np.int64),
-        offsets=np.cumsum(sizes, dtype=np.int64),
-        cell_types=types,
-        cellData={"body": numbers, **(cell_data or {})},
-        pointData=data,
-    )
-    return Path(file)
+    """Write one .vtu; return its path. Fields are (n,) or (n, 3).
+
+    Arrays are written whole by ourselves: pyevtk packs them number by number.
+    """
+    file = VtkFile(str(path.absolute()), VtkUnstructuredGrid)
+    arrays: list[np.ndarray] = []
+
+    def add(name: str, array: np.ndarray) -> None:
+        array = np.ascontiguousarray(array)
+        file.addHeader(name, array.dtype.name, len(array), array.size // max(len(array), 1))
+        arrays.append(array)
+
+    file.openGrid()
+    file.openPiece(ncells=len(grid.types), npoints=len(points))
+    file.openElement("Points")
+    add("points", points)
+    file.closeElement("Points")
+    file.openElement("Cells")
+    add("connectivity", grid.connectivity)
+    add("offsets", grid.offsets)
+    add("types", grid.types)
+    file.closeElement("Cells")
+    for kind, fields in (("Point", at_nodes), ("Cell", {"body": grid.body, **at_cells})):
+        if not fields:
+            continue
+        scalars = next((name for name, values in fields.items() if values.ndim == 1), None)
+        vectors = next((name for name, values in fields.items() if values.ndim == 2), None)
+        file.openData(kind, scalars=scalars, vectors=vectors)
+        for name, values in fields.items():
+            add(name, values if values.dtype == np.int32 else values.astype(float))
+        file.closeData(kind)
+    file.closePiece()
+    file.closeGrid()
+    for array in arrays:
+        file.appendHeader(array.dtype.name, len(array), array.size // max(len(array), 1))
+        file.xml.stream.write(array.data)
+    file.save()
+    return Path(file.getFileName())
+
+
+def _remove_other_frames(folder: Path, written: set[Path]) -> None:
+    """Remove what an earlier and longer series of this name has left in its folder."""
+    kept = {file.name for file in written}
+    for file in folder.glob("*.vtu"):
+        if _FRAME.fullmatch(file.name) and file.name not in kept:
+            file.unlink()
 
 
 def _write_collection(target: Path, listed: list[tuple[Path, float, int, str]]) -> None:
@@ -220,12 +286,3 @@ def _write_collection(target: Path, listed: list[tuple[Path, float, int, str]]) 
         relative = escape(file.relative_to(folder).as_posix(), _QUOTES)
         group.addFile(str(folder / relative), sim_time=repr(time), part=str(part), name=escape(name, _QUOTES))
     group.save()
-
-
-def _rows(scalars: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: np.ascontiguousarray(values, dtype=float) for name, values in scalars.items()}
-
-
-def _columns(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    x, y, z = (np.ascontiguousarray(column, dtype=float) for column in vectors.T)
-    return x, y, z

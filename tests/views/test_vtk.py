@@ -36,6 +36,14 @@ def test_the_series_lists_every_frame_by_a_relative_path(tmp_path, monkeypatch):
     assert all(file.is_file() for *_, file in entries)
 
 
+def test_frames_of_an_earlier_series_go_and_other_files_stay(tmp_path):
+    robot().to_vtk(tmp_path / "arm.pvd", every=10)
+    own = tmp_path / "arm_frames" / "mine.vtu"
+    own.write_text("")
+    entries = read_series(robot().to_vtk(tmp_path / "arm.pvd", every=20))
+    assert set(own.parent.iterdir()) == {own, *(file for *_, file in entries)}
+
+
 def test_a_mesh_is_written_where_it_is(tmp_path):
     result = robot()
     entries = read_series(result.to_vtk(tmp_path / "arm.pvd", every=10))
@@ -107,7 +115,7 @@ def test_the_box_has_the_inertia_it_stands_for(seed):
 def test_cells_keep_their_order_of_nodes(kind, number, count, tmp_path):
     result, nodes = robot(), np.random.default_rng(0).permutation(27)[:count][None] % 7
     shape = dataclasses.replace(result.body("arm"), cells=(Cells(kind, nodes),))
-    file = vtk._write_mesh(tmp_path / "a", result, shape, 0, 0, 1.0)
+    file = vtk._write_mesh(tmp_path / "a", result, shape, 0, vtk._mesh_grid(shape, 0), 1.0)
     grid = read_grid(file)
     assert grid["types"].tolist() == [number]
     assert grid["connectivity"].tolist() == nodes[0].tolist()
@@ -115,7 +123,7 @@ def test_cells_keep_their_order_of_nodes(kind, number, count, tmp_path):
 
 def test_a_body_without_cells_is_a_cloud_of_points(tmp_path):
     shape = dataclasses.replace(robot().body("arm"), cells=())
-    grid = read_grid(vtk._write_mesh(tmp_path / "a", robot(), shape, 0, 0, 1.0))
+    grid = read_grid(vtk._write_mesh(tmp_path / "a", robot(), shape, 0, vtk._mesh_grid(shape, 0), 1.0))
     assert grid["types"].tolist() == [1] * 7
 
 
@@ -146,7 +154,7 @@ def test_options_without_sense_are_refused_before_anything_is_written(options, m
 
 
 def test_a_failure_of_the_disk_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(vtk, "unstructuredGridToVTK", full_disk)
+    monkeypatch.setattr(vtk, "VtkFile", full_disk)
     with pytest.raises(kf.FileError, match=r"a.pvd: No space left.*Remedy"):
         pendulum().to_vtk(tmp_path / "a.pvd")
     assert not (tmp_path / "a.pvd").exists()
@@ -154,6 +162,6 @@ def test_a_failure_of_the_disk_is_named(tmp_path, monkeypatch):
 
 def test_without_pyevtk_the_remedy_is_named(monkeypatch, tmp_path):
     monkeypatch.delitem(sys.modules, "kanefe.views.vtk")
-    monkeypatch.setitem(sys.modules, "pyevtk.hl", None)
+    monkeypatch.setitem(sys.modules, "pyevtk.vtk", None)
     with pytest.raises(kf.MissingDependency, match=r"Result.to_vtk needs pyevtk.*pip install"):
         pendulum().to_vtk(tmp_path / "a.pvd")
