@@ -14,6 +14,11 @@ from kanefe.errors import KanefeError
 COMMANDS = "kanefe.commands"
 """Entry points whose functions become commands."""
 
+VARIABLES = (
+    "Environment: KANEFE_CACHE_DIR is the folder of the cache, of compiled kernels too; KANEFE_CACHE_GB how much its "
+    "files may take (default 10), those not used for longest going first; KANEFE_CACHE=0 keeps no bodies and models."
+)
+
 
 def verify(
     cases: Annotated[list[str] | None, typer.Argument(help="Cases to run, such as A01 C03; default: all.")] = None,
@@ -33,7 +38,7 @@ def verify(
 
 def stress(
     cases: Annotated[list[str] | None, typer.Argument(help="Cases to run, such as drift slopes; default: all.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="The short form: less of everything, some 40 s.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="The short form: less of everything.")] = False,
     method: Annotated[str | None, typer.Option(help="Method of the runs over a million steps.")] = None,
     json: Annotated[
         str | None, typer.Option(help="Write the findings to this file as JSON; '-' for standard output.")
@@ -58,6 +63,20 @@ def prepare() -> None:
 
     count = build(own_folder(), jobs_here(), typer.echo)
     typer.echo(f"the solver is prepared: {count} parts built, {own_folder()}")
+
+
+def _print_version(is_asked: bool) -> None:
+    if is_asked:
+        version()
+        raise typer.Exit
+
+
+def options(
+    is_asked: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Rigid-flexible multibody dynamics by Kane's method."""
 
 
 def list_cache() -> None:
@@ -94,16 +113,19 @@ def main() -> None:
     """Run the command line; what the user can mend is one sentence on standard error and exit code 2."""
     app = typer.Typer(
         name="kanefe",
-        help="Rigid-flexible multibody dynamics by Kane's method.",
+        epilog=VARIABLES,
         no_args_is_help=True,
         add_completion=False,
         pretty_exceptions_enable=False,
     )
+    app.callback()(options)
     app.command()(verify)
     app.command()(stress)
     app.command()(version)
     app.command()(prepare)
-    of_cache = typer.Typer(name="cache", help="The cache of flexible bodies and their models.", no_args_is_help=True)
+    of_cache = typer.Typer(
+        name="cache", help="The cache of flexible bodies and their models.", epilog=VARIABLES, no_args_is_help=True
+    )
     of_cache.command("list")(list_cache)
     of_cache.command("clear")(clear_cache)
     app.add_typer(of_cache)
