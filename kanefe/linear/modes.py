@@ -64,8 +64,12 @@ class Modes:
     @property
     def grows(self) -> np.ndarray:
         """Whether each mode grows with time."""
-        noise = 1e-9 * np.abs(self.eigenvalues).max(initial=0.0)
-        return np.asarray(~self.is_rigid & (self.eigenvalues.real > noise))
+        return np.asarray(~self.is_rigid & (self.eigenvalues.real > self._noise))
+
+    @property
+    def _noise(self) -> float:
+        """Decay or growth that is round-off, 1/s."""
+        return 1e-9 * float(np.abs(self.eigenvalues).max(initial=0.0))
 
     @property
     def is_stable(self) -> bool:
@@ -137,15 +141,18 @@ class Modes:
         return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares[:3] if share >= 0.05)
 
     def __str__(self) -> str:
-        lines = [f"{'mode':>4}  {'frequency [Hz]':>14}  {'damping [%]':>11}  moves (share of kinetic energy)"]
+        head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}"
+        lines = [f"{'mode':>4}  {head}  moves (share of kinetic energy)"]
+        noise = self._noise
         for i, value in enumerate(self.eigenvalues):
             if self.is_rigid[i]:
-                kind = f"{'rigid':>14}  {'':>11}"
+                kind = f"{'rigid':>14}  {'':>11}  {'':>11}"
             elif value.imag == 0.0:
-                word = "grows" if value.real > 0.0 else "decays"
-                kind = f"{word:>14}  {f'{value.real:.4g} 1/s':>11}"
+                word = "diverges" if value.real > 0.0 else "decays"
+                kind = f"{word:>14}  {'':>11}  {f'{value.real:.4g} 1/s':>11}"
             else:
-                kind = f"{self.frequencies[i]:14.6g}  {100 * self.damping_ratios[i] + 0.0:11.4g}"
+                damping = 100 * self.damping_ratios[i] if abs(value.real) > noise else 0.0
+                kind = f"{self.frequencies[i]:14.6g}  {value.imag:11.6g}  {damping:11.4g}"
             lines.append(f"{i:4d}  {kind}  {self.describe(i)}{'  (unstable)' if self.grows[i] else ''}")
         return "\n".join(lines)
 
