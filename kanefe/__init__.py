@@ -10,6 +10,7 @@ from kanefe._version import __version__
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
+    from kanefe.equations.model import Model as Model
     from kanefe.errors import AccuracyWarning as AccuracyWarning
     from kanefe.errors import FileError as FileError
     from kanefe.errors import KanefeError as KanefeError
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from kanefe.integrate.methods.table import methods as methods
     from kanefe.integrate.status import RunStatus as RunStatus
     from kanefe.joints import *  # noqa: F403
+    from kanefe.joints.base import AxisJoint as AxisJoint
     from kanefe.linear import Campbell as Campbell
     from kanefe.linear import Equilibrium as Equilibrium
     from kanefe.linear import FrequencyResponse as FrequencyResponse
@@ -46,6 +48,8 @@ if TYPE_CHECKING:
     from kanefe.linear import equilibrium as equilibrium
     from kanefe.linear import linearise as linearise
     from kanefe.loads import *  # noqa: F403
+    from kanefe.orientation import euler_angles as euler_angles
+    from kanefe.orientation import rotation_about as rotation_about
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched
     from kanefe.reduction import FreeInterface as FreeInterface
@@ -54,7 +58,9 @@ if TYPE_CHECKING:
     from kanefe.reduction import flexible_body as flexible_body
     from kanefe.result import Result as Result
     from kanefe.result import load_result as load_result
+    from kanefe.scene.scene import Frame as Frame
     from kanefe.system import System as System
+    from kanefe.tree.scene_state import SceneState as SceneState
 
 _names, __getattr__, __dir__ = lazy(__file__, globals())
 __all__ = [*_names, "__version__"]

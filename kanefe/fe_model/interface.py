@@ -10,12 +10,10 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.frames import numbers, rotation_matrix
+from kanefe.orientation import Orientation, orientation_parameters
 
 RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")
-
-_ROUND_OFF = 1e-8
-"""How far given axes may be from a rotation: numbers typed with nine digits pass."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +36,9 @@ class Interface:
     position : array_like, shape (3,), optional
         Undeformed place of the frame in G, m; it may be off the mesh. Default: the area-weighted centroid of the
         facets, or the mean of the nodes. Of kind "node": where to find the node, if no group names it.
-    axes : array_like, shape (3, 3) or (4,), optional
-        Axes of the frame in G when undeformed: a rotation matrix with the axes as columns, or Euler parameters.
+    axes : array_like, shape (3, 3) or (4,), or Rotation of scipy, optional
+        Axes of the frame in G when undeformed: a rotation matrix with the axes as columns, or Euler parameters
+        (`rotation_about`, `euler_angles`).
         Default: those of G.
     released : sequence of str
         Components of the *nodes'* motion, along the axes of the interface, that do not follow the frame. With
@@ -72,7 +71,7 @@ class Interface:
     kind: str = "rigid"
     weights: str | Sequence[float] | None = None
     position: Sequence[float] | None = None
-    axes: Sequence[float] | Sequence[Sequence[float]] | None = None
+    axes: Orientation | None = None
     released: Sequence[str] = ()
     groups: str | Sequence[str] | None = None
 
@@ -88,7 +87,7 @@ class Interface:
         if self.position is not None:
             keep(self, "position", _place(self.position))
         if self.axes is not None:
-            keep(self, "axes", tuple(map(tuple, _rotation(self.axes).tolist())))
+            keep(self, "axes", tuple(map(tuple, _axes(self.axes).tolist())))
         if self.groups is not None:
             given = (self.groups,) if isinstance(self.groups, str) else tuple(self.groups)
             if not given or not all(isinstance(name, str) for name in given):
@@ -128,17 +127,8 @@ def _place(given: object) -> tuple[float, ...]:
     return tuple(place.tolist())
 
 
-def _rotation(given: object) -> np.ndarray:
-    A = numbers(given)
-    if A.shape == (4,) and np.isfinite(A).all() and np.linalg.norm(A) > 1e-12:
-        return rotation_matrix(A)
-    if A.shape != (3, 3) or not abs(A.T @ A - np.eye(3)).max() < _ROUND_OFF or np.linalg.det(A) < 0.0:
-        raise ModelError(
-            f"axes={given!r} of an interface are no rotation. Remedy: a right-handed matrix (3, 3) with unit columns, "
-            "or four Euler parameters"
-        )
-    left, _, right = np.linalg.svd(A)
-    return np.asarray(left @ right)
+def _axes(given: object) -> np.ndarray:
+    return rotation_matrix(orientation_parameters(given, "axes of an interface"))
 
 
 def _weights(given: str | Sequence[float]) -> str | tuple[float, ...]:

@@ -174,14 +174,6 @@ def start_values(value: object, count: int, what: str) -> Vector:
     return array
 
 
-def start_orientation(value: object, what: str) -> Vector:
-    """Return unit Euler parameters of a joint's start; a ModelError names what they are."""
-    e = start_values(value, 4, what)
-    if np.linalg.norm(e) < 1e-12:
-        raise ModelError(f"{what}: four zeros are no rotation. Remedy: (1, 0, 0, 0)")
-    return e / np.linalg.norm(e)
-
-
 class ScalarJoint(Joint):
     """Common part of the joints whose coordinates are distances and angles, each with its own rate for a speed."""
 

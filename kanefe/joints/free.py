@@ -16,8 +16,9 @@ from kanefe.frames import (
     multiply,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, refuse_motion, start_orientation, start_values
+from kanefe.joints.base import Joint, refuse_motion, start_values
 from kanefe.joints.link import Link
+from kanefe.orientation import Orientation, orientation_parameters
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,8 @@ class Free(Joint):
     ----------
     position : array_like, shape (3,)
         At the start, in m.
-    orientation : array_like, shape (4,)
-        Euler parameters at the start; normalised here.
+    orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
+        At the start: Euler parameters, scalar first (`rotation_about`, `euler_angles`), or a matrix.
     velocity : array_like, shape (3,)
         At the start, in m/s, components of the parent.
     angular_velocity : array_like, shape (3,)
@@ -43,11 +44,11 @@ class Free(Joint):
     Raises
     ------
     ModelError
-        If a shape is wrong, a number is not finite or the Euler parameters have no length.
+        If a shape is wrong, a number is not finite or the orientation is no rotation.
     """
 
     position: Sequence[float] = (0.0, 0.0, 0.0)
-    orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
     velocity: Sequence[float] = (0.0, 0.0, 0.0)
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
     motion: None = None
@@ -64,10 +65,10 @@ class Free(Joint):
         refuse_motion(self.motion, self.forces, self.kind)
         for name in ("position", "velocity", "angular_velocity"):
             start_values(getattr(self, name), 3, f"{name} of a free joint")
-        start_orientation(self.orientation, "orientation of a free joint")
+        orientation_parameters(self.orientation, "orientation of a free joint")
 
     def initial_coordinates(self) -> Vector:
-        e = start_orientation(self.orientation, "orientation of a free joint")
+        e = orientation_parameters(self.orientation, "orientation of a free joint")
         return np.concatenate((np.array(self.position, dtype=float), e))
 
     def initial_speeds(self) -> Vector:

@@ -16,9 +16,10 @@ from kanefe.frames import (
     multiply,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, refuse_motion, start_orientation, start_values
+from kanefe.joints.base import Joint, refuse_motion, start_values
 from kanefe.joints.held import EVERYWHERE, Held
 from kanefe.joints.link import Link
+from kanefe.orientation import Orientation, orientation_parameters
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,8 @@ class Spherical(Joint):
 
     Parameters
     ----------
-    orientation : array_like, shape (4,)
-        Euler parameters at the start, scalar first; normalised here.
+    orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
+        At the start: Euler parameters, scalar first (`rotation_about`, `euler_angles`), or a matrix.
     angular_velocity : array_like, shape (3,)
         At the start, in rad/s, components of the moving frame: these are the speeds.
     motion, forces : None
@@ -37,10 +38,10 @@ class Spherical(Joint):
     Raises
     ------
     ModelError
-        If a shape is wrong, a number is not finite or the Euler parameters have no length.
+        If a shape is wrong, a number is not finite or the orientation is no rotation.
     """
 
-    orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
     motion: None = None
     forces: None = None
@@ -51,11 +52,11 @@ class Spherical(Joint):
 
     def __post_init__(self) -> None:
         refuse_motion(self.motion, self.forces, self.kind)
-        start_orientation(self.orientation, "orientation of a spherical joint")
+        orientation_parameters(self.orientation, "orientation of a spherical joint")
         start_values(self.angular_velocity, 3, "angular_velocity of a spherical joint")
 
     def initial_coordinates(self) -> Vector:
-        return start_orientation(self.orientation, "orientation of a spherical joint")
+        return orientation_parameters(self.orientation, "orientation of a spherical joint")
 
     def initial_speeds(self) -> Vector:
         return np.array(self.angular_velocity, dtype=float)

@@ -15,6 +15,7 @@ from kanefe.frames import numbers
 from kanefe.joints import Fixed, Joint, Translation
 from kanefe.joints.base import axis_direction
 from kanefe.joints.checks import check_joint
+from kanefe.orientation import Orientation
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
 
 
@@ -30,7 +31,7 @@ class BodyMethods(Scene):
         parent: Frame | None = None,
         joint: Joint | None = None,
         at: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
         com: Sequence[float] = (0.0, 0.0, 0.0),
         gravity: bool = True,
     ) -> RigidBody:
@@ -50,8 +51,9 @@ class BodyMethods(Scene):
             Default: Fixed().
         at : array_like, shape (3,)
             Where the joint sits, from the parent's origin in its axes, m.
-        orientation : array_like, shape (4,)
-            Euler parameters of the joint's fixed frame, seen from the parent.
+        orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
+            Of the joint's fixed frame, seen from the parent: Euler parameters (`rotation_about`, `euler_angles`) or a
+            matrix.
         com : array_like, shape (3,)
             Centre of mass from the body's origin (at the joint), m.
         gravity : bool
@@ -74,7 +76,7 @@ class BodyMethods(Scene):
         parent: Frame | None = None,
         joint: Joint | None = None,
         at: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
         gravity: bool = True,
     ) -> RigidBody:
         """Add a mass point and return it: a rigid body without inertia that, unless told otherwise, does not turn.
@@ -108,7 +110,7 @@ class BodyMethods(Scene):
         parent: Frame | None = None,
         joint: Joint | None = None,
         at: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
     ) -> RigidBody:
         """Add a frame without mass and return it, such as a link between two joints of a chain.
 
@@ -173,7 +175,7 @@ class BodyMethods(Scene):
         parent: Frame | None = None,
         joint: Joint | None = None,
         at: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
         modal_coordinates: Sequence[float] | None = None,
         modal_speeds: Sequence[float] | None = None,
         displacement: Field | None = None,
@@ -231,7 +233,7 @@ class BodyMethods(Scene):
         parent: Frame | None,
         joint: Joint,
         at: Sequence[float],
-        orientation: Sequence[float],
+        orientation: Orientation,
         *,
         gravity: bool,
         rigid: RigidMass | None = None,

@@ -20,6 +20,7 @@ from kanefe.loads.controller import Controller
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
+from kanefe.orientation import Orientation, orientation_parameters
 
 
 @dataclass(eq=False)
@@ -80,17 +81,15 @@ class Frame:
     at: np.ndarray = field(default_factory=lambda: np.zeros(3), kw_only=True)
     axes: np.ndarray = field(default_factory=lambda: np.eye(3), kw_only=True)
 
-    def frame(
-        self, at: Sequence[float] = (0.0, 0.0, 0.0), orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
-    ) -> Frame:
+    def frame(self, at: Sequence[float] = (0.0, 0.0, 0.0), orientation: Orientation = (1.0, 0.0, 0.0, 0.0)) -> Frame:
         """Return a frame fixed in this one.
 
         Parameters
         ----------
         at : array_like, shape (3,)
             Its origin, from this origin in these axes, m.
-        orientation : array_like, shape (4,)
-            Euler parameters of its axes, seen from these.
+        orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
+            Of its axes, seen from these: Euler parameters (`rotation_about`, `euler_angles`) or a matrix.
 
         Raises
         ------
@@ -267,8 +266,5 @@ def three(value: object, what: str) -> np.ndarray:
 
 
 def orientation_matrix(value: object, what: str) -> np.ndarray:
-    """Return the rotation matrix of Euler parameters; a ModelError names what they are."""
-    e = numbers(value)
-    if e.shape != (4,) or not np.all(np.isfinite(e)) or np.linalg.norm(e) < 1e-12:
-        raise ModelError(f"{what} must be four Euler parameters, not {value!r}")
-    return rotation_matrix(e)
+    """Return the rotation matrix of an orientation; a ModelError names what it is."""
+    return rotation_matrix(orientation_parameters(value, what))
