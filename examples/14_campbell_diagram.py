@@ -33,7 +33,7 @@ shaft_body = beam_body(
     {**bearings, "disc": "rigid"},
     reduction=kf.CraigBampton(modes=8),
     damping=kf.ModalDamping(0.002),
-    stiffening="inertial",
+    stiffening="full",
 )
 disc = {"mass": 12.0, "inertia": (0.15, 0.08, 0.08)}
 

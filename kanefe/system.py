@@ -19,6 +19,7 @@ from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import three
 from kanefe.scene.tree_text import tree_text
 from kanefe.tree.freeze import build_model
+from kanefe.tree.stiffening_check import warn_of_loads_that_do_not_stiffen
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
@@ -96,9 +97,15 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods, Cont
         ModelError
             If the scene is empty, a loop cannot be closed (the message names it and by how much it stays open), or the
             state is none of this scene.
+
+        Warns
+        -----
+        StiffeningWarning
+            If a body with stiffening="inertial" carries bodies, loads or loops, which should stiffen it too.
         """
         data = build_model(self._entries, self.gravity, self.slopes, self._constraints, self._controllers)
         model = model_at_start(data, self._loads, t, start)
+        warn_of_loads_that_do_not_stiffen(model)
         self.is_frozen = True
         return model
 

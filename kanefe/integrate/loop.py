@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import FileError, KanefeError, SimulationWarning
+from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning
 from kanefe.frames import Vector
 from kanefe.integrate.checkpoint import CheckpointFile, Progress
 from kanefe.integrate.clock import Clock
@@ -21,6 +21,7 @@ from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
 from kanefe.integrate.switching import check_switched
+from kanefe.kane.bent import bent_too_far
 from kanefe.kernels._numba import seconds_compiling
 from kanefe.tree.model_data import WORKS
 
@@ -362,6 +363,11 @@ class RunLoop:
             self._stand_at(self._stepper.t, state)
         elif not self.stored:
             self.last = self._first
+        if status.kind == "failed" and self.last is not None:
+            t, y = self.last
+            q, u, _ = self._model.parts(y)
+            bent = bent_too_far(self._model, t, q, u)
+            return RunStatus.of_error(status.time, SimulationError(bent)) if bent else status
         return status
 
     def _stand_at(self, t: float, y: Vector) -> None:

@@ -14,6 +14,7 @@ from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
+from kanefe.linear.settled import settled
 from kanefe.linear.small_motions import Directions, SmallMotions
 from kanefe.linear.state import Freezable, model_in_state
 from kanefe.linear.state_space import StateSpace
@@ -112,8 +113,8 @@ def linearise(
     t : float, optional
         s; default: the time of the state, or zero.
     start : state, optional
-        The state to linearise about, as `kanefe.System.simulate` takes it; default: the start of the scene. For small
-        motions about rest use `equilibrium`.
+        The state to linearise about, as `kanefe.System.simulate` takes it; default: the start of the scene, with bodies
+        that stiffen as deformed as their motion there asks. For small motions about rest use `equilibrium`.
     inputs : str, sequence or mapping of str, optional
         ``"force body x"``, ``"torque body/interface z'"``, ``"motor body"``, ``"gravity z"``, ``"load <label>"``, or
         ``"drive body"``, the acceleration of a driven coordinate, whose position and rate are then states too. ``x`` is
@@ -141,6 +142,8 @@ def linearise(
     0.6105
     """
     model, time, q, u = model_in_state(scene, t, start, "linearise")
+    if start is None:
+        q = settled(model, time, q, u)
     given = inputs_of(model, time, q, u, inputs)
     drives = tuple(dict.fromkeys(item.drive for item in given if item.drive is not None))
     small = SmallMotions(model, time, q, u, drives)

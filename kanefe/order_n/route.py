@@ -16,6 +16,7 @@ from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.assemble import accelerations
+from kanefe.kane.bent import bent_too_far
 from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
 from kanefe.kernels._numba import IS_COMPILED
@@ -345,6 +346,8 @@ class OrderN(LiteralRoute):
         """Raise the error of the literal route for a state at which the sweep failed."""
         q, u, z = self.parts(y)
         if all(np.all(np.abs(x) < GROWN) for x in (q, u)):
+            if bent := bent_too_far(self.model, t, q, u):
+                raise SimulationError(f"at t = {t:.6g} s {bent}")
             accelerations(State(self.model, t, q, u, z))
         raise SimulationError(
             f"the equations of motion have no finite solution at t = {t:.6g} s. "

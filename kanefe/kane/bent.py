@@ -1,0 +1,71 @@
+"""Whether a body that stiffens is bent beyond what its second-order displacement holds for."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.bodies.unreduced import UnreducedBody
+from kanefe.fe_model.model import ROTATIONS
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import mass_matrix
+from kanefe.kane.state import State
+from kanefe.tree.model_data import FlexibleTerms, ModelData
+
+LEAST = 0.1
+"""Share of its inertia at rest that a motion keeps: below, the equations are those of no body."""
+
+
+def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
+    """Return, with a remedy, which body is bent so far that a motion has lost its inertia; empty: none is.
+
+    The inertia of second-order displacements is kept to first order in the coordinates, as is their work: this is what
+    their stiffening needs. The square that completes it to a sum over mass points is missing, and from some slope
+    on there is a motion, of the body and its joints together, whose kinetic energy vanishes.
+    """
+    flexible = [(body.name, body.flexible) for body in model.bodies if body.flexible is not None]
+    if any(isinstance(terms.body, UnreducedBody) for _, terms in flexible):
+        return ""  # no dense mass matrix
+    stiffened = [(name, terms) for name, terms in flexible if terms.free_moments.quadratic_first is not None]
+    straight = q.copy()
+    for _, terms in stiffened:
+        straight[terms.eta] = 0.0
+    if not stiffened or not np.all(np.isfinite(q)) or np.array_equal(q, straight):
+        return ""
+    still = np.zeros_like(u)
+    M, at_rest = (_free_mass(model, t, place, still) for place in (q, straight))
+    if not np.all(np.isfinite(M)):
+        return ""
+    try:
+        shares, motions = scipy.linalg.eigh(M, at_rest)
+    except np.linalg.LinAlgError:
+        return ""  # something has no inertia at rest either
+    if not len(shares) or shares[0] > LEAST:
+        return ""
+    sizes = np.sqrt(np.diag(at_rest)) * motions[:, 0]
+    own = [float(np.linalg.norm(sizes[terms.speeds])) for _, terms in stiffened]
+    name, terms = stiffened[int(np.argmax(own))]
+    return (
+        f"flexible body {name!r} is bent by {_bending(terms, q[terms.eta])}, farther than its stiffening holds: there "
+        f"is a motion with {100 * shares[0]:.2g} % of its inertia at rest. Remedy: cut {name!r} into several flexible "
+        "bodies in a chain, so that each bends less; or stiffening='none' where nothing pulls it straight"
+    )
+
+
+def _free_mass(model: ModelData, t: float, q: Vector, u: Vector) -> Matrix:
+    n = len(u)
+    return mass_matrix(State(model, t, q, u))[:n, :n]
+
+
+def _bending(terms: FlexibleTerms, eta: Vector) -> str:
+    """Return how far a body is bent: the largest slope, or the largest displacement where nothing has one."""
+    body = terms.body
+    slopes = [np.linalg.norm(frame.moved(eta)[0][3:]) for frame in body.interfaces]
+    at = [i for i, component in enumerate(body.components) if component in ROTATIONS]
+    if at:
+        nodal = (body.basis[:, : body.free_count] @ eta).reshape(len(body.nodes), -1)[:, at]
+        slopes.append(np.linalg.norm(nodal, axis=1).max())
+    if max(slopes, default=0.0) > 0.0:
+        return f"slopes of {max(slopes):.2g} rad"
+    largest = np.linalg.norm(body.node_displacements(eta), axis=1).max()
+    return f"{100 * largest / np.ptp(body.nodes, axis=0).max():.2g} % of its length"

@@ -1,0 +1,64 @@
+"""Elastic coordinates where they balance the motion of the start: stretched by the spin, and not about to stretch."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from kanefe.bodies.unreduced import UnreducedBody
+from kanefe.equations.model import Model
+from kanefe.frames import Vector
+
+ITERATIONS = 12
+
+SETTLED = 1e-9
+"""Step, of the elastic coordinates, after which they rest; Newton's steps end some digits below."""
+
+
+class UnsettledWarning(UserWarning):
+    """Small motions about a start at which a body that stiffens is not stretched as its motion asks."""
+
+
+def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
+    """Return q with bodies that stiffen deformed as they are in balance with the motion of the scene.
+
+    What stiffens a body is the load that it carries. A blade that is let go without its stretch carries none: its
+    points fly apart for now, and it bends as if it did not spin.
+
+    Warns
+    -----
+    UnsettledWarning
+        If they cannot be brought there: Newton's method does not end, or the scene has loops.
+    """
+    bodies = [body.flexible for body in model.bodies if body.flexible is not None]
+    bodies = [
+        terms
+        for terms in bodies
+        if not isinstance(terms.body, UnreducedBody) and terms.body.moments.quadratic_first is not None
+    ]
+    if not bodies:
+        return q
+    at = np.concatenate([np.arange(terms.eta.start, terms.eta.stop) for terms in bodies])
+    speeds = np.concatenate([np.arange(terms.speeds.start, terms.speeds.stop) for terms in bodies])
+    rows, found = model.coordinate_count + speeds, q.copy()
+    for _ in range(ITERATIONS):
+        y = np.concatenate((found, u, model.initial_states))
+        pull = model.rhs(t, y)[rows]
+        if not pull.any():
+            return found
+        if model.constraints:
+            break
+        step = np.linalg.lstsq(model.jacobian(t, y)[np.ix_(rows, at)], -pull, rcond=1e-13)[0]
+        found[at] += step
+        if not np.all(np.isfinite(found)):
+            break
+        if np.abs(step).max() <= SETTLED * np.abs(found[at]).max():
+            return found
+    warnings.warn(
+        "linearise: the start is no balance, and what stiffens flexible bodies is the load that they carry in balance. "
+        "Remedy: kanefe.equilibrium(scene).linearise()",
+        UnsettledWarning,
+        stacklevel=3,
+    )
+    return q

@@ -1,0 +1,73 @@
+"""A warning where a body that stiffens by its own inertia alone carries what would stiffen it too."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+
+import numpy as np
+
+from kanefe.bodies.flexible import InterfaceFrame
+from kanefe.bodies.unreduced import UnreducedBody
+from kanefe.tree.model_data import BodyTerms, ModelData
+
+
+class StiffeningWarning(UserWarning):
+    """Forces on a body that do not stiffen it, though its own inertia does."""
+
+
+def warn_of_loads_that_do_not_stiffen(model: ModelData) -> None:
+    """Warn of bodies with stiffening="inertial" that carry bodies, loads or loops: what these do to it is missing.
+
+    A mass on the tip of a rotating beam pulls it straight. Without this the beam softens with speed, and diverges,
+    where it should stiffen.
+    """
+    missing: dict[int, list[str]] = {}
+    for number, words in _unstiffened(model):
+        missing.setdefault(number, []).append(words)
+    for number, carried in missing.items():
+        warnings.warn(
+            f"flexible body {model.bodies[number].name!r} has stiffening='inertial', which leaves out what the forces "
+            f"of {', '.join(dict.fromkeys(carried))} do to its stiffness: in a spin its frequencies may be far off. "
+            "Remedy: make the body with stiffening='full'",
+            StiffeningWarning,
+            stacklevel=3,
+        )
+
+
+def _unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
+    """Yield the number of a body and what it carries without being stiffened by it."""
+    for body in model.bodies:
+        if body.parent_interface is not None and _lacks(model, body.parent, body.parent_interface):
+            yield body.parent, f"body {body.name!r} at interface {body.parent_interface.name!r}"
+    for number, body in enumerate(model.bodies):
+        for load, frame in body.loads:
+            if frame is not None and _lacks(model, number, frame):
+                yield number, load.label
+        for field_load in body.field_loads:
+            if not field_load.is_pressure and field_load.pattern.quadratic_first is None and _stiffens(body):
+                yield number, field_load.label
+    for load_between in model.loads:
+        for marker in load_between.ends:
+            if marker.interface is not None and _lacks(model, marker.body, marker.interface):
+                yield marker.body, f"{load_between.kind} {load_between.name!r}"
+    for constraint in model.constraints:
+        for row in constraint.rows:
+            for marker in row.markers:
+                if marker.interface is not None and _lacks(model, marker.body, marker.interface):
+                    yield marker.body, f"{constraint.kind} {constraint.name!r}"
+
+
+def _stiffens(body: BodyTerms) -> bool:
+    """Tell whether the inertia of a body stiffens it."""
+    if body.flexible is None or isinstance(body.flexible.body, UnreducedBody):
+        return False
+    return body.flexible.body.moments.quadratic_first is not None
+
+
+def _lacks(model: ModelData, number: int, frame: InterfaceFrame) -> bool:
+    """Tell whether a body stiffens, but not by what acts on a frame that moves with its coordinates."""
+    body = model.bodies[number]
+    if body.flexible is None or frame.quadratic is not None or not _stiffens(body):
+        return False
+    return bool(np.any(frame.motion[:, : body.flexible.body.free_count]))
