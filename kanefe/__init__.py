@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from kanefe.fe_model.interface import Interface as Interface
     from kanefe.fe_model.load_pattern import NodalPattern as NodalPattern
     from kanefe.fe_model.model import FiniteElementModel as FiniteElementModel
+    from kanefe.frames import euler_angles as euler_angles
+    from kanefe.frames import rotation_about as rotation_about
     from kanefe.imports import read_abaqus as read_abaqus
     from kanefe.imports import read_ansys as read_ansys
     from kanefe.imports import read_matrices as read_matrices
@@ -48,8 +50,6 @@ if TYPE_CHECKING:
     from kanefe.linear import equilibrium as equilibrium
     from kanefe.linear import linearise as linearise
     from kanefe.loads import *  # noqa: F403
-    from kanefe.orientation import euler_angles as euler_angles
-    from kanefe.orientation import rotation_about as rotation_about
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched
     from kanefe.reduction import FreeInterface as FreeInterface

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
+import kanefe as kf
 from kanefe import frames
 from kanefe.errors import ModelError
 from scenes import derivatives, unit_axis
@@ -103,3 +106,37 @@ def test_rotation_vector_is_the_inverse_of_the_exponential(angle: float) -> None
 def test_an_axis_without_direction_is_refused(axis: tuple[float, ...]) -> None:
     with pytest.raises(ModelError, match=r"axis of a rotation must be three finite numbers with a length above zero"):
         frames.euler_parameters(axis, 1.0)
+
+
+def test_orientations_are_taken_in_every_form_alike() -> None:
+    rotation = Rotation.from_euler("ZXZ", (0.3, -1.1, 2.0))
+    expected = rotation.as_matrix()
+    given = (rotation, expected, expected.tolist(), kf.euler_angles("ZXZ", (0.3, -1.1, 2.0)))
+    given += (
+        2.0 * kf.euler_angles("zxz", (2.0, -1.1, 0.3)),
+        kf.rotation_about(rotation.as_rotvec(), rotation.magnitude()),
+    )
+    for form in given:
+        scene = kf.System()
+        frame = scene.ground.frame(orientation=form)
+        np.testing.assert_allclose(frame.axes, expected, atol=1e-15)
+        np.testing.assert_allclose(kf.Interface(axes=form).rotation, expected, atol=1e-15)
+        start = kf.Spherical(orientation=form).initial_coordinates()
+        np.testing.assert_allclose(frames.rotation_matrix(start), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: kf.Free(orientation=np.diag((1.0, 1.0, -1.0))),
+        lambda: kf.Spherical(orientation=2.0 * np.eye(3)),
+        lambda: kf.System().add_frame("a", orientation=(0, 0, 0, 0)),
+        lambda: kf.rotation_about("w", 1.0),
+        lambda: kf.rotation_about("z", np.inf),
+        lambda: kf.euler_angles("xYz", (1, 2, 3)),
+        lambda: kf.euler_angles("xyz", (1, 2)),
+    ],
+)
+def test_what_is_no_orientation_is_refused(make: Callable[[], object]) -> None:
+    with pytest.raises(kf.ModelError):
+        make()

@@ -9,8 +9,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS
-from kanefe.frames import numbers, rotation_matrix
-from kanefe.orientation import Orientation, orientation_parameters
+from kanefe.frames import Orientation, numbers, orientation_parameters, rotation_matrix
 
 RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")

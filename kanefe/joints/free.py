@@ -10,15 +10,16 @@ import numpy as np
 
 from kanefe.frames import (
     Matrix,
+    Orientation,
     Vector,
     euler_parameter_rates,
     euler_parameters_from_rotation_vector,
     multiply,
+    orientation_parameters,
     rotation_matrix,
 )
 from kanefe.joints.base import Joint, refuse_motion, start_values
 from kanefe.joints.link import Link
-from kanefe.orientation import Orientation, orientation_parameters
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,10 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.projection import Field, projected
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError
-from kanefe.frames import numbers
+from kanefe.frames import Orientation, numbers
 from kanefe.joints import Fixed, Joint, Translation
 from kanefe.joints.base import axis_direction
 from kanefe.joints.checks import check_joint
-from kanefe.orientation import Orientation
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
 
 

@@ -22,6 +22,11 @@ PAPER = "#ffffff"
 LINES_AND_POINTS = (1, 3, 21)
 """VTK's numbers of them."""
 
+NODE, IS_SOLID = "node", "is solid"
+"""Data at the points of a surface, and of the surface."""
+
+_KEPT: dict[str, Any] = {}
+
 Mesh = list[tuple[int, np.ndarray]]
 """VTK's number of the shape and the nodes (m, nodes per cell) of each block of cells."""
 
@@ -66,9 +71,9 @@ def draw_field(
     finite = values[np.isfinite(values)]
     low, high = min(0.0, float(finite.min(initial=0.0))), float(finite.max(initial=0.0)) if limit is None else limit
     with plotter_of(size) as plotter:
-        grid = grid_of(points, cells)
-        grid.point_data["values"] = values
-        add(plotter, grid, scalars="values", cmap=COLOURS, clim=(low, high or 1.0), scalar_bar_args=bar)
+        surface = surface_of(points, cells)
+        surface.point_data["values"] = values[surface.point_data[NODE]]
+        add(plotter, surface, scalars="values", cmap=COLOURS, clim=(low, high or 1.0), scalar_bar_args=bar)
         if title:
             plotter.add_text(title, position=(24, size[1] - 48), font_size=13, color=INK, font="arial")
         look(plotter, np.array(view), 1.05)
@@ -84,11 +89,12 @@ def draw_shape(
     moved = np.linalg.norm(displacement, axis=1)
     factor = amplitude * float(extent.max()) / float(moved.max() or 1.0)
     factor = min(factor, STEEPEST / steepness(nodes, cells, displacement))
+    surface = surface_of(nodes, cells)
     with plotter_of(size) as plotter:
-        add(plotter, grid_of(nodes, cells), color="#b8bec6", opacity=0.25)
-        grid = grid_of(nodes + factor * displacement, cells)
-        grid.point_data["motion"] = moved
-        add(plotter, grid, scalars="motion", cmap="viridis", show_scalar_bar=False)
+        add(plotter, surface, color="#b8bec6", opacity=0.25)
+        shown = moved_surface(surface, factor * displacement)
+        shown.point_data["motion"] = moved[shown.point_data[NODE]]
+        add(plotter, shown, scalars="motion", cmap="viridis", show_scalar_bar=False)
         look(plotter, best_view(extent), 1.25)
         return np.asarray(plotter.screenshot(return_img=True))
 
@@ -128,20 +134,46 @@ def grid_of(points: np.ndarray, cells: Mesh) -> pyvista.DataSet:
     return pyvista.UnstructuredGrid(np.concatenate(table), np.concatenate(kinds), np.asarray(points, dtype=float))
 
 
-def add(plotter: pyvista.Plotter, grid: pyvista.DataSet, **options: Any) -> None:
-    """Add the outer surface of a mesh; of lines and points these as they are."""
-    if isinstance(grid, pyvista.UnstructuredGrid) and not np.isin(grid.celltypes, LINES_AND_POINTS).all():
-        surface = grid.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
-        shading = {
-            "smooth_shading": True,
-            "split_sharp_edges": True,
-            "feature_angle": 35.0,
-            "ambient": 0.45,
-            "diffuse": 0.6,
-        }
-        plotter.add_mesh(surface, **shading, **options)
-        return
-    plotter.add_mesh(grid, line_width=5, point_size=8, render_lines_as_tubes=True, **options)
+def surface_of(points: np.ndarray, cells: Mesh) -> pyvista.DataSet:
+    """Return the outer surface of a mesh, split along its edges, with the number of the node at each of its points.
+
+    Of lines and points these as they are. That of the last mesh is kept: the shapes of a report share it.
+    """
+    key = (id(points), *(id(nodes) for _, nodes in cells))
+    if _KEPT.get("key") != key:
+        _KEPT.update(key=key, surface=_surface(grid_of(points, cells)))
+    kept: pyvista.DataSet = _KEPT["surface"]
+    return kept.copy()
+
+
+def _surface(grid: pyvista.DataSet) -> pyvista.DataSet:
+    grid.point_data[NODE] = np.arange(grid.n_points)
+    if not isinstance(grid, pyvista.UnstructuredGrid) or np.isin(grid.celltypes, LINES_AND_POINTS).all():
+        return grid
+    grid.field_data[IS_SOLID] = [1]
+    # one level of subdivision draws the nodes amid sides as they are
+    surface = grid.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
+    gaps = surface.points - grid.points[surface.point_data[NODE].astype(int)]  # VTK's surfaces are of single precision
+    if np.abs(gaps).max(initial=0.0) > 1e-5 * np.abs(grid.points).max():  # it has points of its own
+        surface = grid.extract_surface(nonlinear_subdivision=0, algorithm="dataset_surface")
+    return surface.compute_normals(cell_normals=False, split_vertices=True, feature_angle=35.0)
+
+
+def moved_surface(surface: pyvista.DataSet, displacement: np.ndarray) -> pyvista.DataSet:
+    """Return a surface whose nodes (n, 3) are displaced."""
+    moved = surface.copy()
+    moved.points = moved.points + displacement[moved.point_data[NODE]]
+    if isinstance(moved, pyvista.PolyData) and IS_SOLID in moved.field_data:
+        moved.compute_normals(cell_normals=False, split_vertices=False, inplace=True)
+    return moved
+
+
+def add(plotter: pyvista.Plotter, shown: pyvista.DataSet, **options: Any) -> None:
+    """Add a surface; lines and points as they are."""
+    if IS_SOLID in shown.field_data:
+        plotter.add_mesh(shown, smooth_shading=True, ambient=0.45, diffuse=0.6, **options)
+    else:
+        plotter.add_mesh(shown, line_width=5, point_size=8, render_lines_as_tubes=True, **options)
 
 
 def look(plotter: pyvista.Plotter, view: np.ndarray, zoom: float) -> None:
