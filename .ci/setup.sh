@@ -73,7 +73,7 @@ print(f"dolfinx {dolfinx.__version__}, gmsh {gmsh.__version__}, numpy {numpy.__v
 
 # What is built is kept in the cache of the user; an edit of a kernel builds what depends on it again.
 build_kernels() {
-  bash .ci/in-env .venv python -m kanefe.kernels.build | sed 's/^kanefe:/[kanefe]/' ||
+  bash .ci/in-env .venv python -m kanefe.kernels.build | sed -u 's/^kanefe:/[kanefe]/' ||
     die "the kernels could not be built; what went wrong is above"
 }
 
