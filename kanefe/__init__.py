@@ -43,11 +43,13 @@ if TYPE_CHECKING:
     from kanefe.joints.base import AxisJoint as AxisJoint
     from kanefe.linear import Campbell as Campbell
     from kanefe.linear import Equilibrium as Equilibrium
+    from kanefe.linear import FloquetModes as FloquetModes
     from kanefe.linear import FrequencyResponse as FrequencyResponse
     from kanefe.linear import Linearisation as Linearisation
     from kanefe.linear import Modes as Modes
     from kanefe.linear import campbell as campbell
     from kanefe.linear import equilibrium as equilibrium
+    from kanefe.linear import floquet as floquet
     from kanefe.linear import linearise as linearise
     from kanefe.loads import *  # noqa: F403
     from kanefe.reduction import CraigBampton as CraigBampton

@@ -4,6 +4,8 @@ from kanefe.linear.campbell_diagram import Campbell as Campbell
 from kanefe.linear.campbell_diagram import campbell as campbell
 from kanefe.linear.equilibria import Equilibrium as Equilibrium
 from kanefe.linear.equilibria import equilibrium as equilibrium
+from kanefe.linear.floquet_modes import FloquetModes as FloquetModes
+from kanefe.linear.floquet_modes import floquet as floquet
 from kanefe.linear.frequency_response import FrequencyResponse as FrequencyResponse
 from kanefe.linear.linearisation import Linearisation as Linearisation
 from kanefe.linear.linearisation import linearise as linearise

@@ -14,9 +14,11 @@ from scipy.optimize import linear_sum_assignment
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.linear.azimuth import CONSTANT
 from kanefe.linear.equilibria import equilibrium
-from kanefe.linear.linearisation import linearise
-from kanefe.linear.modes import Modes
+from kanefe.linear.floquet_modes import FloquetModes, floquet
+from kanefe.linear.linearisation import Linearisation, linearise
+from kanefe.linear.modes import Modes, modes_of
 from kanefe.linear.state import model_of
 
 if TYPE_CHECKING:
@@ -28,6 +30,14 @@ SURE = 0.7
 
 DEEPEST = 5
 """How often an interval between two speeds is halved to follow modes through it."""
+
+SIDE = 4
+"""Harmonics to either side by which Floquet's modes are known again."""
+
+MOST_SHIFT = 2
+"""By how many harmonics the name of such a mode may change between two speeds."""
+
+AnyModes = Modes | FloquetModes
 
 ALIKE = 1e-3
 """Difference of two eigenvalues, of their size, below which their modes mix freely and any order is right."""
@@ -44,7 +54,7 @@ class Campbell:
     eigenvalues : ndarray of complex, shape (S, modes)
         1/s, in the frame of the scene. A whirl whose frequency falls through zero goes on with a negative imaginary
         part: seen from a frame that spins faster it turns backwards.
-    modes : tuple of Modes
+    modes : tuple of Modes, or of FloquetModes
         All modes at each speed.
     numbers : ndarray of int, shape (S, modes)
         Which of the modes at a speed each column is.
@@ -55,7 +65,7 @@ class Campbell:
 
     speeds: np.ndarray
     eigenvalues: np.ndarray
-    modes: tuple[Modes, ...]
+    modes: tuple[AnyModes, ...]
     numbers: np.ndarray
     correlations: np.ndarray
 
@@ -149,6 +159,10 @@ def campbell(
 ) -> Campbell:
     """Follow the modes of a scene over its speed.
 
+    Whether the scene stays what it is as it turns is measured at the fastest speed. One that changes, such as a bladed
+    rotor on a tower, has Floquet's modes (see `floquet`) with the period of a turn, followed with all their harmonics:
+    the frequency drawn is that of the largest at the first speed, as the scene sees it.
+
     Parameters
     ----------
     build : callable
@@ -181,17 +195,12 @@ def campbell(
     if not callable(build):
         raise ModelError(f"campbell needs a function of the speed that returns a scene, not {build!r}")
 
-    def of(speed: float) -> Modes:
-        model = model_of(build(float(speed)), f"campbell at {speed:.6g} rad/s")
-        if not balance:
-            return linearise(model).modes()
-        return equilibrium(model, start=model.initial_state).linearise().modes()
-
+    of = _modes_over_speed(build, at, balance)
     first = of(at[0])
     own = np.flatnonzero(~first.is_rigid)
     if len(own) < modes:
         raise ModelError(f"the scene has {len(own)} modes at {at[0]:.6g} rad/s, not {modes}. Remedy: modes={len(own)}")
-    followed = [_Followed(first, own[:modes], np.zeros(modes, dtype=bool), np.ones(modes))]
+    followed = [_first(first, own[:modes])]
     for before, after in pairwise(at):
         followed.append(_follow(of, float(before), followed[-1], float(after), of(float(after)), DEEPEST))
     return Campbell(
@@ -203,27 +212,88 @@ def campbell(
     )
 
 
-class _Followed(NamedTuple):
-    """Which modes at a speed are those that are followed, whether as their conjugates, and how sure that is."""
+def _modes_over_speed(
+    build: Callable[[float], Freezable | Model], at: Vector, balance: bool
+) -> Callable[[float], AnyModes]:
+    """Return the modes at a speed as a function: Floquet's, if the scene changes as it turns."""
 
-    modes: Modes
+    def state(speed: float, steady: bool) -> Linearisation:
+        model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
+        if not balance:
+            return linearise(model)
+        return equilibrium(model, start=model.initial_state, steady=steady).linearise()
+
+    def of_periodic(speed: float) -> AnyModes:
+        lin = state(float(speed), False)
+        if speed == 0.0:
+            still = modes_of(lin)
+            none = np.zeros(1, dtype=int)
+            return FloquetModes(lin.small, np.inf, still.eigenvalues, none, still.vectors[None], still.is_rigid)
+        return floquet(lin.model, period=2.0 * np.pi / abs(float(speed)), t=lin.time, start=lin.state)
+
+    fastest = float(at[np.abs(at).argmax()])
+    if fastest != 0.0 and state(fastest, False).change > CONSTANT:
+        return of_periodic
+    return lambda speed: modes_of(state(float(speed), True))
+
+
+class _Candidates(NamedTuple):
+    """What modes may go on as: themselves, their conjugates, and Floquet's named by another of their harmonics.
+
+    Attributes
+    ----------
+    values : ndarray of complex, shape (c,)
+    shapes : ndarray of complex, shape (harmonics, free, c)
+    numbers : ndarray of int, shape (c,)
+        The mode that each is of.
+    """
+
+    values: np.ndarray
+    shapes: np.ndarray
     numbers: np.ndarray
-    is_conjugate: np.ndarray
+
+
+def _candidates(modes: AnyModes) -> _Candidates:
+    count = len(modes.eigenvalues)
+    if isinstance(modes, Modes):
+        values = np.concatenate((modes.eigenvalues, modes.eigenvalues.conj()))
+        shapes = np.concatenate((modes.tangents, modes.tangents.conj()), axis=1)[None]
+        return _Candidates(values, shapes, np.tile(np.arange(count), 2))
+    z = np.zeros((2 * SIDE + 1, *modes.tangents.shape[1:]), dtype=complex)
+    for k, shape in zip(modes.orders, modes.tangents, strict=True):
+        if abs(k) <= SIDE:
+            z[k + SIDE] = shape
+    rate = 2.0 * np.pi / modes.period
+    all_values, all_shapes = [], []
+    for shift in range(-MOST_SHIFT, MOST_SHIFT + 1) if rate > 0.0 else (0,):
+        moved = np.zeros_like(z)
+        first, last = max(0, shift), min(len(z), len(z) + shift)
+        moved[first - shift : last - shift] = z[first:last]
+        values = modes.eigenvalues + 1j * shift * rate
+        all_values += [values, values.conj()]
+        all_shapes += [moved, moved[::-1].conj()]
+    numbers_of = np.tile(np.arange(count), len(all_values))
+    return _Candidates(np.concatenate(all_values), np.concatenate(all_shapes, axis=2), numbers_of)
+
+
+class _Followed(NamedTuple):
+    """Which modes at a speed are those that are followed, as what, and how sure that is."""
+
+    modes: AnyModes
+    numbers: np.ndarray
+    values: np.ndarray
+    shapes: np.ndarray
     sureness: np.ndarray
 
-    @property
-    def values(self) -> np.ndarray:
-        values = self.modes.eigenvalues[self.numbers]
-        return np.where(self.is_conjugate, values.conj(), values)
 
-    @property
-    def shapes(self) -> np.ndarray:
-        shapes = self.modes.tangents[:, self.numbers]
-        return np.where(self.is_conjugate, shapes.conj(), shapes)
+def _first(modes: AnyModes, numbers_of: np.ndarray) -> _Followed:
+    found = _candidates(modes)
+    at = [np.flatnonzero((found.numbers == i) & (found.values == modes.eigenvalues[i]))[0] for i in numbers_of]
+    return _Followed(modes, numbers_of, found.values[at], found.shapes[:, :, at], np.ones(len(at)))
 
 
 def _follow(
-    of: Callable[[float], Modes], before: float, old: _Followed, after: float, new: Modes, depth: int
+    of: Callable[[float], AnyModes], before: float, old: _Followed, after: float, new: AnyModes, depth: int
 ) -> _Followed:
     """Return the followed modes at the next speed."""
     found = _matched(old, new)
@@ -235,52 +305,52 @@ def _follow(
     return found._replace(sureness=np.minimum(between.sureness, found.sureness))
 
 
-def _matched(old: _Followed, new: Modes) -> _Followed:
+def _matched(old: _Followed, new: AnyModes) -> _Followed:
     """Return the best followers, each another one.
 
     A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency.
     """
-    if old.modes.linearisation.state_names != new.linearisation.state_names:
+    if old.modes.state_names != new.state_names:
         raise ModelError(
             "modes can be followed only between scenes of the same coordinates. Remedy: build the scene alike at "
             "every speed, with the same bodies, modes and joints"
         )
-    n, count = new.linearisation.model.free_count, len(new.eigenvalues)
-    M = new.linearisation.small.mass()[:n, :n]
-    candidates = np.hstack((new.tangents, new.tangents.conj()))
-    others = np.concatenate((new.eigenvalues, new.eigenvalues.conj()))
-    alike = _correlation(old.shapes, candidates, M)
+    M, count = new.metric, len(new.eigenvalues)
+    ahead, behind = _candidates(new), _candidates(old.modes)
+    others = ahead.values
+    alike = _correlation(old.shapes, ahead.shapes, M)
     values = old.values
     # modes of one frequency mix freely: there it is the space that they span which is followed
-    everything = np.hstack((old.modes.tangents, old.modes.tangents.conj()))
-    of_everything = np.concatenate((old.modes.eigenvalues, old.modes.eigenvalues.conj()))
     for i, value in enumerate(values):
-        same = np.abs(of_everything - value) <= ALIKE * np.abs(value)
+        same = np.abs(behind.values - value) <= ALIKE * np.abs(value)
         if np.count_nonzero(same) > 1:
-            alike[i] = np.minimum(_correlation(everything[:, same], candidates, M).sum(axis=0), 1.0)
+            alike[i] = np.minimum(_correlation(behind.shapes[:, :, same], ahead.shapes, M).sum(axis=0), 1.0)
     for value in new.eigenvalues:
         same = np.abs(others - value) <= ALIKE * np.abs(value)
         if np.count_nonzero(same) > 1:
             alike[:, same] = np.minimum(alike[:, same].sum(axis=1, keepdims=True), 1.0)
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     cost = (1.0 - alike) + 0.2 * np.minimum(np.abs(values[:, None] - others[None, :]) / size, 1.0)
-    cost[:, np.tile(new.is_rigid, 2)] += 1.0
+    cost[:, new.is_rigid[ahead.numbers]] += 1.0
     # of the two that a divergence has, the one that grows
     cost += 1e-3 * ((others.imag == 0.0) & (others.real < 0.0))[None, :]
-    as_conjugate = cost[:, count:] < cost[:, :count]
-    rows, columns = linear_sum_assignment(np.minimum(cost[:, :count], cost[:, count:]))
+    by_mode = cost.reshape(len(values), -1, count)  # candidates repeat the modes in their order
+    best = by_mode.argmin(axis=1)
+    rows, columns = linear_sum_assignment(by_mode.min(axis=1))
     chosen = columns[np.argsort(rows)]
-    is_conjugate = as_conjugate[np.arange(len(chosen)), chosen]
-    return _Followed(new, chosen, is_conjugate, alike[np.arange(len(chosen)), chosen + count * is_conjugate])
+    at = best[np.arange(len(chosen)), chosen] * count + chosen
+    return _Followed(new, chosen, others[at], ahead.shapes[:, :, at], alike[np.arange(len(chosen)), at])
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:
-    """Return the modal assurance criterion of shapes, columns of a and b, in the metric M, shape (a, b), 0 to 1.
+    """Return the modal assurance criterion of shapes (harmonics, free, a) and b in the metric M, (a, b), 0 to 1.
 
     (Allemang, "The modal assurance criterion: twenty years of use and abuse", Sound and Vibration 37 (2003) 14-23.)
     """
-    cross = np.abs(a.conj().T @ M @ b) ** 2
-    own_a, own_b = (np.einsum("ik,ij,jk->k", x.conj(), M, x).real for x in (a, b))
+    weighted = np.einsum("ij,kjb->kib", M, b)
+    cross = np.abs(np.einsum("kia,kib->ab", a.conj(), weighted, optimize=True)) ** 2
+    own_a = np.einsum("kia,ij,kja->a", a.conj(), M, a, optimize=True).real
+    own_b = np.einsum("kib,kib->b", b.conj(), weighted).real
     return np.asarray(cross / np.maximum(np.outer(own_a, own_b), 1e-300))
 
 

@@ -12,6 +12,7 @@ from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.kane.loop_closure import project_positions
+from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.state import model_in_state
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.linear.linearisation import Linearisation
     from kanefe.linear.state import Freezable
-
-SAMPLES = (0.37, 1.1, 2.6, 5.3)
-"""How far a steady motion is followed to see whether it stays in balance: rad or m of its fastest speed, or s."""
 
 
 class Equilibrium(Instant):
@@ -159,19 +157,10 @@ def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) 
 
 def _check_steady(model: Model, t: float, q: Vector, u: Vector) -> None:
     """Raise a SimulationError if the balance is lost as what moves moves on."""
-    driven = model.driven_speeds(t)[0] if model.driven_count else np.zeros(0)
-    fastest = float(max(np.abs(u).max(initial=0.0), np.abs(driven).max(initial=0.0)))
-    times = [tau / fastest for tau in SAMPLES] if fastest > 0.0 else []
-    if not model.route.is_constant or model.driven_count:
-        times += list(SAMPLES)
     search = BalanceSearch(model, t, q, u, np.zeros(0, dtype=int), ())
-    for tau in times:
-        if any(t + tau > motion.span[1] for motion, _ in model.drives):
-            continue
+    for tau in times_ahead(model, t, u):
         search.t = t + tau
-        q_later = model.advance(q, tau * u)
-        if model.constraints:
-            q_later = project_positions(model, t + tau, q_later)
+        q_later, _ = moved_on(model, t, q, u, tau)
         later = search.imbalance(q_later, u)
         # the coordinates that turn carry the round-off of the turn
         if later.ratio > 1e-6:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError
+from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
+from kanefe.linear.azimuth import CONSTANT, change_ahead
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.settled import settled
@@ -42,8 +45,19 @@ class Linearisation(StateSpace):
     Attributes: see `StateSpace`.
     """
 
+    @cached_property
+    def change(self) -> float:
+        """By how much A changes as the scene moves on, of its largest rates: zero of a motion that is steady in x.
+
+        Measured at some azimuths, or times, with all joints at their speeds of now.
+        """
+        return change_ahead(self.small)
+
     def modes(self) -> Modes:
         """Return eigenvalues, frequencies, damping ratios and mode shapes of the whole scene.
+
+        An `AccuracyWarning` tells if the scene is another one as it moves on (see `change`), such as a bladed rotor
+        on a tower: modes of one azimuth are none of the scene then, and `kanefe.floquet` finds those it has.
 
         Examples
         --------
@@ -51,7 +65,18 @@ class Linearisation(StateSpace):
         """
         from kanefe.linear.modes import modes_of
 
+        self._warn_of_change("modes")
         return modes_of(self)
+
+    def _warn_of_change(self, what: str) -> None:
+        if self.change > CONSTANT:
+            warnings.warn(
+                f"{what} of a state that moves are those of the scene frozen at t = {self.time:.6g} s; as it moves on, "
+                f"its small motions change (by {self.change:.2g} of their largest rates). Remedy: kanefe.floquet, "
+                "where the motion repeats",
+                AccuracyWarning,
+                stacklevel=3,
+            )
 
     def frequency_response(self, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
         """Return the response of the outputs to inputs of unit amplitude.
@@ -68,6 +93,7 @@ class Linearisation(StateSpace):
         """
         from kanefe.linear.frequency_response import frequency_response
 
+        self._warn_of_change("responses")
         return frequency_response(self, frequencies)
 
     def to_control(self) -> Any:
@@ -155,12 +181,7 @@ def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequen
     model = small.model
     P, R = small.along_positions, small.along_speeds
     lead_p, lead_r = small.positions.leading, small.speeds.leading
-    A = np.block(
-        [
-            [(small.G @ P.z + P.du)[lead_p], R.du[lead_p]],
-            [P.ddu[lead_r], R.ddu[lead_r]],
-        ]
-    )
+    A = small.state_matrix()
     driven = _input_directions(small, inputs)
     B = np.vstack((np.zeros((len(lead_p), len(inputs))), driven.ddu[lead_r]))
     C = np.hstack((output_rows(small, outputs, P), output_rows(small, outputs, R)))

@@ -13,6 +13,8 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia
 from kanefe.kane.kinematics import FrameMotion, elastic_state
 from kanefe.kane.state import State
+from kanefe.linear.azimuth import rate_weights
+from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state_space import StateSpace
 
 RIGID = 1e-7
@@ -76,6 +78,17 @@ class Modes:
         """Whether no mode grows; rigid motions count as neither."""
         return not bool(self.grows.any())
 
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states of the linearisation."""
+        return self.linearisation.state_names
+
+    @cached_property
+    def metric(self) -> Matrix:
+        """Mass matrix over the free speeds, shape (free, free)."""
+        n = self.linearisation.model.free_count
+        return self.linearisation.small.mass()[:n, :n]
+
     @cached_property
     def tangents(self) -> np.ndarray:
         """Shapes as tangents of the tree (free, modes), complex: what `Model.advance` takes."""
@@ -87,7 +100,7 @@ class Modes:
     @cached_property
     def participation(self) -> dict[str, Vector]:
         """Share of each body in the kinetic energy of each mode, by name, each (modes,)."""
-        masses = body_masses(self.linearisation)
+        masses = body_masses(self.linearisation.small)
         z = self.tangents
         parts = {name: np.einsum("ik,ij,jk->k", z.conj(), M, z).real for name, M in masses.items()}
         total = sum(parts.values())
@@ -157,10 +170,10 @@ class Modes:
         return "\n".join(lines)
 
 
-def body_masses(linearisation: StateSpace) -> dict[str, Matrix]:
+def body_masses(small: SmallMotions) -> dict[str, Matrix]:
     """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
-    model, n, none = linearisation.model, linearisation.model.free_count, np.zeros(3)
-    state = State(model, linearisation.time, linearisation.small.q, linearisation.small.u)
+    model, n, none = small.model, small.model.free_count, np.zeros(3)
+    state = State(model, small.t, small.q, small.u)
     found = {}
     for body, frame in zip(model.bodies, state.motions, strict=True):
         if body.rigid is not None and body.rigid.mass > 0.0:
@@ -212,10 +225,7 @@ def _undamped(linearisation: StateSpace, M: Matrix, K: Matrix, scale: Vector) ->
 
 
 def _general(linearisation: StateSpace, A: Matrix, p: int) -> Modes:
-    # a diagonal scaling that makes rates and coordinates alike: frequencies of the entries by themselves
-    rates = np.sqrt(np.abs(np.diag(A[p:, :p]))) if len(A) == 2 * p else np.ones(p)
-    middle = float(np.median(rates[rates > 0.0])) if np.any(rates > 0.0) else 1.0
-    weights = np.concatenate((np.where(rates > 0.0, rates, middle), np.ones(len(A) - p)))
+    weights = rate_weights(A, p)
     values, vectors = scipy.linalg.eig(weights[:, None] * A / weights[None, :])
     vectors = vectors / weights[:, None]
     largest = np.abs(values).max(initial=0.0)
@@ -245,9 +255,7 @@ def _sorted(linearisation: StateSpace, values: np.ndarray, vectors: np.ndarray, 
     values, vectors, is_rigid = values[order], vectors[:, order].astype(complex), is_rigid[order]
     modes = Modes(linearisation, values, vectors, is_rigid)
     z = modes.tangents
-    n = linearisation.model.free_count
-    M = linearisation.small.mass()[:n, :n]
-    sizes = np.sqrt(np.einsum("ik,ij,jk->k", z.conj(), M, z).real)
+    sizes = np.sqrt(np.einsum("ik,ij,jk->k", z.conj(), modes.metric, z).real)
     largest = z[np.abs(z).argmax(axis=0), np.arange(z.shape[1])] if z.size else np.ones(len(values))
     turn = np.where(np.abs(largest) > 0.0, np.abs(largest) / np.where(largest == 0.0, 1.0, largest), 1.0)
     return Modes(linearisation, values, vectors * (turn / np.where(sizes > 0.0, sizes, 1.0)), is_rigid)

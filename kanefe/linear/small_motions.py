@@ -155,6 +155,20 @@ class SmallMotions:
             found[:n, i] = difference(rate, steps[i])
         return found
 
+    def state_matrix(self) -> Matrix:
+        """Return A of ``dx/dt = A x`` over independent tangents and speeds, x = (p, r)."""
+        P, R = self.along_positions, self.along_speeds
+        lead_p, lead_r = self.positions.leading, self.speeds.leading
+        return np.block([[(self.G @ P.z + P.du)[lead_p], R.du[lead_p]], [P.ddu[lead_r], R.ddu[lead_r]]])
+
+    def rates_along(self, x: Vector) -> Vector:
+        """Return A x for one direction; where there are no loops, without A."""
+        n = len(self.positions.leading)
+        if self.model.constraints or self.drives:
+            return np.asarray(self.state_matrix() @ x)
+        z, du = x[:n], x[n:]
+        return np.concatenate((self.G @ z + du, self.derivatives.along(z[:, None], du[:, None])[:, 0]))
+
     @cached_property
     def along_speeds(self) -> Directions:
         """Unit motions of r, with the accelerations that go with them."""

@@ -1,0 +1,75 @@
+"""Whether a scene stays what it is as it moves on: how much its small motions change with the azimuth."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import SimulationError
+from kanefe.frames import Vector
+from kanefe.kane.loop_closure import project_positions, project_speeds
+from kanefe.linear.small_motions import SmallMotions
+
+SAMPLES = (0.37, 1.1, 2.6, 5.3)
+"""How far a motion is followed to see whether it stays what it is: rad or m of its fastest speed, or s."""
+
+CONSTANT = 1e-7
+"""Change of A, of its rates, that counts as none: of differences and of loops that are closed anew it is some 1e-9."""
+
+
+def times_ahead(model: Model, t: float, u: Vector) -> list[float]:
+    """Return how far (s) to follow a motion to see what changes: by its fastest joint, in seconds where time counts."""
+    driven = model.driven_speeds(t)[0] if model.driven_count else np.zeros(0)
+    fastest = float(max(np.abs(u).max(initial=0.0), np.abs(driven).max(initial=0.0)))
+    times = [tau / fastest for tau in SAMPLES] if fastest > 0.0 else []
+    if not model.route.is_constant or model.driven_count:
+        times += list(SAMPLES)
+    return [tau for tau in times if all(t + tau <= motion.span[1] for motion, _ in model.drives)]
+
+
+def moved_on(model: Model, t: float, q: Vector, u: Vector, tau: float) -> tuple[Vector, Vector]:
+    """Return the state after a time (s) in which speeds stay and loops are closed."""
+    q_later = model.advance(q, tau * u)
+    if not model.constraints:
+        return q_later, u
+    q_later = project_positions(model, t + tau, q_later)
+    return q_later, project_speeds(model, t + tau, q_later, u)
+
+
+def change_ahead(small: SmallMotions) -> float:
+    """Return by how much A changes as the scene moves on, of its largest rates, looked at along one direction.
+
+    A direction in which everything moves a little, in coordinates in which rates and places are alike: what changes
+    anywhere changes its rates.
+    """
+    model, t = small.model, small.t
+    weights = rate_weights(small.state_matrix(), len(small.positions.leading))
+    direction = np.random.default_rng(0).standard_normal(len(weights)) / weights
+    here = weights * small.rates_along(direction)
+    size = float(np.abs(here).max(initial=0.0))
+    still = small.u.copy()
+    for body in model.bodies:
+        if body.flexible is not None:
+            still[body.flexible.speeds] = 0.0
+    largest = 0.0
+    for tau in times_ahead(model, t, still):
+        try:
+            q, u = moved_on(model, t, small.q, still, tau)
+        except SimulationError:  # a mechanism that cannot go on so far is none that stays what it is
+            return 1.0
+        later = SmallMotions(model, t + tau, q, np.where(still != 0.0, u, small.u), small.drives)
+        if not np.array_equal(later.positions.leading, small.positions.leading):
+            return 1.0
+        change = weights * later.rates_along(direction) - here
+        largest = max(largest, float(np.abs(change).max(initial=0.0)) / max(size, 1e-300))
+    return largest
+
+
+def rate_weights(A: np.ndarray, positions: int) -> Vector:
+    """Return a scaling of the states of A that makes rates and coordinates alike: frequencies of entries by themselves.
+
+    States are so many positions, then speeds; scaled is ``weights[:, None] * A / weights``.
+    """
+    rates = np.sqrt(np.abs(np.diag(A[positions:, :positions]))) if len(A) == 2 * positions else np.ones(positions)
+    middle = float(np.median(rates[rates > 0.0])) if np.any(rates > 0.0) else 1.0
+    return np.concatenate((np.where(rates > 0.0, rates, middle), np.ones(len(A) - positions)))
