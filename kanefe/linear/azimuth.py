@@ -71,5 +71,6 @@ def rate_weights(A: np.ndarray, positions: int) -> Vector:
     States are so many positions, then speeds; scaled is ``weights[:, None] * A / weights``.
     """
     rates = np.sqrt(np.abs(np.diag(A[positions:, :positions]))) if len(A) == 2 * positions else np.ones(positions)
-    middle = float(np.median(rates[rates > 0.0])) if np.any(rates > 0.0) else 1.0
-    return np.concatenate((np.where(rates > 0.0, rates, middle), np.ones(len(A) - positions)))
+    counts = rates > 1e-8 * rates.max(initial=0.0)  # the root of round-off
+    middle = float(np.median(rates[counts])) if counts.any() else 1.0
+    return np.concatenate((np.where(counts, rates, middle), np.ones(len(A) - positions)))
