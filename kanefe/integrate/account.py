@@ -29,8 +29,9 @@ def accounted(model: Model, run: Trajectory) -> Trajectory:
     "energy_balance": what is missing at the end, J, and its share of the largest energy of motion and deformation, or
     that was exchanged. "deflection": the name of the body that is bent the most, and by how much of its length.
     """
-    told = {"energy_balance": _balance(model, run), "deflection": _deflection(model, run)}
-    of_run = replace(run, statistics=run.statistics | {name: value for name, value in told.items() if value})
+    found = {"energy_balance": _balance(model, run), "deflection": _deflection(model, run)}
+    # lists, as files give them back
+    of_run = replace(run, statistics=run.statistics | {name: list(told) for name, told in found.items() if told})
     for text in remarks(of_run.statistics):
         warnings.warn(text, SimulationWarning, stacklevel=3)
     return of_run

@@ -314,12 +314,13 @@ def test_every_result_tells_what_it_cost(method: str) -> None:
 def test_a_result_tells_itself_in_a_few_lines() -> None:
     events = [kf.Event("half", lambda t, state: t - 0.5), kf.Event("never", lambda t, state: t - 9.0)]
     result = straight_line().simulate((0.0, 2.0), method="rk4", step=0.125, events=events)
-    status, method, route, counts, seconds, happened = str(result).splitlines()
+    status, method, route, counts, seconds, balance, happened = str(result).splitlines()
     assert status == "the run finished at t = 2 s"
     assert method == "  method  rk4 (asked for), step 0.125"
     assert route == "  route   order n, in the plane (rigid bodies that all move in one plane)"
     assert counts == f"  counts  16 steps, {result.statistics['evaluations']} evaluations"
     assert seconds.startswith("  time    ")
+    assert balance.startswith("  energy  balance ")
     assert happened == "  events  half 1, never 0"
 
 
