@@ -132,7 +132,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods, Cont
 
         A run that cannot be finished returns what it has, with a `RunStatus` that says what failed, when, in which body
         or mode, and what to try, and warns with a `SimulationWarning`; ``result.raise_for_status()`` makes an error of
-        it.
+        it. Ctrl-C stops a run in the same way.
 
         Parameters
         ----------

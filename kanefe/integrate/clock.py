@@ -1,4 +1,4 @@
-"""Time by part of a run."""
+"""Time by part of a run, that of functions of the user among them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from kanefe.kernels._numba import seconds_compiling
+from kanefe.loads.functions import SPENT
+
+FUNCTIONS, CONTROLLERS = OF_USER = "Python functions", "controllers"
+"""Parts of a run that are in functions of the user, which nothing but these can make faster."""
 
 
 class Clock:
@@ -28,12 +32,15 @@ class Clock:
     @contextmanager
     def part(self, name: str) -> Iterator[None]:
         """Add the time of what is inside to a part."""
-        began, compiled, aside = time.perf_counter(), seconds_compiling(), self._aside
+        began, compiled, aside, spent = time.perf_counter(), seconds_compiling(), self._aside, SPENT.seconds
         try:
             yield
         finally:
             compiled = seconds_compiling() - compiled
-            self._add(name, time.perf_counter() - began - compiled - (self._aside - aside))
+            spent = SPENT.seconds - spent
+            self._add(name, time.perf_counter() - began - compiled - spent - (self._aside - aside))
+            if spent > 0.0:
+                self._add(FUNCTIONS, spent)
             if compiled > 0.0:
                 self._add("compiling", compiled)
 
@@ -47,6 +54,11 @@ class Clock:
             seconds = time.perf_counter() - began
             self._add(name, seconds)
             self._aside += seconds
+
+    @property
+    def share_of_user(self) -> float:
+        """Share of the time that was spent in functions of the user."""
+        return sum(self.seconds.get(name, 0.0) for name in OF_USER) / max(sum(self.seconds.values()), 1e-300)
 
     def _add(self, name: str, seconds: float) -> None:
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds

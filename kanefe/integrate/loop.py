@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning
 from kanefe.frames import Vector
 from kanefe.integrate.checkpoint import CheckpointFile, Progress
-from kanefe.integrate.clock import Clock
+from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
@@ -41,6 +41,9 @@ PATIENCE, LONGEST = 20.0, 600.0
 
 OTHERS = ("radau5", "dop853", "generalised-alpha")
 """Methods that are named to a run that takes long."""
+
+SOME_SHARE = 0.3
+"""Of the time of a run, above which functions of the user are what it waits for."""
 
 COUNTED = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
 """What the statistics of every run tell, zero where a method has no such thing."""
@@ -90,6 +93,8 @@ class RunLoop:
     last : (float, ndarray) or None
         Time and state where the run ended, if it did before its end.
     last_accelerations : ndarray, shape (1, free), or None
+    is_interrupted : bool
+        Whether Ctrl-C ended the run.
     """
 
     def __init__(
@@ -108,7 +113,7 @@ class RunLoop:
         self._sampler = sampler
         self._start, self._span = stepper.t, float(times[-1]) - stepper.t
         self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
-        self._is_warned = False
+        self._is_warned = self.is_interrupted = False
         self._chunk = 1 if watch or isinstance(stepper, TellsAccelerations) else 16
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
@@ -155,7 +160,7 @@ class RunLoop:
         """Run to the end, and return how it ended.
 
         Whatever ends it, a checkpoint is written before: of the end, or where something went wrong or a terminal event
-        ended it, of a moment before. A KeyboardInterrupt and the errors of users' functions come through.
+        ended it, of a moment before. Errors of users' functions come through; Ctrl-C stops the run with what there is.
         """
         self._file = file
         if file is not None:
@@ -163,6 +168,9 @@ class RunLoop:
             self._write(is_first=True)
         try:
             status = self._run()
+        except KeyboardInterrupt:  # a step may be half done: the checkpoint is of a moment before
+            self._write()
+            return self._interrupted()
         except BaseException:
             self._write()
             raise
@@ -199,6 +207,17 @@ class RunLoop:
             self._keep()
         return RunStatus("finished", stepper.t)
 
+    def _interrupted(self) -> RunStatus:
+        self.is_interrupted = True
+        remedy = "start= the last state, result.at(result.times[-1]), to go on"
+        share = self._clock.share_of_user
+        if share > SOME_SHARE or not self._dynamics.is_autonomous:
+            remedy = (
+                f"{share:.0%} of the time went to Python functions, and a run that calls them leaves compiled code in "
+                "each evaluation: sample them with add_controller, or compile them with numba.njit"
+            )
+        return self._ended(RunStatus("stopped", self._stepper.t, "by Ctrl-C", remedy))
+
     def _integrate(self, most: int) -> None:
         stepper, begun = self._stepper, time.perf_counter()
         first = self.stored
@@ -207,7 +226,7 @@ class RunLoop:
                 self.stored += stepper.integrate_through(self._times[first:], self.states[first:], most)
             else:
                 self._integrate_sampled(self._sampler, most, begun)
-        except (KanefeError, np.linalg.LinAlgError):
+        except (KanefeError, np.linalg.LinAlgError, KeyboardInterrupt):
             # what was passed before the failure is stored all the same
             self.stored = max(first, int(np.searchsorted(self._times, stepper.t, side="right")))
             raise
@@ -222,7 +241,7 @@ class RunLoop:
         stepper, end = self._stepper, int(self._stepper.statistics["steps"]) + most
         while self.stored < len(self._times) and (left := end - int(stepper.statistics["steps"])) > 0:
             if sampler.next <= stepper.t < self._times[-1]:
-                with self._clock.aside("controllers"):
+                with self._clock.aside(CONTROLLERS):
                     y = sampler.sampled(stepper.t, stepper.state())
                 stepper.aim(sampler.next)
                 stepper.go_on_with(stepper.t, y)

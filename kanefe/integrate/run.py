@@ -81,7 +81,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)
-    if status.kind == "failed":
+    if status.kind == "failed" or loop.is_interrupted:
         warnings.warn(str(status), SimulationWarning, stacklevel=3)
     stored, states, rates = min(loop.stored, len(wanted)), loop.states, loop.accelerations
     times, states = times[:stored], states[:stored]

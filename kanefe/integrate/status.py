@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kanefe.errors import SimulationError
+from kanefe.integrate.clock import OF_USER
 
 Kind = Literal["finished", "stopped", "failed"]
 
@@ -99,9 +100,11 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     counts = [
         f"{value} {name}" for name, value in statistics.items() if isinstance(value, int) and (value or name == "steps")
     ]
-    parts = [
-        f"{name} {seconds:.3g}" for name, seconds in statistics["seconds_by_part"].items() if seconds >= LEAST_SECONDS
-    ]
+    parts = []
+    for name, seconds in statistics["seconds_by_part"].items():
+        if seconds >= LEAST_SECONDS:
+            share = f" ({seconds / statistics['seconds']:.0%})" if name in OF_USER else ""
+            parts.append(f"{name} {seconds:.3g}{share}")
     lines = [
         str(status),
         "  method  " + ", ".join((f"{statistics['method']} ({statistics['reason']})", *control)),

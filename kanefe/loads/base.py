@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from time import perf_counter
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.loads.functions import Constant, SceneView
+from kanefe.loads.functions import SPENT, Constant, SceneView
 
 WORDS = {(): "one finite number", (3,): "three finite numbers"}
 REAL = "fiub"
@@ -50,7 +51,9 @@ class ValuedLoad:
 
     def value(self, t: float, state: SceneView | None = None) -> Vector:
         """Return the value at time t (s); a ModelError names the load if it has another shape or is not finite."""
+        began = perf_counter()
         given = self.function(t, state) if self.takes_state else self.function(t)
+        SPENT.seconds += perf_counter() - began
         value = np.asarray(given)
         if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
             raise ModelError(

@@ -35,6 +35,7 @@ from kanefe.kernels.outward import motion_memory_size, motions_of_rows
 from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_STIFFNESS, SLOPE, STATE, TIME_AT, Run
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.kernels.units import expect
+from kanefe.loads.functions import SPENT
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
 from kanefe.order_n.load_tables import loads_between
@@ -104,7 +105,8 @@ class OrderN(LiteralRoute):
         if not self._drives:
             return NO_DRIVES
         names = ("position", "velocity", "acceleration")
-        values = [[motion.at(what, t, name) for what in names] for motion, name in self._drives]
+        with SPENT.counted():
+            values = [[motion.at(what, t, name) for what in names] for motion, name in self._drives]
         return np.array(values).reshape(-1, 3)
 
     def values(self, t: float, y: Vector) -> np.ndarray:
@@ -121,7 +123,8 @@ class OrderN(LiteralRoute):
                 values[where] = load.value(t, state)
             for where, number in layout.between:
                 load_between = self.model.loads[number]
-                values[where] = load_between.inputs(t, state.load_ends(number), state.load_states(number))
+                with SPENT.counted():
+                    values[where] = load_between.inputs(t, state.load_ends(number), state.load_states(number))
         return values
 
     def state(self, t: float, y: Vector) -> SceneState:

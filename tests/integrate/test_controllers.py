@@ -1,6 +1,7 @@
 """Sampled controllers: the exact sequence of a held drive, delays, what is read, the log, and what is refused."""
 
 import pickle
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -156,3 +157,17 @@ def test_what_a_run_cannot_do_is_told(tmp_path: Path) -> None:
     scene = cart()
     with pytest.raises(kf.ModelError, match="already has a controller 'pull'"):
         scene.add_controller("pull", pull, every=EVERY, reads=READS, drives="motor cart")
+
+
+def test_a_result_says_what_share_of_the_time_users_functions_took() -> None:
+    def slow(t: float, *_: Any) -> float:
+        time.sleep(1e-3)
+        return 1.0
+
+    scene = cart(slow)
+    scene.add_motor(scene.body("cart"), slow)
+    result = scene.simulate((0.0, 0.1))
+    parts = result.statistics["seconds_by_part"]
+    for name, calls in (("controllers", 5), ("Python functions", result.statistics["evaluations"])):
+        assert parts[name] >= 1e-3 * calls
+        assert f"{name} {parts[name]:.3g} ({parts[name] / result.statistics['seconds']:.0%})" in str(result)
