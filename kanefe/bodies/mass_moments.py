@@ -85,6 +85,13 @@ class MassMoments:
         """Constant elastic block of the mass matrix: sum_a M_aa, shape (K, K)."""
         return np.einsum("aaij->ij", self.shape_product)
 
+    def first_moments(self, eta: np.ndarray) -> np.ndarray:
+        """Return int rho r at some coordinates eta (T, K), in G, kg m, shape (T, 3)."""
+        found = self.first + eta @ self.shape_first.T
+        if self.quadratic_first is not None:
+            found = found + 0.5 * np.einsum("ti,aij,tj->ta", eta, self.quadratic_first, eta)
+        return np.asarray(found)
+
     def leading(self, count: int) -> MassMoments:
         """Return the moments of the first `count` coordinates alone."""
         if count == self.shape_first.shape[1]:

@@ -12,8 +12,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
+from kanefe.bodies.mass_moments import MassMoments
 from kanefe.equations.model import Model
-from kanefe.frames import euler_parameters_from_matrix
+from kanefe.errors import ModelError
+from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
@@ -146,6 +148,30 @@ class RunChannels:
             ("acceleration", body, interface): frame.acceleration.copy(),
             ("angular_acceleration", body, interface): _in_axes(frame.axes, frame.angular_acceleration),
         }
+
+    def _centres(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return the centre of mass of a body; of the scene the mean of those of its bodies."""
+        key = ("center_of_mass", body, "")
+        if not body:
+            masses = {shape.name: shape.mass for shape in self.bodies if shape.mass > 0.0}
+            if not masses:
+                raise ModelError("nothing in the scene has mass: it has no centre of mass")
+            parts = [mass * self.read("center_of_mass", name) for name, mass in masses.items()]
+            return {key: np.sum(parts, axis=0) / sum(masses.values())}
+        number = self.model.index(body)
+        axes = np.array([rotation_matrix(e) for e in self.read("rotation", body)])
+        offsets = (axes @ self._local_centres(number)[:, :, None])[:, :, 0]
+        return {key: self.read("position", body) + offsets}
+
+    def _local_centres(self, number: int) -> np.ndarray:
+        """Return the centre of mass of a body in its frame, (T, 3)."""
+        terms = self.model.bodies[number].flexible
+        if terms is None:
+            return np.tile(self.bodies[number].com, (len(self.times), 1))
+        if isinstance(terms.free_moments, MassMoments):
+            eta = self.trajectory.coordinates[:, terms.eta]
+            return terms.free_moments.first_moments(eta) / float(terms.free_moments.mass)
+        return np.array([_local_centre(state, number) for state in self._views()])
 
     def _frame(self, body: str, interface: str) -> tuple[int, InterfaceFrame | None]:
         number = self.model.index(body)
@@ -297,6 +323,16 @@ def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return np.asarray((vectors[:, None, :] @ axes)[:, 0])
 
 
+def _local_centre(state: State, number: int) -> np.ndarray:
+    """Return the centre of mass of a flexible body in G, from its generalised mass, whose corner is m c~."""
+    terms = state.model.bodies[number].flexible
+    if terms is None:
+        raise TypeError("a rigid body has its centre of mass")
+    eta = state.q[terms.eta]
+    mass, _ = terms.free_moments.terms(eta, np.zeros_like(eta), np.zeros(3))
+    return np.array((mass[5, 1], mass[3, 2], mass[4, 0])) / float(terms.free_moments.mass)
+
+
 def _frame_motions(state: State) -> list[FrameMotion]:
     """Return the motion of every frame: of each body, and of its interfaces in their own axes."""
     motions: list[FrameMotion] = []
@@ -310,6 +346,7 @@ def _frame_motions(state: State) -> list[FrameMotion]:
 _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = {
     **dict.fromkeys(("position", "velocity", "angular_velocity"), RunChannels._motions),
     "rotation": RunChannels._rotations,
+    "center_of_mass": RunChannels._centres,
     **dict.fromkeys(("acceleration", "angular_acceleration"), RunChannels._accelerated),
     **dict.fromkeys(("joint_coordinates", "joint_speeds"), RunChannels._joint),
     **dict.fromkeys(MODES, RunChannels._modes),

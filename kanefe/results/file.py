@@ -17,16 +17,16 @@ from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.quantities import (
+    CENTRES,
     DRIVES,
-    ENERGIES,
     FORCES,
     INTERFACES,
     JOINTS,
     LOADS,
     LOOPS,
     MODES,
-    MOMENTA,
     MOTIONS,
+    OF_SCENE,
     QUANTITIES,
 )
 from kanefe.results.reader import Reader
@@ -173,11 +173,11 @@ class FileChannels:
 
 def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[str, str, str]]:
     """Return quantity, body and interface of every channel that a file holds."""
-    keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
+    keys = [(quantity, "", "") for quantity in (*OF_SCENE, *CENTRES)]
     keys += [(quantity, name, "") for name in result.loops for quantity in LOOPS]
     keys += [(quantity, name, "") for name in result.loads for quantity in LOADS]
     for shape in shapes:
-        own = [*MOTIONS, *JOINTS, *(DRIVES if shape.is_driven else ()), *(MODES if shape.is_flexible else ())]
+        own = [*MOTIONS, *CENTRES, *JOINTS, *(DRIVES if shape.is_driven else ()), *(MODES if shape.is_flexible else ())]
         keys += [(quantity, shape.name, "") for quantity in own]
         keys += [(quantity, shape.name, n) for n in shape.interfaces for quantity in (*MOTIONS, *INTERFACES)]
     return [key for key in keys if forces or key[0] not in _SKIPPED_WITHOUT_FORCES]

@@ -70,7 +70,9 @@ MOMENTA = {
     "linear_momentum": Quantity("linear momentum in N", (("linear momentum", "kg m/s", XYZ),)),
     "angular_momentum": Quantity("angular momentum about N's origin", (("angular momentum", "kg m2/s", XYZ),)),
 }
-QUANTITIES: Mapping[str, Quantity] = MOTIONS | JOINTS | DRIVES | LOOPS | LOADS | MODES | INTERFACES | ENERGIES | MOMENTA
+CENTRES = {"center_of_mass": Quantity("centre of mass in N", (("position", "m", XYZ),))}
+OF_SCENE = ENERGIES | MOMENTA
+QUANTITIES: Mapping[str, Quantity] = MOTIONS | CENTRES | JOINTS | DRIVES | LOOPS | LOADS | MODES | INTERFACES | OF_SCENE
 FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force")
 """Quantities that need the residuals of the equations."""
 

@@ -14,6 +14,7 @@ from kanefe.integrate.status import RunStatus
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.channels import Channels, RunChannels
 from kanefe.results.quantities import (
+    CENTRES,
     DRIVES,
     ENERGIES,
     INTERFACES,
@@ -22,6 +23,7 @@ from kanefe.results.quantities import (
     MODES,
     MOMENTA,
     MOTIONS,
+    OF_SCENE,
     QUANTITIES,
     Energy,
     Momentum,
@@ -136,6 +138,10 @@ class Reader:
     def angular_acceleration(self, name: str, interface: str | None = None) -> np.ndarray:
         """Return the angular acceleration of a frame in its own components (Eq. 16), shape (T, 3), in rad/s2."""
         return self.read("angular_acceleration", name, interface)
+
+    def center_of_mass(self, name: str = "") -> np.ndarray:
+        """Return the centre of mass of a body, deformed as it is, or of the whole scene, in N, shape (T, 3), in m."""
+        return self.read("center_of_mass", name)
 
     def joint_coordinates(self, name: str) -> np.ndarray:
         """Return the coordinates of a body's joint, (T, coordinates); driven ones too. Units: `units`."""
@@ -285,7 +291,7 @@ class Reader:
         """
         if quantity not in QUANTITIES:
             raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
-        if quantity in ENERGIES or quantity in MOMENTA:
+        if quantity in OF_SCENE or (quantity in CENTRES and not name):
             return self._channels.read(quantity)
         if quantity in LOOPS:
             if name not in self.loops or interface is not None:

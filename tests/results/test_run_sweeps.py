@@ -11,8 +11,11 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import RunChannels
 from kanefe.results.quantities import ENERGIES, MOMENTA, MOTIONS
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
 from loop_scenes import spatial_loop
 from random_scenes import Recipe, planar_model, random_model
+from result_scenes import SOFT, robot
 from scenes import random_state
 
 TIMES = np.array((0.0, 0.1, 0.35))
@@ -62,3 +65,22 @@ def test_signs_of_euler_parameters_do_not_depend_on_the_outputs() -> None:
     close, far = (kf.Result(model, run).rotation("ball") for run in runs)
     np.testing.assert_allclose(far, close[[0, 160, 400]], atol=1e-5)  # two runs at rtol 1e-6, over 70 rad
     assert np.linalg.norm(np.diff(close, axis=0), axis=1).max() < 0.2  # half of some 10 rad/s in 0.025 s
+
+
+def hanging(reduction: object) -> kf.Result:
+    beam = straight_beam(1.0, Rectangle(0.02, 0.04), SOFT, elements=2)
+    body = kf.flexible_body(beam, {"root": "clamped"}, reduction=reduction)
+    scene = kf.System(gravity=(1.0, 2.0, -9.81))
+    hub = scene.add_rigid_body("hub", 1.0, 0.1, com=(0.1, 0, 0.2), joint=kf.Revolute("y"))
+    scene.add_flexible_body("arm", body, parent=hub, at=(0.1, 0, 0))
+    return scene.simulate((0.0, 0.02), method="generalised-alpha", rtol=1e-3, output_step=0.01)
+
+
+@pytest.mark.parametrize("make", [robot, lambda: hanging(None)], ids=["reduced", "unreduced"])
+def test_the_energy_of_position_is_that_of_the_centre_of_mass(make: Callable[[], kf.Result]) -> None:
+    result = make()
+    assert result.run is not None
+    masses = {name: result.body(name).mass for name in result.bodies}
+    parts = sum(mass * result.center_of_mass(name) for name, mass in masses.items())
+    np.testing.assert_allclose(result.center_of_mass() * sum(masses.values()), parts, atol=1e-14)
+    np.testing.assert_allclose(-parts @ result.run.model.gravity, result.energy.gravity, atol=1e-12)
