@@ -14,7 +14,7 @@ import numpy as np
 import kanefe as kf
 from kanefe.checks.verification.references import load_references
 from kanefe_fem import Material, solid_body
-from kanefe_fem.verification.boxes import box_mesh
+from kanefe_fem.mesh.simple import box_mesh
 
 side = 1 / 150  # of the square section; the blade is 1 m long, and EI = rho A = 1
 mesh = box_mesh((1, side, side), (75, 1, 1), "hexahedron", start=(0, -side / 2, -side / 2))

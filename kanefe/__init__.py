@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from kanefe.fe_model.interface import Interface as Interface
     from kanefe.fe_model.load_pattern import NodalPattern as NodalPattern
     from kanefe.fe_model.model import FiniteElementModel as FiniteElementModel
+    from kanefe.fe_model.places import InBox as InBox
+    from kanefe.fe_model.places import InCylinder as InCylinder
+    from kanefe.fe_model.places import Near as Near
+    from kanefe.fe_model.places import OnPlane as OnPlane
     from kanefe.frames import euler_angles as euler_angles
     from kanefe.frames import rotation_about as rotation_about
     from kanefe.imports import read_abaqus as read_abaqus

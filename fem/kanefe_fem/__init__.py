@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from kanefe_fem.materials.orthotropic import Orthotropic as Orthotropic
     from kanefe_fem.materials.user_energy import UserEnergy as UserEnergy
     from kanefe_fem.mesh.mesh import Mesh as Mesh
+    from kanefe_fem.mesh.simple import box_mesh as box_mesh
+    from kanefe_fem.mesh.simple import cylinder_mesh as cylinder_mesh
+    from kanefe_fem.mesh.simple import rectangle_mesh as rectangle_mesh
     from kanefe_fem.mesh_files import read_mesh as read_mesh
     from kanefe_fem.recovery.gauges import rosette_principal as rosette_principal
     from kanefe_fem.recovery.recovery import recover as recover

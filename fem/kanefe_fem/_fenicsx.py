@@ -22,8 +22,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import FileError, MeshError, MissingDependency
+from kanefe.fe_model.shapes import Shape
 from kanefe_fem._petsc import start_mpi
-from kanefe_fem.mesh.shapes import Shape
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Versions of dolfinx this door was tested with."""
@@ -34,6 +34,9 @@ REMEDY = (
 )
 
 _CELLS = {"triangle": "triangle", "quad": "quadrilateral", "tetra": "tetrahedron", "hexahedron": "hexahedron"}
+
+SHAPES = ("triangle", "quad", "tetra", "hexahedron", "triangle6", "quad9", "tetra10", "hexahedron27")
+"""Cells that dolfinx assembles, all of a mesh alike."""
 
 
 def load() -> Any:

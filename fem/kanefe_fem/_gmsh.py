@@ -20,9 +20,9 @@ import numpy as np
 
 from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.shapes import is_supported, row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
-from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.mesh.shapes import is_supported, row_numbers, shape
+from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 
 _KINDS = {
     1: "line",
@@ -257,6 +257,8 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     }
     if dimension > 1 and groups[dimension]:
         _warn_left_out(gmsh, dimension, groups[dimension], source)
+    elif dimension > 1:
+        groups[dimension] = {WHOLE_BODY: _elements(gmsh, dimension)}
     return Mesh(
         nodes=nodes,
         dimension=dimension,
@@ -362,7 +364,9 @@ def _cells(gmsh: Any, kind: int, nodes: np.ndarray, label: str) -> Cells:
         refuse_shape(name, label)
     element = shape(name)
     own = np.asarray(reference, dtype=float).reshape(count, -1)[:, :dimension]
-    if not element.is_simplex or dimension == 1:
+    if element.corner_kind == "wedge":
+        own[:, 2] = (own[:, 2] + 1.0) / 2.0
+    elif (not element.is_simplex or dimension == 1) and element.corner_kind != "pyramid":
         own = (own + 1.0) / 2.0  # gmsh's cubes and lines are [-1, 1]
     permuted = np.empty_like(nodes)
     permuted[:, element.match(own)] = nodes

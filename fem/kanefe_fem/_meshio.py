@@ -12,7 +12,12 @@ import numpy as np
 
 from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.model import Cells
-from kanefe_fem.mesh.mesh import Mesh
+from kanefe.fe_model.shapes import corner_kind, is_supported
+from kanefe.fe_model.skin import facet_of
+from kanefe.imports.abaqus_input import keywords
+from kanefe.imports.text import read_text
+from kanefe_fem.mesh.abaqus_sets import face_corners, section_sets, surfaces
+from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 
 GROUP_DATA = (
     "gmsh:physical",
@@ -34,7 +39,8 @@ def read(path: Path, names: Mapping[int, str]) -> Mesh:
 
     Groups come from meshio's cell sets; else from the families of a MED file; else from the first cell data among
     `GROUP_DATA`, named by the file's field data, by `names`, or by the number itself (a Nastran property). Point sets
-    (and families of points) are groups of points.
+    (and families of points) are groups of points. Of an Abaqus input, the element sets that solid sections name, and
+    its surfaces. Where there is no group of cells, all of them are the group `WHOLE_BODY`.
 
     Raises
     ------
@@ -52,6 +58,10 @@ def read(path: Path, names: Mapping[int, str]) -> Mesh:
         for (kind, nodes), rows in zip(blocks, members, strict=True):
             if rows is not None and len(rows):
                 by_dimension[_dimension(kind)].setdefault(name, []).append(Cells(kind, nodes[rows]))
+    if path.suffix.lower() == ".inp":
+        _as_sections_say(by_dimension, path, raw, blocks)
+    if dimension > 1 and not by_dimension[dimension]:
+        by_dimension[dimension][WHOLE_BODY] = [Cells(k, nodes) for k, nodes in blocks if _dimension(k) == dimension]
     points = {name: np.asarray(ids, dtype=np.int64) for name, ids in raw.point_sets.items()}
     points.update(_point_families(raw))
     points.update(
@@ -69,6 +79,28 @@ def read(path: Path, names: Mapping[int, str]) -> Mesh:
         source=path.name,
         provenance={"reader": f"meshio {_import_meshio().__version__}"},
     )
+
+
+def _as_sections_say(
+    by_dimension: dict[int, dict[str, list[Cells]]], path: Path, raw: Any, blocks: list[tuple[str, np.ndarray]]
+) -> None:
+    """Keep the sets of solid elements that sections of an Abaqus input name, and make its surfaces groups of facets."""
+    sets = {name.upper(): rows for name, rows in raw.cell_sets.items()}
+    keyword_blocks = keywords(read_text(path, "element sets"))
+    named = {name.upper() for name in section_sets(keyword_blocks)}
+    solids = by_dimension[3]
+    if named & {name.upper() for name in solids}:
+        by_dimension[3] = {name: cells for name, cells in solids.items() if name.upper() in named}
+    for surface, members in surfaces(keyword_blocks).items():
+        found: dict[str, list[np.ndarray]] = {}
+        for name, number in members:
+            for (kind, nodes), rows in zip(blocks, sets.get(name.upper(), ()), strict=False):
+                face = face_corners(corner_kind(kind), number) if _dimension(kind) == 3 and is_supported(kind) else None
+                if face is not None and len(rows):
+                    facet, columns = facet_of(kind, face)
+                    found.setdefault(facet, []).append(nodes[np.asarray(rows, dtype=np.int64)][:, list(columns)])
+        if found and surface not in by_dimension[2]:
+            by_dimension[2][surface] = [Cells(facet, np.concatenate(tables)) for facet, tables in found.items()]
 
 
 def _read(path: Path) -> Any:

@@ -33,8 +33,9 @@ WHOLE = (".msh", ".vtu", ".vtk", ".med", ".mesh", ".meshb", ".inp", ".bdf", ".na
 
 WARNINGS = {
     "accuracy": "kanefe_fem.materials.isotropic:AccuracyWarning",
-    "imported body": "kanefe.imports.sid_terms:SidWarning",
+    "imported body": "kanefe.imports.sid_file:SidWarning",
     "mesh": "kanefe_fem.mesh.checks:MeshWarning",
+    "modes": "kanefe.reduction.normal_modes:ModesWarning",
     "nodal form": "kanefe.imports.from_matrices:NodalFormWarning",
     "simulation": "kanefe.errors:SimulationWarning",
     "tie": "kanefe.fe_model.rigid_patch_error:TieWarning",

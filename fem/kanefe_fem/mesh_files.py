@@ -30,9 +30,14 @@ def read_mesh(
     .geo            gmsh, meshed in 3D, or in 2D if the source has no volume
     .py             a Python source which defines ``build(gmsh)``: called with gmsh initialised and an empty
                     model; it makes the geometry and the physical groups, and may mesh; else it is meshed here
-    any other       meshio (.vtu, .xdmf, .inp, ...); groups are its cell sets and point sets, else the integers of
+    .inp            meshio; groups are the element sets that solid sections name (all of them, if none does),
+                    the surfaces and the node sets
+    any other       meshio (.vtu, .xdmf, .bdf, ...); groups are its cell sets and point sets, else the integers of
                     the cell data "gmsh:physical", "medit:ref", "group", ...
     ==============  ====================================================================================
+
+    A file without groups of cells is one body, the group "body"; its interfaces and loaded surfaces are then chosen by
+    their places (`kanefe.Near`, `kanefe.OnPlane`, `kanefe.InBox`, `kanefe.InCylinder`, or a function).
 
     Parameters
     ----------

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS
+from kanefe.fe_model.places import Place, PlaceLike
 from kanefe.frames import Orientation, numbers, orientation_parameters, rotation_matrix
 
 RULES = ("rigid", "average", "node")
@@ -44,6 +45,9 @@ class Interface:
         ``released=("x", "y")`` the nodes slide freely in the plane across z.
     groups : str or sequence of str, optional
         The groups of nodes that make the patch. Default: the group with the name of the interface.
+    at : Near, OnPlane, InBox, InCylinder or function, optional
+        The place where the patch is, instead of groups: the facets of the body's skin, else its nodes, that lie in it.
+        A function takes points, shape (n, 3), in m and returns which of them are meant.
 
     Raises
     ------
@@ -63,6 +67,11 @@ class Interface:
     >>> hinge = Interface(fixed=("x", "y", "z", "rx", "ry"))
     >>> support = Interface(fixed="all", kind="average")
     >>> slider = Interface(fixed=("z", "rx", "ry"), released=("x", "y"))
+
+    A patch where the mesh has no group:
+
+    >>> from kanefe.fe_model.places import OnPlane
+    >>> root = Interface("all", at=OnPlane((0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0)))
     """
 
     fixed: Sequence[str] = ()
@@ -73,6 +82,7 @@ class Interface:
     axes: Orientation | None = None
     released: Sequence[str] = ()
     groups: str | Sequence[str] | None = None
+    at: PlaceLike | None = None
 
     def __post_init__(self) -> None:
         keep = object.__setattr__
@@ -92,6 +102,13 @@ class Interface:
             if not given or not all(isinstance(name, str) for name in given):
                 raise ModelError(f"groups={self.groups!r} of an interface. Remedy: names of groups of the mesh")
             keep(self, "groups", tuple(dict.fromkeys(given)))
+        if self.at is not None and self.groups is not None:
+            raise ModelError(f"groups={self.groups!r} and at={self.at!r} of an interface. Remedy: one of them")
+        if self.at is not None and not isinstance(self.at, Place) and not callable(self.at):
+            raise ModelError(
+                f"at={self.at!r} of an interface is no place. Remedy: kf.Near((1, 0, 0), 0.01), kf.OnPlane, kf.InBox, "
+                "kf.InCylinder, or a function of points (n, 3)"
+            )
         if self.weights is not None:
             if self.kind != "average":
                 raise ModelError(
@@ -104,6 +121,8 @@ class Interface:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
         if self.groups is not None:
             return tuple(self.groups)
+        if self.at is not None:
+            return ()
         return () if self.kind == "node" and self.position is not None else (name,)
 
     @property

@@ -126,10 +126,6 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
         If a group or kind is unknown, a group has no nodes, two interfaces share nodes, a patch cannot follow a
         frame (collinear nodes without rotations) or a component that is to be fixed, or weights do not fit.
     """
-    if not isinstance(interfaces, Mapping):
-        raise ModelError(
-            f"interfaces must be a dict of names to kinds, such as {{'root': 'clamped'}}, not {interfaces!r}"
-        )
     patches = separate_patches(model, {name: as_interface(name, given) for name, given in interfaces.items()})
     blocks = [_block(model, patch) for patch in patches]
     tied = np.concatenate([block.dofs for block in blocks]) if blocks else np.zeros(0, dtype=int)

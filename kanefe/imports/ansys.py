@@ -8,8 +8,11 @@ After a modal solution without supports (which leaves a .full file) they are wri
     HBMAT,job_M,matrix,,ASCII,MASS,NO,NO
     FINISH
 
-or by ``*SMAT,K,D,IMPORT,FULL,job.full,STIFF`` and ``*EXPORT,K,MMF,job_K.mtx`` in the order of the same mapping file;
-the nodes by ``CDWRITE,DB,job,cdb`` (or ``NWRITE``: rows of label, x, y, z), with node components (CM) as groups.
+or by ``*SMAT,K,D,IMPORT,FULL,job.full,STIFF`` and ``*EXPORT,K,MMF,job_K.mtx`` in the order of the same mapping file,
+or with the mappings of APDL Math, ``*VEC,BACK,I,IMPORT,FULL,job.full,BACK`` (labels of the nodes in the internal order)
+and ``*SMAT,SOLV,D,IMPORT,FULL,job.full,NOD2BCS`` (rows of the matrices in that order), each by ``*EXPORT,...,MMF``; the
+nodes by ``CDWRITE,DB,job,cdb`` (or ``NWRITE``: rows of label, x, y, z), with node components (CM) as groups. Numbers
+may have decimal commas.
 """
 
 from __future__ import annotations
@@ -41,7 +44,7 @@ def read_ansys(
     nodes: Nodes,
     stiffness: str | Path,
     mass: str | Path,
-    mapping: str | Path,
+    mapping: str | Path | Mapping[str, str | Path],
     *,
     damping: str | Path | None = None,
     groups: Mapping[str, int | Sequence[int]] | None = None,
@@ -60,8 +63,12 @@ def read_ansys(
         with rows of label, x, y, z; or the nodes themselves.
     stiffness, mass, damping : path
         Matrix Market files (.mtx, .mmf) of ``*EXPORT``; any other suffix is read as Harwell-Boeing text of ``HBMAT``.
-    mapping : path
-        The mapping file of ``HBMAT``: equation, node and name (UX ... ROTZ) of every row.
+    mapping : path, or dict of str to path
+        The mapping file of ``HBMAT``: equation, node and name (UX ... ROTZ) of every row. Or the mappings of APDL Math
+        in Matrix Market files, of nodes that all have the same degrees of freedom: "back" (labels of the nodes in the
+        internal order) or "forward" (place in the internal order by label), and "solver" (NOD2BCS or NOD2SOLV, the
+        rows of the matrices in the internal order; without it they are in the internal order). A path alone to such a
+        file is the "back" one.
     groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
         See `read_abaqus`.
 
@@ -85,17 +92,16 @@ def read_ansys(
     ...     "job.cdb", "job_K.matrix", "job_M.matrix", "job_K.mapping", units="mm, t, s"
     ... )  # doctest: +SKIP
     """
-    freedoms = _mapping(mapping)
     files = {"stiffness": stiffness, "mass": mass, "damping": damping}
+    found = {what: _matrix(path, f"{what} matrix") for what, path in files.items() if path is not None}
+    freedoms = _freedoms(mapping, found["stiffness"].shape[0])
     matrices = {}
-    for what, path in files.items():
-        if path is None:
-            continue
-        matrix = _matrix(path, f"{what} matrix")
+    for what, matrix in found.items():
         if matrix.shape[0] != len(freedoms):
             raise ModelError(
-                f"the {what} matrix in {path} has {matrix.shape[0]} rows, the mapping {mapping} {len(freedoms)}. "
-                "Remedy: write both from the same .full file (a file without mass of some nodes: LUMPM,OFF)"
+                f"the {what} matrix in {files[what]} has {matrix.shape[0]} rows, the mapping {mapping} has "
+                f"{len(freedoms)}. Remedy: write both from the same .full file (a file without mass of some nodes: "
+                "LUMPM,OFF)"
             )
         matrices[what] = LabelledMatrix(freedoms, matrix)
     expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
@@ -119,6 +125,56 @@ def _matrix(path: str | Path, what: str) -> sp.csr_matrix:
     if Path(path).suffix.lower() in (".mtx", ".mmf", ".mm"):
         return mirrored(read_market(path, what))
     return read_harwell_boeing(path, what)
+
+
+def _freedoms(given: str | Path | Mapping[str, str | Path], rows: int) -> np.ndarray:
+    """Return (label, number) of every row from a mapping file, or from mappings of APDL Math."""
+    if not isinstance(given, Mapping):
+        if not read_text(given, "mapping").lstrip().startswith("%%MatrixMarket"):
+            return _mapping(given)
+        given = {"back": given}
+    if len({"back", "forward"} & set(given)) != 1 or set(given) - {"back", "forward", "solver"}:
+        raise ModelError(
+            f"mapping has {', '.join(map(repr, given)) or 'nothing'}. Remedy: 'back' or 'forward', and perhaps 'solver'"
+        )
+    labels = _labels(given)
+    chosen = None if "solver" not in given else read_market(given["solver"], "mapping of the solver")
+    total = rows if chosen is None else max(chosen.shape)
+    width = total // len(labels)
+    if width * len(labels) != total or width not in (2, 3, 6):
+        raise ModelError(
+            f"{len(labels)} nodes of the mapping do not make {total} rows of 2, 3 or 6 degrees of freedom each. "
+            "Remedy: the mapping file of HBMAT, or 'solver' (NOD2BCS) beside 'back'"
+        )
+    internal = np.column_stack((np.repeat(labels, width), np.tile(np.arange(1, width + 1), len(labels))))
+    if chosen is None:
+        return internal
+    chosen = chosen if chosen.shape[1] == total else chosen.T.tocsr()
+    chosen.eliminate_zeros()
+    if chosen.shape[0] != rows or np.any(np.diff(chosen.indptr) != 1) or len(np.unique(chosen.indices)) != rows:
+        raise ModelError(
+            f"{given['solver']} does not choose one degree of freedom for each of {rows} rows. Remedy: export NOD2BCS "
+            "of the same .full file, of a model without constraint equations"
+        )
+    return internal[chosen.indices]
+
+
+def _labels(given: Mapping[str, str | Path]) -> np.ndarray:
+    """Return the labels of the nodes in the internal order."""
+    name = "back" if "back" in given else "forward"
+    values = np.asarray(read_market(given[name], "mapping of the nodes").todense()).ravel()
+    whole = np.rint(values).astype(np.int64)
+    used = whole[whole > 0]
+    fits = np.array_equal(values, whole) and len(np.unique(used)) == len(used) > 0
+    if name == "forward" and fits and used.max() == len(used):
+        return (np.flatnonzero(whole > 0) + 1)[np.argsort(used)]
+    if name == "forward" or not fits or len(used) < len(whole):
+        raise FileError(
+            f"{given[name]} is no mapping of nodes: its numbers should be whole and different"
+            f"{', from 1 on' if name == 'forward' else ''}. Remedy: *VEC,...,I,IMPORT,FULL,job.full,{name.upper()} and "
+            "*EXPORT,...,MMF"
+        )
+    return whole
 
 
 def _mapping(path: str | Path) -> np.ndarray:

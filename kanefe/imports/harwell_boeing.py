@@ -73,7 +73,7 @@ def _fields(lines: list[str], width: int, length: int, path: str | Path) -> np.n
     """Return the numbers of fixed width in some lines."""
     parts = [line[i : i + width] for line in lines for i in range(0, len(line.rstrip()), width)]
     try:
-        values = np.array([float(part.replace("D", "E").replace("d", "e")) for part in parts])
+        values = np.array([float(part.replace("D", "E").replace("d", "e").replace(",", ".")) for part in parts])
     except ValueError as error:
         raise FileError(f"{path} holds a damaged number ({error}). Remedy: export it again") from error
     if len(values) < length:

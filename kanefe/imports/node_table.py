@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from kanefe.errors import FileError, ModelError
-from kanefe.imports.text import numbers, read_text
+from kanefe.imports.text import numbers, read_text, with_points
 
 Nodes: TypeAlias = str | Path | Mapping[int, Sequence[float]] | np.ndarray
 """A file, a dict of labels to coordinates, or an array (n, 4) of label, x, y, z."""
@@ -80,7 +80,7 @@ class NodeTable:
 def given_nodes(nodes: Nodes) -> NodeTable:
     """Return the table of nodes given as a dict, an array (n, 4), or a text file of rows label, x, y, z."""
     if isinstance(nodes, (str, Path)):
-        text = read_text(nodes, "nodes")
+        text = with_points(read_text(nodes, "nodes"))
         kept = [line.partition("#")[0] for line in text.splitlines()]
         widths = {len(line.replace(",", " ").split()) for line in kept if line.strip()}
         if widths != {4}:

@@ -33,6 +33,9 @@ COUNTED_SIZE = 20_000
 WAVE_SPEEDS = (1.0, 1e5)
 """Speeds of waves in m/s outside of which units look wrong: soft rubber has some 30, diamond 18,000."""
 
+DENSEST = 5e4
+"""Mass in the box around a body in kg/m3 from which units look wrong: osmium has 22,600, and the box is never full."""
+
 MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
 
 
@@ -137,6 +140,7 @@ def self_check(
             stacklevel=3,
         )
     mass, center, inertia = mass_properties(model)
+    _warn_of_density(model, mass)
     return SelfCheck(
         rigid_motions=count,
         rigid_residual=residual,
@@ -188,6 +192,18 @@ def _node_pairs(matrix: sp.spmatrix, width: int) -> tuple[np.ndarray, np.ndarray
     rows, columns = entries.row // width, entries.col // width
     kept = (rows != columns) & (entries.data != 0)
     return rows[kept], columns[kept]
+
+
+def _warn_of_density(model: FiniteElementModel, mass: float) -> None:
+    """Warn of more mass in the box around the nodes than matter has; a body of one line or plane has no box."""
+    size = np.ptp(model.nodes, axis=0)
+    if size.min() > 1e-3 * size.max() and mass > DENSEST * size.prod():
+        warnings.warn(
+            f"units look wrong: {mass:.3g} kg in a box of {size[0]:.3g} x {size[1]:.3g} x {size[2]:.3g} m. Remedy: "
+            "nodes in m, K in N/m, M in kg; units= of the reader is what the *file* has, such as 'mm, t, s'",
+            UnitWarning,
+            stacklevel=4,
+        )
 
 
 def _check_mass(model: FiniteElementModel) -> None:

@@ -8,6 +8,7 @@ writers put the column before the mode, which shows where a column vector has a 
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,10 @@ ZERO, DIAGONAL, SYMMETRIC, FULL, IDENTITY = range(5)
 
 _ENTRY = re.compile(r"^(m0|m1|mn)\s*\(([\d\s,]+)\)\s*=\s*(\S+)", re.IGNORECASE)
 _VALUE = re.compile(r"^(\w+)\s*(?:\(\s*(\d+)\s*\))?\s*=\s*(.*)$")
+
+
+class SidWarning(UserWarning):
+    """A file whose terms leave something to be assumed."""
 
 
 @dataclass(eq=False)
@@ -145,10 +150,28 @@ def parse_sid(path: str | Path) -> SidFile:
     if missing or not data.modes or not np.isfinite(data.mass):
         what = ", ".join(missing) or "mass or nelastq in refmod"
         raise FileError(f"{path} lacks {what}. Remedy: export the whole modal block")
+    _count_of_terms(data, raw[id(data.terms["Me"])].parsed.header.get("nrow", 0), path)
     column_first = any(entry.column_first() for entry in raw.values())
     for entry in raw.values():
         entry.fill(column_first, len(data.modes), path)
     return data
+
+
+def _count_of_terms(data: SidFile, count: int, path: str | Path) -> None:
+    """Keep the coordinates that the terms have: some writers let refmod list all modes of the finite element model."""
+    listed = len(data.modes)
+    if not 0 < count <= listed:
+        raise FileError(
+            f"{path} has {listed} coordinates in refmod (nelastq), and an Me of {count} rows. Remedy: export it again"
+        )
+    if count < listed:
+        warnings.warn(
+            f"refmod of {path} lists nelastq = {listed} coordinates, the terms have {count}: these are taken, and "
+            "named as the first ones listed",
+            SidWarning,
+            stacklevel=4,
+        )
+        del data.modes[count:]
 
 
 def _numbered(text: str) -> Iterator[tuple[int, str]]:

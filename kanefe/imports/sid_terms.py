@@ -18,17 +18,13 @@ import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
-from kanefe.imports.sid_file import SYMMETRIC, Taylor
+from kanefe.imports.sid_file import SYMMETRIC, SidWarning, Taylor
 
 PAIRS = ((0, 1), (1, 2), (0, 2))
 """Products of the last three columns of Oe: xy, yz, xz."""
 
 AGREEMENT = 1e-4
 """Relative difference up to which two terms of a file that say the same count as equal: files carry six digits."""
-
-
-class SidWarning(UserWarning):
-    """A file whose terms leave something to be assumed."""
 
 
 def terms_of_moments(moments: MassMoments) -> dict[str, Taylor]:

@@ -6,6 +6,8 @@ One sparse matrix in one Matrix Market file.
 from __future__ import annotations
 
 import inspect
+import io
+import re
 import warnings
 from pathlib import Path
 
@@ -38,6 +40,25 @@ def read_text(path: str | Path, what: str) -> str:
     if "\0" in text[:4096]:
         raise FileError(f"{path} with the {what} is binary, not text. Remedy: export it as text")
     return text
+
+
+def with_points(text: str) -> str:
+    """Return a text of numbers between blanks with points for decimal commas, as some locales write them.
+
+    Commas that separate numbers, and so have a blank or a line's end beside them, or are as many as the numbers need,
+    are left alone.
+    """
+    rows = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(("%", "!", "#"))]
+    with_commas = [line for line in rows if "," in line]
+    if not with_commas or "." in "".join(with_commas):
+        return text
+    alone = all(_DECIMAL_COMMAS.fullmatch(line.strip()) for line in with_commas)
+    return _COMMA.sub(".", text) if alone else text
+
+
+_NUMBER = r"[-+]?\d+(?:,\d*)?(?:[eEdD][-+]?\d+)?"
+_DECIMAL_COMMAS = re.compile(rf"{_NUMBER}(?:\s+{_NUMBER})+|{_NUMBER}")
+_COMMA = re.compile(r"(?<=\d),(?=\d|[eEdD\s]|$)")
 
 
 def numbers(text: str, source: str | Path) -> np.ndarray:
@@ -73,7 +94,7 @@ def read_market(path: str | Path, what: str) -> sp.csr_matrix:
     if not Path(path).is_file():
         raise FileError(f"there is no file {path} for the {what}. Remedy: check the path")
     try:
-        matrix = scipy.io.mmread(str(path), **_OPTIONS)
+        matrix = scipy.io.mmread(_market_source(Path(path)), **_OPTIONS)
     except (OSError, ValueError, EOFError, IndexError) as error:
         raise FileError(
             f"cannot read the {what} from {path}: it is truncated or no Matrix Market file ({error}). "
@@ -82,3 +103,11 @@ def read_market(path: str | Path, what: str) -> sp.csr_matrix:
     if np.iscomplexobj(matrix.data):
         raise ModelError(f"the {what} in {path} is complex. Remedy: export it without structural damping")
     return sp.csr_matrix(matrix, dtype=float)
+
+
+def _market_source(path: Path) -> str | io.BytesIO:
+    """Return what scipy reads: the file, or its text with points for decimal commas."""
+    with path.open("rb") as stream:
+        if b"," not in stream.read(100_000):
+            return str(path)
+    return io.BytesIO(with_points(path.read_text(encoding="latin-1")).encode("latin-1"))

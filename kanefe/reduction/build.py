@@ -25,6 +25,7 @@ from kanefe.fe_model.interface import Interface
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.fe_model.progress import stage
 from kanefe.fe_model.rigid_patch_error import tie_errors
+from kanefe.fe_model.skin import with_places
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.fe_model.ties import InterfaceTies, tie_interfaces
 from kanefe.reduction.basis import Reduction
@@ -81,7 +82,8 @@ def flexible_body(
     check_stiffening(stiffening, model)
     started = time.perf_counter()
     with stage("tie the interfaces"):
-        ties = tie_interfaces(model, interfaces or {})
+        model, interfaces = with_places(model, interfaces or {})
+        ties = tie_interfaces(model, interfaces)
         rigid_count = unrestrained_motions(model, ties)
         problem = StaticProblem(model, ties, rigid_count, factorise)
     if reduction is None and problem.size > LARGEST_DENSE:
@@ -124,7 +126,7 @@ def flexible_body(
             **model.provenance,
             "reduction": record,
             "damping": damping_name(damping),
-            "tie_errors": {} if reduction is None else tie_errors(problem, interfaces or {}),
+            "tie_errors": {} if reduction is None else tie_errors(problem, interfaces),
             "stiffening": stiffening,
             "reduction_seconds": time.perf_counter() - started,
         },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 
 import numpy as np
@@ -12,6 +13,13 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.progress import stage
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.block_lanczos import lowest_modes
+
+MANY = 200
+"""Normal modes above which a frequency limit is told to keep many."""
+
+
+class ModesWarning(UserWarning):
+    """A basis that is hardly what the user means."""
 
 
 def normal_modes(
@@ -26,6 +34,11 @@ def normal_modes(
         How many; None: all those up to a frequency.
     up_to_frequency : float, optional
         Hz.
+
+    Warns
+    -----
+    ModesWarning
+        If these are more than `MANY`.
 
     Returns
     -------
@@ -95,9 +108,21 @@ def _modes(
         limit = (2 * np.pi * up_to_frequency) ** 2
         if squares[-1] > limit or len(squares) >= size:
             squares, shapes = squares[squares <= limit], shapes[:, squares <= limit]
+            _warn_of_many(len(squares), size, up_to_frequency)
             break
         wanted = min(2 * wanted, size)
     return squares, shapes
+
+
+def _warn_of_many(count: int, size: int, up_to_frequency: float) -> None:
+    if count > MANY:
+        warnings.warn(
+            f"up_to_frequency={up_to_frequency:g} Hz keeps {count} normal modes"
+            f"{', all that the body has' if count == size else ''}: steps of a run cost with their number. Remedy: a "
+            'lower frequency in Hz, modes=<number>, or modes="auto" with the highest frequency of the loads',
+            ModesWarning,
+            stacklevel=2,
+        )
 
 
 def _lowest(

@@ -95,8 +95,8 @@ def dolfinx_matrices(mesh: Any) -> tuple[Any, Any]:
     """Return K and M by dolfinx's own functions, in its numbering: mesh, space, two forms, two matrices."""
     import scipy.sparse as sp
 
+    from kanefe.fe_model.shapes import shape
     from kanefe_fem import _fenicsx
-    from kanefe_fem.mesh.shapes import shape
 
     fx = _fenicsx.load()
     domain = _fenicsx.create_mesh(fx, mesh.nodes, mesh.connectivity, shape("tetra"))

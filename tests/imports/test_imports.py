@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 import import_writers as write
 import kanefe as kf
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, UnitWarning
 from kanefe.fe_model.model import rigid_motion
 from kanefe.frames import rotation_matrix
 from kanefe.imports import (
@@ -91,6 +91,57 @@ def test_ansys_matrix_market_and_archive(tmp_path: Path) -> None:
     model = read_ansys(cdb, tmp_path / "K.mtx", tmp_path / "M.mtx", mapping)
     assert_same(model, SOLID)
     assert model.groups["TIP"].nodes.tolist() == [7, 8]
+
+
+def in_solver_order(folder: Path, commas: bool) -> tuple[Path, Path, Path, Path, Path]:
+    """K, M, nodes and the mappings of APDL Math, of a solver that neither keeps the order of nodes nor of rows."""
+    rng = np.random.default_rng(4)
+    internal = rng.permutation(len(SOLID.nodes))
+    rows = rng.permutation(SOLID.size)
+    by_node = (internal[:, None] * 3 + np.arange(3)).ravel()
+    paths = []
+    for name, m in (("K", SOLID.stiffness), ("M", SOLID.mass)):
+        path = folder / f"{name}.mtx"
+        solver = m.tocsr()[by_node][:, by_node][rows][:, rows]
+        scipy.io.mmwrite(str(path), sp.tril(solver), precision=17)
+        paths.append(path)
+    back, forward = folder / "back.mmf", folder / "forward.mmf"
+    back.write_text("%%MatrixMarket matrix array integer general\n" + f"{len(internal)} 1\n")
+    with back.open("a") as file:
+        file.writelines(f"{label}\n" for label in LABELS[internal])
+    places = np.zeros(LABELS.max(), dtype=int)
+    places[LABELS[internal] - 1] = np.arange(1, len(internal) + 1)
+    forward.write_text(f"%%MatrixMarket matrix array integer general\n{len(places)} 1\n")
+    with forward.open("a") as file:
+        file.writelines(f"{place}\n" for place in places)
+    solver_path = folder / "nod2bcs.mtx"
+    choice = sp.csr_matrix((np.ones(SOLID.size), (np.arange(SOLID.size), rows)))
+    scipy.io.mmwrite(str(solver_path), choice)
+    if commas:
+        for path in paths:
+            head, *data = path.read_text().splitlines()
+            path.write_text("\n".join([head, *(line.replace(".", ",") for line in data)]))
+    return paths[0], paths[1], back, forward, solver_path
+
+
+@pytest.mark.parametrize(("name", "commas"), [("back", False), ("forward", True)])
+def test_ansys_mappings_of_apdl_math_and_decimal_commas(name: str, commas: bool, tmp_path: Path) -> None:
+    stiffness, mass, back, forward, solver = in_solver_order(tmp_path, commas)
+    nodes = write.node_rows(tmp_path / "nodes.txt", SOLID.nodes, LABELS)
+    if commas:
+        nodes.write_text(nodes.read_text().replace(",", " ").replace(".", ","))
+    mapping = {name: back if name == "back" else forward, "solver": solver}
+    assert_same(read_ansys(nodes, stiffness, mass, mapping), SOLID)
+    if not commas:
+        with pytest.raises(ModelError, match="differs between directions"):
+            read_ansys(nodes, stiffness, mass, back)  # the rows are not in the internal order
+        with pytest.raises(ModelError, match="'back' or 'forward'"):
+            read_ansys(nodes, stiffness, mass, {"solver": solver})
+
+
+def test_more_mass_than_matter_has_is_told(tmp_path: Path) -> None:
+    with pytest.warns(UnitWarning, match=r"units look wrong: .* kg in a box of"):
+        read_abaqus(*write.abaqus_job(tmp_path, SOLID, LABELS), units="mm, t, s")
 
 
 def test_nastran_dmig(tmp_path: Path) -> None:

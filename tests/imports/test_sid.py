@@ -17,8 +17,8 @@ from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import rigid_motion
 from kanefe.frames import rotation_matrix, skew
 from kanefe.imports.sid import read_sid, write_sid
-from kanefe.imports.sid_file import parse_sid
-from kanefe.imports.sid_terms import SidWarning, terms_of_moments
+from kanefe.imports.sid_file import SidWarning, parse_sid
+from kanefe.imports.sid_terms import terms_of_moments
 from scenes import lattice_model
 
 MODEL = lattice_model(3)
@@ -176,6 +176,14 @@ def swapped_products(text: str) -> str:
 @pytest.mark.parametrize("edit", [columns_before_modes, fortran, swapped_products], ids=lambda f: f.__name__)
 def test_dialects(edit: Callable[[str], str], tmp_path: Path) -> None:
     assert_same_equations(round_trip(HELD, tmp_path, edit), HELD)
+
+
+def test_refmod_may_list_more_coordinates_than_the_terms_have(tmp_path: Path) -> None:
+    with pytest.warns(SidWarning, match="lists nelastq = 18 coordinates, the terms have 2"):
+        ours = round_trip(FLOATING, tmp_path, lambda text: re.sub(r"nelastq = \d+", "nelastq = 18", text))
+    assert_same_equations(ours, FLOATING)
+    with pytest.raises(FileError, match=r"1 coordinates in refmod .* an Me of 2 rows"):
+        round_trip(FLOATING, tmp_path, lambda text: re.sub(r"nelastq = \d+", "nelastq = 1", text))
 
 
 def without_gr1(text: str) -> str:

@@ -69,7 +69,7 @@ class TestMeshQuality:
         assert quality.aspect_ratio == pytest.approx([np.sqrt(2) / (2 * np.sqrt(6) * inscribed)])
 
     def test_bent_sides_are_measured(self):
-        from kanefe_fem.mesh.shapes import shape
+        from kanefe.fe_model.shapes import shape
 
         nodes = shape("tetra10").nodes.copy()
         nodes[4] += [0.0, 0.0, 0.1]  # middle of the side from 0 to 1

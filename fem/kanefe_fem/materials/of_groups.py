@@ -11,13 +11,13 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.fe_model.shapes import kind_of_order, measures, shape
 from kanefe_fem.materials import voigt
 from kanefe_fem.materials.isotropic import LOCKING_NU, AccuracyWarning, Material, warn_of_units
 from kanefe_fem.materials.moduli import AnisotropicModuli, IsotropicModuli, Moduli
 from kanefe_fem.materials.oriented import Oriented, SolidMaterial
 from kanefe_fem.mesh.checks import extent
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.mesh.shapes import kind_of_order, measures, shape
 
 Materials = SolidMaterial | Mapping[str, SolidMaterial]
 

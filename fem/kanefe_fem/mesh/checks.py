@@ -17,7 +17,8 @@ from scipy.sparse.csgraph import connected_components
 
 from kanefe.errors import MeshError
 from kanefe.fe_model.model import Cells
-from kanefe_fem.mesh.shapes import is_supported, row_numbers, shape
+from kanefe.fe_model.shapes import is_supported, quadrature, row_numbers, shape
+from kanefe.fe_model.skin import skin
 
 if TYPE_CHECKING:
     from kanefe_fem.mesh.mesh import Mesh
@@ -25,9 +26,11 @@ if TYPE_CHECKING:
 DEGENERATE = 1e-12
 """A Jacobian below this part of (longest side of the cell)^dimension counts as zero."""
 
-_SERENDIPITY = {"hexahedron20": "hexahedron27", "quad8": "quad9"}
-_PRISMS = ("wedge", "pyramid")
-_CELL_KINDS = {2: ("triangle", "quad", "triangle6", "quad9"), 3: ("tetra", "hexahedron", "tetra10", "hexahedron27")}
+_MIXED = {
+    1: ("triangle", "quad", "tetra", "hexahedron", "wedge", "pyramid"),
+    2: ("triangle6", "quad8", "tetra10", "hexahedron20", "wedge15", "pyramid13"),
+}
+"""Shapes of each order that fit together: none has nodes inside its faces."""
 
 
 class MeshWarning(UserWarning):
@@ -50,6 +53,8 @@ def check_mesh(mesh: Mesh) -> Mesh:
     if mesh.dimension == 2:
         check_plane(mesh)
     mesh = oriented(mesh)
+    if len(mesh.kinds) > 1:
+        check_fit(mesh)
     check_connected(mesh)
     return mesh
 
@@ -80,7 +85,7 @@ def check_numbers(mesh: Mesh) -> None:
 
 
 def check_shapes(mesh: Mesh) -> None:
-    """Refuse prisms, pyramids, serendipity elements and mixtures, each by its name."""
+    """Refuse shapes that are not supported, and mixtures that do not fit, by their names."""
     for label, block in _all_blocks(mesh):
         refuse_shape(block.kind, f"{mesh.source}: {label}")
         if block.nodes.shape[1] != len(shape(block.kind).nodes):
@@ -88,15 +93,15 @@ def check_shapes(mesh: Mesh) -> None:
                 f"{mesh.source}: {label} has {block.nodes.shape[1]} nodes a cell, "
                 f"but {block.kind} has {len(shape(block.kind).nodes)}"
             )
-    kinds = sorted({block.kind for block in mesh.cell_blocks})
+    kinds = mesh.kinds
     for kind in kinds:
-        if kind not in _CELL_KINDS[mesh.dimension]:
+        if shape(kind).dimension != mesh.dimension:
             raise MeshError(f"{mesh.source}: {kind} cells cannot be the body of a mesh of dimension {mesh.dimension}")
-    if len(kinds) > 1:
+    if len(kinds) > 1 and not any(set(kinds) <= set(together) for together in _MIXED.values()):
         where = ", ".join(f"{b.kind} in group {g!r}" for g, blocks in mesh.cells.items() for b in blocks)
         raise MeshError(
-            f"{mesh.source}: the body mixes shapes ({where}), which is not supported. Remedy: mesh all of it with "
-            "tetrahedra (remove Recombine and transfinite volumes), or all of it with hexahedra"
+            f"{mesh.source}: the body mixes shapes that do not fit each other ({where}). Remedy: elements of one "
+            "order, and without nodes inside their faces (Mesh.SecondOrderIncomplete = 1)"
         )
 
 
@@ -104,19 +109,9 @@ def refuse_shape(kind: str, label: str) -> None:
     """Raise MeshError if `kind` is not a supported shape; the message says how to get a supported one."""
     if is_supported(kind):
         return
-    if kind in _SERENDIPITY:
-        raise MeshError(
-            f"{label} is made of serendipity elements ({kind}), which are not supported. Remedy: mesh again with "
-            f"Mesh.SecondOrderIncomplete = 0 to get {_SERENDIPITY[kind]}, or with Mesh.ElementOrder = 1"
-        )
-    if kind.startswith(_PRISMS):
-        raise MeshError(
-            f"{label} has prisms or pyramids ({kind}), which are not supported. Remedy: mesh with tetrahedra only "
-            "(no Recombine in the extrusion, no transfinite surfaces that meet a free volume) or hexahedra only"
-        )
     raise MeshError(
-        f"{label} has elements of the shape {kind}, which is not supported. Remedy: use tetrahedra or hexahedra "
-        "(triangles or quadrilaterals in the plane) of order 1 or 2: Mesh.ElementOrder = 1 or 2"
+        f"{label} has elements of the shape {kind}, which is not supported. Remedy: tetrahedra, hexahedra, wedges or "
+        "pyramids (triangles or quadrilaterals in the plane) of order 1 or 2: Mesh.ElementOrder = 1 or 2"
     )
 
 
@@ -128,8 +123,7 @@ def check_groups(mesh: Mesh) -> None:
             f"{mesh.source}: no cell belongs to a physical {what}. Remedy: name the material's {what}, e.g. "
             f'Physical {what.capitalize()}("arm") = {{1}}; and the interfaces, then mesh again'
         )
-    connectivity = mesh.connectivity
-    corners = np.sort(connectivity[:, : shape(mesh.kind).corners], axis=1)
+    corners = np.sort(mesh.corners, axis=1)
     numbers = row_numbers(corners)
     twice = np.flatnonzero(np.bincount(numbers)[numbers] > 1)
     if not len(twice):
@@ -143,7 +137,8 @@ def check_groups(mesh: Mesh) -> None:
     if len(names) > 1:
         raise MeshError(
             f"{mesh.source}: {place} is in two groups, {which} ({len(twice)} cells in all). Remedy: a cell has one "
-            f"material, so put each {what} in one physical {what}"
+            f"material: choose the groups that make the body, such as read_mesh(..., cells={names[0]!r}), or put each "
+            f"{what} in one physical {what}"
         )
     raise MeshError(
         f"{mesh.source}: {place} of group {which} is there {len(same)} times. Remedy: remove the duplicate {what}s "
@@ -153,12 +148,31 @@ def check_groups(mesh: Mesh) -> None:
 
 def check_plane(mesh: Mesh) -> None:
     """Refuse surfaces in space: a 2D body lies in a plane of constant z."""
-    z = mesh.nodes[np.unique(mesh.connectivity), 2]
+    z = mesh.nodes[mesh.body_nodes, 2]
     if np.ptp(z) > 1e-9 * max(extent(mesh), np.abs(z).max()):
         raise MeshError(
             f"{mesh.source}: the mesh has surfaces only, and they do not lie in a plane z = constant (z from "
             f"{z.min():g} to {z.max():g} m). Shells are not supported. Remedy: for a solid, mesh the volume in 3D and "
             "give it a physical volume; for a plane body, draw it in x and y"
+        )
+
+
+def check_fit(mesh: Mesh) -> None:
+    """Refuse triangles of one cell on a quadrilateral of another: they would share corners, not their displacement."""
+    outer = {n: np.zeros((0, n), dtype=np.int64) for n in (3, 4)}
+    for block in skin(mesh.cell_blocks):
+        corners = shape(block.kind).corners
+        if corners in outer:
+            outer[corners] = np.concatenate((outer[corners], block.nodes[:, :corners]))
+    triangles, quads = (_incidence(outer[n], len(mesh.nodes)) for n in (3, 4))
+    shared = (triangles @ quads.T).tocoo()
+    on_quad = shared.row[shared.data == 3]
+    if len(on_quad):
+        place = mesh.nodes[outer[3][on_quad[0]]].mean(axis=0)
+        raise MeshError(
+            f"{mesh.source}: the body mixes shapes that do not fit each other: a triangular side of one cell, at "
+            f"{_point(place)} m, lies on a quadrilateral of another ({len(np.unique(on_quad))} such sides). Remedy: "
+            "pyramids between tetrahedra and hexahedra, or one shape for all"
         )
 
 
@@ -170,7 +184,6 @@ def oriented(mesh: Mesh) -> Mesh:
     MeshError
         A Jacobian vanishes or changes its sign inside a cell.
     """
-    element = shape(mesh.kind)
     owners = None
     cells: dict[str, tuple[Cells, ...]] = {}
     start = 0
@@ -193,7 +206,7 @@ def oriented(mesh: Mesh) -> Mesh:
             nodes = block.nodes
             if inverted.any():
                 nodes = nodes.copy()
-                nodes[inverted] = nodes[inverted][:, element.reversal()]
+                nodes[inverted] = nodes[inverted][:, shape(block.kind).reversal()]
             start += len(nodes)
             turned.append(Cells(block.kind, nodes))
         cells[name] = tuple(turned)
@@ -209,6 +222,8 @@ def _jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
     size = np.linalg.norm(corners.max(axis=1) - corners.min(axis=1), axis=1) ** d
     size[size == 0.0] = 1.0
     places = element.nodes[:1] if element.is_simplex and element.order == 1 else element.nodes
+    if element.corner_kind == "pyramid":  # at its apex the gradients have no limit
+        places = quadrature(block.kind, 2 * element.order)[0]
     low, high = np.full(len(size), np.inf), np.full(len(size), -np.inf)
     for gradient in element.gradients(places):
         jacobian = np.linalg.det(np.swapaxes(coordinates, 1, 2) @ gradient) / size
@@ -219,13 +234,9 @@ def _jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
 
 def check_connected(mesh: Mesh) -> None:
     """Refuse a body in several parts; warn of nodes that coincide without being one."""
-    connectivity = mesh.connectivity
-    corners = connectivity[:, : shape(mesh.kind).corners]
-    n, m = len(mesh.nodes), len(corners)
-    incidence = sp.csr_matrix(
-        (np.ones(corners.size, dtype=np.int8), corners.reshape(-1), np.arange(0, corners.size + 1, corners.shape[1])),
-        shape=(m, n),
-    )
+    corners = mesh.corners
+    m = len(corners)
+    incidence = _incidence(corners, len(mesh.nodes))
     graph = sp.bmat([[None, incidence], [incidence.T, None]], format="csr")
     labels = connected_components(graph, directed=False)[1][:m]
     parts, counts = np.unique(labels, return_counts=True)
@@ -257,6 +268,12 @@ def check_connected(mesh: Mesh) -> None:
     )
 
 
+def _incidence(corners: np.ndarray, count: int) -> sp.csr_matrix:
+    """Return the sparse table of which of so many nodes each row of corners has."""
+    starts = np.arange(0, corners.size + 1, corners.shape[1])
+    return sp.csr_matrix((np.ones(corners.size, dtype=np.int8), corners.reshape(-1), starts), (len(corners), count))
+
+
 def _coincident(nodes: np.ndarray, size: float) -> int:
     """Return how many nodes lie within 1e-9 of the body's size of an earlier one."""
     cells = np.round((nodes - nodes.min(axis=0)) / (1e-9 * size)).astype(np.int64)
@@ -264,13 +281,13 @@ def _coincident(nodes: np.ndarray, size: float) -> int:
 
 
 def cell_owners(mesh: Mesh) -> list[str]:
-    """Return the group of each of the body's cells, in the order of `Mesh.connectivity`."""
+    """Return the group of each of the body's cells, in the order of `Mesh.cell_blocks`."""
     return [name for name, blocks in mesh.cells.items() for block in blocks for _ in range(len(block.nodes))]
 
 
 def extent(mesh: Mesh) -> float:
     """Return the diagonal of the bounding box of the body, in m."""
-    used = mesh.nodes[np.unique(mesh.connectivity)]
+    used = mesh.nodes[mesh.body_nodes]
     return float(np.linalg.norm(np.ptp(used, axis=0)))
 
 

@@ -11,12 +11,10 @@ import scipy.sparse as sp
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.interface import as_interface
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, NodeGroup
+from kanefe.fe_model.shapes import shape
+from kanefe.fe_model.skin import facet_group, with_places
 from kanefe.fe_model.ties import separate_patches
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.mesh.shapes import quadrature, shape
-
-_DEGREE = 4
-"""Of the quadrature: exact for two quadratic shapes on straight facets; the area of curved ones is no polynomial."""
 
 
 def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
@@ -41,7 +39,7 @@ def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
         )
     specs = {name: None if given is None else as_interface(name, given) for name, given in interfaces.items()}
     body = np.zeros(len(mesh.nodes), dtype=bool)
-    body[mesh.connectivity] = True
+    body[mesh.body_nodes] = True
     for name, spec in specs.items():
         groups = (name,) if spec is None else spec.group_names(name)
         for group in groups:
@@ -51,17 +49,20 @@ def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
                 f"the groups {', '.join(map(repr, groups))} of interface {name!r} are facets, lines and points mixed. "
                 "Remedy: groups of one sort"
             )
-    # a node that is found by its place may be a mid-side node that this mesh has not got yet
-    patches = {name: spec for name, spec in specs.items() if spec is not None and spec.group_names(name)}
+    by_group = {group for name, spec in specs.items() if spec is not None for group in spec.group_names(name)}
     empty = sp.csr_matrix((len(mesh.nodes) * mesh.dimension,) * 2)
-    groups_of_patches = {group for name, spec in patches.items() for group in spec.group_names(name)}
     bare = FiniteElementModel(
         nodes=mesh.nodes,
         components=TRANSLATIONS[: mesh.dimension],
         stiffness=empty,
         mass=empty,
-        groups={group: node_group(mesh, group) for group in groups_of_patches},
+        cells=mesh.cell_blocks,
+        groups={group: node_group(mesh, group) for group in by_group},
     )
+    bare, placed = with_places(bare, {name: spec for name, spec in specs.items() if spec is not None})
+    # a single node that is found by its position may be a mid-side node that this mesh has not got yet
+    known = {name: as_interface(name, spec) for name, spec in placed.items()}
+    patches = {name: spec for name, spec in known.items() if spec.group_names(name)}
     separate_patches(bare, patches)
 
 
@@ -98,12 +99,11 @@ def node_groups(mesh: Mesh) -> dict[str, NodeGroup]:
 
 def node_group(mesh: Mesh, name: str) -> NodeGroup:
     """Return one group with its reference point and its measure: the area of facets, the length of lines."""
+    blocks = [block for block in _blocks(mesh, name) if len(block.nodes)]
+    if blocks:
+        return facet_group(np.asarray(mesh.nodes), blocks)
     nodes = group_nodes(mesh, name)
-    measure = _measure(mesh, _blocks(mesh, name), nodes)
-    total = measure.sum()
-    if not total > 0.0:
-        return NodeGroup(nodes, mesh.nodes[nodes].mean(axis=0))
-    return NodeGroup(nodes, np.asarray(measure.sum(axis=0)).ravel() @ mesh.nodes[nodes] / total, measure)
+    return NodeGroup(nodes, mesh.nodes[nodes].mean(axis=0))
 
 
 def group_nodes(mesh: Mesh, name: str) -> np.ndarray:
@@ -120,26 +120,6 @@ def _blocks(mesh: Mesh, name: str) -> tuple[Cells, ...]:
 
 def _measure_dimension(mesh: Mesh, name: str) -> int:
     return max((shape(block.kind).dimension for block in _blocks(mesh, name)), default=0)
-
-
-def _measure(mesh: Mesh, blocks: tuple[Cells, ...], nodes: np.ndarray) -> sp.csr_matrix:
-    """Return int N_i N_j over blocks of facets or lines, shape (nodes, nodes)."""
-    total = sp.csr_matrix((len(nodes), len(nodes)))
-    for block in blocks:
-        element, at = shape(block.kind), np.searchsorted(nodes, block.nodes)
-        points, weights = quadrature(block.kind, _DEGREE)
-        values = element.values(points)
-        stretches = []
-        for gradient in element.gradients(points):
-            jacobian = np.einsum("mnx,na->mxa", mesh.nodes[block.nodes], gradient)
-            gram = np.einsum("mxa,mxb->mab", jacobian, jacobian)
-            stretches.append(np.sqrt(np.maximum(np.linalg.det(gram), 0.0)))
-        products = np.einsum("q,qi,qj->qij", weights, values, values).reshape(len(weights), -1)
-        entries = np.stack(stretches, axis=1) @ products
-        count = block.nodes.shape[1]
-        rows, columns = np.repeat(at, count, axis=1), np.tile(at, (1, count))
-        total += sp.csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())), total.shape)
-    return total
 
 
 def _check_group(mesh: Mesh, name: str, body: np.ndarray) -> None:

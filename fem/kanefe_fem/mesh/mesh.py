@@ -15,10 +15,17 @@ import numpy as np
 
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
-from kanefe_fem.mesh.shapes import MIDS, kind_of_order, row_numbers, shape
+from kanefe.fe_model.places import PlaceLike
+from kanefe.fe_model.shapes import MIDS, SERENDIPITY, kind_of_order, row_numbers, shape
+from kanefe.fe_model.skin import facets_at
+from kanefe_fem.mesh.summary import summary
 
 Blocks = Mapping[str, tuple[Cells, ...]]
 """Blocks of cells by the name of their group."""
+
+
+WHOLE_BODY = "body"
+"""Name of the group of all cells where a file has no groups of cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +97,13 @@ class Mesh:
 
     @property
     def kind(self) -> str:
-        """Shape of the body's cells (all have the same)."""
+        """Shape of the body's cells, the first of several."""
         return self.cell_blocks[0].kind if self.cells else "line"
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Shapes of the body's cells, each once."""
+        return tuple(dict.fromkeys(block.kind for block in self.cell_blocks))
 
     @property
     def order(self) -> int:
@@ -100,12 +112,65 @@ class Mesh:
 
     @property
     def connectivity(self) -> np.ndarray:
-        """Nodes of all the body's cells, group after group, shape (m, nodes per cell)."""
+        """Nodes of all the body's cells of one shape, group after group, shape (m, nodes per cell)."""
         return np.concatenate([block.nodes for block in self.cell_blocks])
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Corners of all the body's cells, shape (m, most corners); of cells with fewer the last one is repeated."""
+        tables = [block.nodes[:, : shape(block.kind).corners] for block in self.cell_blocks]
+        width = max(table.shape[1] for table in tables)
+        return np.concatenate([table[:, np.minimum(np.arange(width), table.shape[1] - 1)] for table in tables])
+
+    @property
+    def body_nodes(self) -> np.ndarray:
+        """Numbers of the nodes of the body's cells, each once."""
+        return np.unique(np.concatenate([block.nodes.reshape(-1) for block in self.cell_blocks]))
 
     def with_order(self, order: int) -> Mesh:
         """Return the mesh with geometry of order 1 or 2; see `to_order`."""
         return to_order(self, order)
+
+    def with_groups(self, places: Mapping[str, PlaceLike]) -> Mesh:
+        """Return the mesh with groups of facets more: those of the body's skin that lie in places.
+
+        Parameters
+        ----------
+        places : dict of str to Near, OnPlane, InBox, InCylinder or function
+            By the names of the groups; of a mesh of dimension 2 or 3.
+
+        Raises
+        ------
+        ModelError
+            If a name is taken, or no facet lies in a place.
+
+        Examples
+        --------
+        >>> from kanefe.fe_model.places import OnPlane
+        >>> from kanefe_fem.mesh.simple import box_mesh
+        >>> box = box_mesh((1.0, 0.1, 0.1), (10, 2, 2)).with_groups({"upper side": OnPlane((0, 0, 0.1), (0, 0, 1))})
+        >>> "upper side" in box.facets
+        True
+        """
+        facets = dict(self.facets)
+        for name, place in places.items():
+            if not isinstance(name, str) or name in facets:
+                raise ModelError(f"{self.source}: there is a group {name!r} already. Remedy: another name")
+            found = facets_at(np.asarray(self.nodes), self.cell_blocks, place, f"group {name!r}")
+            if not found:
+                raise ModelError(
+                    f"{self.source}: no facet of the outside of the body lies at {place!r}, the group {name!r}. "
+                    "Remedy: a larger distance, or another place (all corners of a facet have to be in it)"
+                )
+            facets[name] = found
+        return replace(self, facets=facets)
+
+    def __str__(self) -> str:
+        """Return a summary: nodes, cells by shape, extent, groups."""
+        points = {name: len(ids) for name, ids in self.points.items()}
+        lines = {} if self.dimension == 2 else self.lines  # they are its facets
+        groups = {"cells": self.cells, "facets": self.facets, "lines": lines}
+        return summary(self.source, np.asarray(self.nodes), groups, points)
 
 
 def to_order(mesh: Mesh, order: int) -> Mesh:
@@ -122,19 +187,20 @@ def to_order(mesh: Mesh, order: int) -> Mesh:
     order : int
         1 or 2.
     """
-    target = kind_of_order(mesh.kind, order)
-    cells, nodes, table = _lift_cells(mesh, target)
+    tables, nodes, mids = _lift_cells(mesh, order)
     used = np.zeros(len(nodes) + 1, dtype=bool)
-    used[cells] = True
+    for cells in tables:
+        used[cells.nodes] = True
     renumber = np.where(used, np.cumsum(used) - 1, -1)
     renumber[-1] = -1
-    ends = np.cumsum([len(block.nodes) for block in mesh.cell_blocks])[:-1]
-    pieces = iter(np.split(renumber[cells], ends))
-    new_cells = {name: tuple(Cells(target, next(pieces)) for _ in blocks) for name, blocks in mesh.cells.items()}
+    pieces = iter(tables)
+    new_cells = {
+        name: tuple(_renumbered(next(pieces), renumber) for _ in blocks) for name, blocks in mesh.cells.items()
+    }
 
     def along(groups: Blocks) -> dict[str, tuple[Cells, ...]]:
         return {
-            name: tuple(_renumbered(_lift_along(block, order, table), renumber) for block in blocks)
+            name: tuple(_renumbered(_lift_along(block, order, mids), renumber) for block in blocks)
             for name, blocks in groups.items()
         }
 
@@ -149,38 +215,47 @@ def to_order(mesh: Mesh, order: int) -> Mesh:
     )
 
 
-def _lift_cells(mesh: Mesh, target: str) -> tuple[np.ndarray, np.ndarray, dict[int, tuple[np.ndarray, np.ndarray]]]:
-    """Return connectivity and nodes with the target's mid nodes, and the mid nodes by their corners."""
-    old, wanted = shape(mesh.kind), shape(target)
-    connectivity = mesh.connectivity
-    corners = connectivity[:, : old.corners]
+def _lift_cells(mesh: Mesh, order: int) -> tuple[list[Cells], np.ndarray, dict[int, tuple[np.ndarray, np.ndarray]]]:
+    """Return blocks of cells with mid nodes if the order has them, all nodes, and the mid nodes by their corners."""
     nodes = np.asarray(mesh.nodes)
     table: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-    if wanted.order == 1:
-        return corners, nodes, table
-    columns = [corners]
-    for size in sorted({len(mid) for mid in MIDS[target]}):
-        where = [i for i, mid in enumerate(MIDS[target]) if len(mid) == size]
-        keys = np.sort(np.stack([corners[:, list(MIDS[target][i])] for i in where], axis=1), axis=2)
-        keys = keys.reshape(-1, size)
-        if old.order == 2:
-            mids = connectivity[:, [old.corners + i for i in where]]
-            table[size] = (keys, mids.reshape(-1))
-            columns.append(mids)
-            continue
-        _, first, inverse = np.unique(row_numbers(keys), return_index=True, return_inverse=True)
-        mids = (len(nodes) + inverse).reshape(len(corners), len(where))
-        table[size] = (keys[first], len(nodes) + np.arange(len(first)))
-        nodes = np.vstack([nodes, nodes[keys[first]].mean(axis=1)])
-        columns.append(mids)
+    mixed = len(mesh.kinds) > 1
+    targets = [kind_of_order(block.kind, order) for block in mesh.cell_blocks]
+    targets = [SERENDIPITY.get(target, target) if mixed else target for target in targets]
+    corners = [block.nodes[:, : shape(block.kind).corners] for block in mesh.cell_blocks]
+    columns = [[own] for own in corners]
+    for size in sorted({len(mid) for target in targets for mid in MIDS[target]}):
+        where = [[i for i, mid in enumerate(MIDS[target]) if len(mid) == size] for target in targets]
+        of_blocks = [
+            np.sort(own[:, [list(MIDS[target][i]) for i in places]].reshape(-1, size), axis=1)
+            for own, target, places in zip(corners, targets, where, strict=True)
+        ]
+        keys = np.concatenate(of_blocks)
+        if mesh.order == 2:
+            given = [
+                block.nodes[:, [own.shape[1] + i for i in places]].reshape(-1)
+                for block, own, places in zip(mesh.cell_blocks, corners, where, strict=True)
+            ]
+            mids = np.concatenate(given)
+            table[size] = (keys, mids)
+        else:
+            _, first, inverse = np.unique(row_numbers(keys), return_index=True, return_inverse=True)
+            mids = len(nodes) + inverse.reshape(-1)
+            table[size] = (keys[first], len(nodes) + np.arange(len(first)))
+            nodes = np.vstack([nodes, nodes[keys[first]].mean(axis=1)])
+        parts = np.split(mids, np.cumsum([len(own) for own in of_blocks])[:-1])
+        for own, part, places in zip(columns, parts, where, strict=True):
+            own.append(part.reshape(len(own[0]), len(places)))
     # MIDS lists edges, then faces, then the centre: the columns come out in the order of the nodes
-    return np.hstack(columns), nodes, table
+    return [Cells(target, np.hstack(own)) for target, own in zip(targets, columns, strict=True)], nodes, table
 
 
 def _lift_along(block: Cells, order: int, table: dict[int, tuple[np.ndarray, np.ndarray]]) -> Cells:
     """Return facets or lines of the given order, their mid nodes those of the cells (-1: not on the body)."""
     element = shape(block.kind)
     target = kind_of_order(block.kind, order)
+    if 4 not in table:
+        target = SERENDIPITY.get(target, target)
     corners = block.nodes[:, : element.corners]
     columns = [corners]
     for mid in MIDS[target]:

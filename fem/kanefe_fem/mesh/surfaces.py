@@ -14,8 +14,8 @@ import scipy.sparse as sp
 
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.shapes import FACES, corner_kind, quadrature, row_numbers, shape
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.mesh.shapes import quadrature, row_numbers, shape
 
 DEGREE = 6
 """Of the quadrature: exact for pressures (5 in each direction at most); the area of a curved facet is no polynomial."""
@@ -115,22 +115,23 @@ def _outward_signs(mesh: Mesh, name: str, block: Cells) -> np.ndarray:
 
     Decided on the reference cell, where it holds for every cell with a positive Jacobian, however bent.
     """
-    cell = shape(mesh.kind)
     corners = block.nodes[:, : shape(block.kind).corners]
-    cells = mesh.connectivity[:, : cell.corners]
+    cells = mesh.corners
     owner = _owners(mesh, name, corners, cells)
     local = (cells[owner][:, None, :] == corners[:, :, None]).argmax(axis=2)
-    reference = cell.nodes[: cell.corners]
-    x = reference[local]
-    # a side of a cube lies in a plane of one constant coordinate; any corners of a simplex are a side
-    if not cell.is_simplex and not (np.ptp(x, axis=1) == 0.0).any(axis=1).all():
+    kinds = np.repeat([corner_kind(b.kind) for b in mesh.cell_blocks], [len(b.nodes) for b in mesh.cell_blocks])[owner]
+    signs = np.zeros(len(corners))
+    for kind in np.unique(kinds):
+        turns = {}
+        for face in FACES[str(kind)]:
+            for first in range(len(face) if len(face) > 2 else 1):  # an edge has one direction
+                turned = face[first:] + face[:first]
+                turns[turned], turns[turned[::-1]] = 1.0, -1.0
+        own = kinds == kind
+        signs[own] = [turns.get(tuple(row), 0.0) for row in local[own].tolist()]
+    if not signs.all():
         raise MeshError(f"{mesh.source}: a facet of the surface {name!r} is no side of a cell. Remedy: mesh again")
-    tangents = np.zeros((len(x), 3, cell.dimension - 1))
-    tangents[:, : cell.dimension, 0] = x[:, 1] - x[:, 0]
-    if cell.dimension == 3:
-        tangents[:, :, 1] = x[:, -1] - x[:, 0]
-    outward = x.mean(axis=1) - reference.mean(axis=0)
-    return np.sign(np.einsum("mx,mx->m", _normals(tangents)[:, : cell.dimension], outward))
+    return signs
 
 
 def _owners(mesh: Mesh, name: str, corners: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -143,6 +144,8 @@ def _owners(mesh: Mesh, name: str, corners: np.ndarray, cells: np.ndarray) -> np
         )
         for table in (corners, cells)
     )
+    on_cell.sum_duplicates()
+    on_cell.data[:] = 1.0  # a corner that is repeated counts once
     shared = (on_facet @ on_cell.T).tocoo()
     bounds = shared.data == corners.shape[1]
     facet, owner = shared.row[bounds], shared.col[bounds]

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from kanefe_fem.mesh.shapes import kind_of_order, shape
+from kanefe.fe_model.shapes import kind_of_order, shape
 
 _SIMPLEX_GAUSS = {2: (2.0 / 3.0, 1.0 / 6.0), 3: (0.5854101966249685, 0.1381966011250105)}
 """Barycentric coordinates (own corner, other corners) of the rule with one point a corner, degree 2."""
@@ -46,8 +46,12 @@ def gauss_samples(kind: str) -> Samples:
         own, other = _SIMPLEX_GAUSS[d]
         barycentric = other + (own - other) * np.eye(d + 1)
         points = barycentric @ corners.nodes
+    elif element.corner_kind == "pyramid":
+        points = 0.5 * (corners.nodes + centroid(kind))
     else:
         points = 0.5 + (corners.nodes - 0.5) / np.sqrt(3.0)
+        if element.corner_kind == "wedge":
+            points[:, :2] = 1.0 / 3.0 + (corners.nodes[:, :2] - 1.0 / 3.0) / 2.0  # the rule of the triangle
     to_nodes = corners.values(element.nodes) @ np.linalg.inv(corners.values(points))
     return Samples(points, to_nodes)
 

@@ -11,9 +11,9 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.fe_model.shapes import shape
 from kanefe.results.body_shape import BodyShape
 from kanefe_fem import _fenicsx
-from kanefe_fem.mesh.shapes import shape
 from kanefe_fem.recovery.cell_strains import centroid, gauss_samples
 from kanefe_fem.recovery.strain_fields import checked_elasticity
 from kanefe_fem.solids.forms import VOIGT, strain
@@ -74,6 +74,11 @@ def evaluate_expression(
     elasticity = checked_elasticity(name, body)
     if len({block.kind for block in body.cells}) > 1:
         raise ModelError(f"body {name!r} mixes shapes of cells, which dolfinx does not")
+    if body.cells[0].kind not in _fenicsx.SHAPES:
+        raise ModelError(
+            f"body {name!r} has cells of the shape {body.cells[0].kind}, on which dolfinx evaluates no expressions. "
+            "Remedy: the stresses and strains of recover(...)"
+        )
     kind, connectivity = body.cells[0].kind, np.concatenate([block.nodes for block in body.cells])
     fx = _fenicsx.load()
     with _fenicsx.quiet(), _fenicsx.compiling():

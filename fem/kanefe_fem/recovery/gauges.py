@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
-from kanefe_fem.mesh.shapes import Shape, shape
+from kanefe.fe_model.shapes import Shape, shape
 from kanefe_fem.recovery.envelope import along
 from kanefe_fem.recovery.strain_fields import StrainFields
 

@@ -17,8 +17,8 @@ import scipy.sparse as sp
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, Cells, Elasticity
+from kanefe.fe_model.shapes import is_supported, shape
 from kanefe.results.body_shape import BodyShape
-from kanefe_fem.mesh.shapes import is_supported, shape
 from kanefe_fem.recovery.cell_strains import centroid, gauss_samples, strains
 
 Tensor = Literal["strain", "stress"]

@@ -11,8 +11,8 @@ from kanefe.checks.robustness.case import Effort, Finding, StressCase
 from kanefe.errors import ModelError
 from kanefe.reduction import CraigBampton
 from kanefe_fem.materials.isotropic import AccuracyWarning, Material
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_body
-from kanefe_fem.verification.boxes import box_mesh
 
 GAPS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 """0.5 less nu."""

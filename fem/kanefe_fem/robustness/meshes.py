@@ -17,8 +17,8 @@ from kanefe.reduction import CraigBampton
 from kanefe.report.mesh_quality import mesh_quality
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_body
-from kanefe_fem.verification.boxes import box_mesh
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 BAR = Material(E=210e9, nu=0.0, rho=7850.0)

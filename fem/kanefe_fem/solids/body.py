@@ -14,20 +14,30 @@ import scipy.sparse as sp
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
+from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import stage, stages, told_size
+from kanefe.fe_model.shapes import MIDS, shape
+from kanefe_fem import _fenicsx
 from kanefe_fem.lumped import Lumped, attach, groups_of
-from kanefe_fem.materials.of_groups import Materials, cell_materials, materials_by_group, warn_of_group_units
+from kanefe_fem.materials.of_groups import (
+    CellMaterials,
+    Materials,
+    cell_materials,
+    materials_by_group,
+    warn_of_group_units,
+)
 from kanefe_fem.mesh.checks import check_arrays, check_groups, check_mesh, extent
 from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
-from kanefe_fem.mesh.shapes import MIDS, shape
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.preload import Preload, preloaded
+from kanefe_fem.solids.quadrature_assembly import QuadratureAssembly, assemble_by_quadrature
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
     from kanefe.reduction.stiffening import StiffeningLevel
+    from kanefe_fem.solids.problem import Assembly
 
 Plane = Literal["stress", "strain"]
 
@@ -44,7 +54,7 @@ def solid_model(
     order: int = 2,
     plane: Plane | None = None,
     thickness: float | None = None,
-    surfaces: Sequence[str] = (),
+    surfaces: Sequence[str] | Mapping[str, PlaceLike] = (),
     *,
     cells: str | Sequence[str] | None = None,
     densities: Mapping[str, float] | None = None,
@@ -67,9 +77,9 @@ def solid_model(
         For 2D meshes, and only there.
     thickness : float, optional
         Of a 2D body in m; required there.
-    surfaces : sequence of str
+    surfaces : sequence of str, or dict of str to Near, OnPlane, InBox, InCylinder or function
         Groups of outer facets that can carry tractions and pressures (lines of a 2D mesh: their faces, as wide as the
-        body is thick).
+        body is thick); or new ones, by the places where they are.
     cells : str or sequence of str, optional
         The groups of cells that make the body, of a mesh with several bodies. Default: all. Facets between two bodies
         are interfaces of both.
@@ -99,11 +109,11 @@ def solid_model(
     >>> model.groups["tip"].position                                     # doctest: +SKIP
     """
     from kanefe_fem._petsc import factorise
-    from kanefe_fem.solids import problem as solid_problem
-    from kanefe_fem.solids.problem import solid_stress_stiffness
 
     start = time.perf_counter()
     mesh = _as_mesh(mesh, cells)
+    if isinstance(surfaces, Mapping):
+        mesh, surfaces = mesh.with_groups(surfaces), list(surfaces)
     by_group = materials_by_group(mesh, materials, order, plane, densities)
     scale = _thickness(mesh, plane, thickness)
     check_surfaces(mesh, surfaces)
@@ -119,14 +129,7 @@ def solid_model(
     read = time.perf_counter()
     told_size(mesh.dimension * len(lifted.nodes))
     with stage("assemble"):
-        assembly = solid_problem.assemble(
-            lifted.nodes,
-            lifted.connectivity,
-            lifted.kind,
-            straight=is_straight(lifted),
-            moduli=of_cells.moduli,
-            density=of_cells.density,
-        )
+        assembly = _assembly(lifted, of_cells)
     assembled = time.perf_counter()
     numbered = _renumber(lifted, assembly.order_of_nodes)
     components = TRANSLATIONS[: mesh.dimension]
@@ -150,11 +153,11 @@ def solid_model(
             for name, found in integrals.items()
         },
         elasticity=of_cells.elasticity,
-        stress_stiffness=solid_stress_stiffness(assembly.problem),
+        stress_stiffness=assembly.stress_stiffness,
         provenance={
             "source": mesh.source,
             **mesh.provenance,
-            "element": f"{lifted.kind}, displacement of order {order}",
+            "element": f"{' and '.join(lifted.kinds)}, displacement of order {order}",
             "plane": plane,
             "thickness_m": thickness,
             "materials": {name: material.describe() for name, material in by_group.items()},
@@ -184,7 +187,7 @@ def solid_body(
     order: int = 2,
     plane: Plane | None = None,
     thickness: float | None = None,
-    surfaces: Sequence[str] = (),
+    surfaces: Sequence[str] | Mapping[str, PlaceLike] = (),
     *,
     cells: str | Sequence[str] | None = None,
     densities: Mapping[str, float] | None = None,
@@ -202,7 +205,7 @@ def solid_body(
         As for `solid_model`.
     interfaces : dict of str to str or Interface
         How each named group of facets carries the body's frame or another body: "clamped", "rigid", "hinged",
-        "average", "node", or a `kanefe.Interface`.
+        "average", "node", or a `kanefe.Interface`, which may also tell the place of the facets.
     reduction : CraigBampton, optional
         None keeps every degree of freedom.
     damping : optional
@@ -274,15 +277,30 @@ def _made_body(
 
 def is_straight(mesh: Mesh) -> bool:
     """Tell whether all mid-side nodes are the means of their corners."""
-    mids = MIDS[mesh.kind]
-    corners = shape(mesh.kind).corners
-    connectivity = mesh.connectivity
     tolerance = STRAIGHT * extent(mesh)
-    for i, mid in enumerate(mids):
-        mean = sum(mesh.nodes[connectivity[:, c]] for c in mid) / len(mid)
-        if np.abs(mesh.nodes[connectivity[:, corners + i]] - mean).max() > tolerance:
-            return False
+    for block in mesh.cell_blocks:
+        corners = shape(block.kind).corners
+        for i, mid in enumerate(MIDS[block.kind]):
+            mean = sum(mesh.nodes[block.nodes[:, c]] for c in mid) / len(mid)
+            if np.abs(mesh.nodes[block.nodes[:, corners + i]] - mean).max() > tolerance:
+                return False
     return True
+
+
+def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAssembly:
+    """Return the matrices by dolfinx, or by numpy if it has no such cells."""
+    from kanefe_fem.solids import problem as solid_problem
+
+    if mesh.kind in _fenicsx.SHAPES and len(mesh.kinds) == 1:
+        return solid_problem.assemble(
+            mesh.nodes,
+            mesh.connectivity,
+            mesh.kind,
+            straight=is_straight(mesh),
+            moduli=materials.moduli,
+            density=materials.density,
+        )
+    return assemble_by_quadrature(np.asarray(mesh.nodes), mesh.cell_blocks, materials.moduli, materials.density)
 
 
 def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.fe_model.shapes import Shape
 from kanefe_fem._fenicsx import cell_function
 from kanefe_fem.materials.moduli import IsotropicModuli, Moduli
-from kanefe_fem.mesh.shapes import Shape
 
 VOIGT = {
     3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)),

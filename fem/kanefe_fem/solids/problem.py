@@ -13,9 +13,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.fe_model.model import StressStiffness
+from kanefe.fe_model.shapes import Shape, kind_of_order, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.moduli import Moduli
-from kanefe_fem.mesh.shapes import Shape, kind_of_order, shape
 from kanefe_fem.solids import forms as solid_forms
 from kanefe_fem.solids.forms import MaterialFields, stiffness_degree
 
@@ -100,6 +100,11 @@ class Assembly:
     def order_of_nodes(self) -> np.ndarray:
         """Number, in the arrays given, of each node of the matrices, shape (n,)."""
         return self.problem.order_of_nodes
+
+    @property
+    def stress_stiffness(self) -> StressStiffness:
+        """Function of the geometric stiffness of a static displacement."""
+        return solid_stress_stiffness(self.problem)
 
 
 def assemble(

@@ -9,8 +9,8 @@ import numpy as np
 from kanefe.checks.verification import Case, Check, Reference
 from kanefe.reduction import CraigBampton
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_body
-from kanefe_fem.verification.boxes import box_mesh
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 

@@ -16,8 +16,8 @@ from kanefe.system import System
 from kanefe_fem.beams.body import beam_body, straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_body
-from kanefe_fem.verification.boxes import box_mesh
 
 LENGTH, WIDTH, THICKNESS = 1.0, 0.1, 0.01
 """Of a panel, m. Its bending is in the x-y plane, its thickness along y."""

@@ -15,9 +15,9 @@ from kanefe.joints import Free
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
 from kanefe_fem.verification import plates, satellite, stiffened_solids
-from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

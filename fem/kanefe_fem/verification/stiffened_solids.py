@@ -14,9 +14,9 @@ from kanefe.reduction import CraigBampton
 from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_body
 from kanefe_fem.verification import spin_up
-from kanefe_fem.verification.boxes import box_mesh
 
 SLENDERNESS, ELEMENTS = 400.0, 150
 """Of the blade. It stretches by the share 6 (speed / slenderness)^2, which the reference does not, and its chord is

@@ -39,7 +39,7 @@ from kanefe_fem.bench.settings import settings_of
 from kanefe_fem.bench.skipped import compared, skips_table
 from kanefe_fem.bench.spinning_arm import peak
 from kanefe_fem.bench.work_precision import Limits, curve, settled
-from kanefe_fem.verification.boxes import box_mesh
+from kanefe_fem.mesh.simple import box_mesh
 from repository import surroundings
 
 

@@ -11,11 +11,11 @@ import kanefe as kf
 from fem_meshes import KINDS, STEEL, box, deformed, shown
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.shapes import measures
 from kanefe.frames import skew
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.checks import check_mesh
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.mesh.shapes import measures
 from kanefe_fem.mesh.surfaces import facet_integrals
 from kanefe_fem.solids.body import solid_body, solid_model
 

@@ -10,7 +10,7 @@ from kanefe.frames import skew
 from kanefe_fem.beams.body import beam_model, straight_beam
 from kanefe_fem.beams.sections import Rectangle, Section
 from kanefe_fem.materials.isotropic import Material
-from kanefe_fem.verification.boxes import box_mesh
+from kanefe_fem.mesh.simple import box_mesh
 from static_loads import held, static, tip_load
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

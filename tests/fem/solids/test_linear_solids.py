@@ -7,7 +7,7 @@ import scipy.linalg
 import kanefe as kf
 from kanefe.checks.verification.references import load_references
 from kanefe_fem import Material, solid_body
-from kanefe_fem.verification.boxes import box_mesh
+from kanefe_fem.mesh.simple import box_mesh
 from linear_scenes import run_beside
 
 pytestmark = pytest.mark.fenicsx

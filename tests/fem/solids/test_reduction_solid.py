@@ -11,8 +11,8 @@ import kanefe as kf
 from kanefe.reduction import flexible_body
 from kanefe.reduction.load_cases import some_groups
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_model
-from kanefe_fem.verification.boxes import box_mesh
 from reduction_cases import exact_errors, problem_of, tied_modes
 
 pytestmark = pytest.mark.fenicsx

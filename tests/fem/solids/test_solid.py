@@ -14,10 +14,10 @@ from skfem.helpers import ddot, sym_grad, trace
 
 from fem_meshes import KINDS, STEEL, box, deformed
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.shapes import kind_of_order, quadrature, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.mesh.shapes import kind_of_order, quadrature, shape
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.body import is_straight, solid_body, solid_model
 from kanefe_fem.solids.forms import mass_degree, stiffness_degree

@@ -13,6 +13,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import splu_factorise
 from kanefe.fe_model.interface import Interface
 from kanefe.fe_model.model import COMPONENTS
+from kanefe.fe_model.shapes import quadrature, shape
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.fe_model.ties import tie_interfaces
 from kanefe.frames import skew
@@ -26,8 +27,7 @@ from kanefe_fem.beams.body import beam_body, beam_model, straight_beam
 from kanefe_fem.beams.sections import Rectangle, Section
 from kanefe_fem.lumped import LumpedMass, attach
 from kanefe_fem.materials.isotropic import Material
-from kanefe_fem.mesh.shapes import quadrature, shape
-from kanefe_fem.verification.boxes import box_mesh
+from kanefe_fem.mesh.simple import box_mesh
 from static_loads import held, static
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from kanefe.checks.verification.runner import run_case
+from kanefe.fe_model.shapes import measures
 from kanefe_fem.mesh.checks import check_mesh
-from kanefe_fem.mesh.shapes import measures
+from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.verification import beams, solids
-from kanefe_fem.verification.boxes import box_mesh, rectangle_mesh
 
 
 def assert_passes(case):
