@@ -183,7 +183,7 @@ def test_refmod_may_list_more_coordinates_than_the_terms_have(tmp_path: Path) ->
         ours = round_trip(FLOATING, tmp_path, lambda text: re.sub(r"nelastq = \d+", "nelastq = 18", text))
     assert_same_equations(ours, FLOATING)
     with pytest.raises(FileError, match=r"1 coordinates in refmod .* an Me of 2 rows"):
-        round_trip(FLOATING, tmp_path, lambda text: re.sub(r"nelastq = \d+", "nelastq = 1", text))
+        round_trip(FLOATING, tmp_path, lambda text: re.sub(r"\n.*ielastq.*", "", re.sub(r"q = 2\n", "q = 1\n", text)))
 
 
 def without_gr1(text: str) -> str:
