@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-latest bench-engine bench-fem lint clean
+.PHONY: help setup kernels demo test test-latest bench-engine bench-fem lint clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -8,19 +8,23 @@ help:            ## this list
 setup:           ## Debian's FEniCSx and gmsh, and the environment .venv
 	@bash .ci/setup.sh
 
+kernels: setup   ## build the solver for this machine: what is there already is left
+	@bash .ci/in-env .venv python -m kanefe.kernels.build
+
 demo: setup      ## set up, then run the demo (files under out/)
+	@bash .ci/in-env .venv python -m kanefe.kernels.build --flexible
 	@bash .ci/in-env .venv kanefe demo
 
-test: setup      ## set up, then run all the tests, on two cores
+test: kernels    ## set up, then run all the tests, on two cores
 	@KANEFE_TEST_REQUIRE="fenicsx gmsh" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
 
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest
 
-bench-engine: setup  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
+bench-engine: kernels  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/peer_engine.py $(OPTIONS)
 
-bench-fem: setup  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")
+bench-fem: kernels  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/fe_pipeline.py $(OPTIONS)
 
 lint: setup      ## ruff, mypy and the contracts of the layers

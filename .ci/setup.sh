@@ -71,12 +71,6 @@ import dolfinx, gmsh, numpy, scipy
 print(f"dolfinx {dolfinx.__version__}, gmsh {gmsh.__version__}, numpy {numpy.__version__}, scipy {scipy.__version__}")' 2>/dev/null | tail -n 1), BLAS $(readlink -f "/usr/lib/$(uname -m)-linux-gnu/libblas.so.3")"
 }
 
-# What is built is kept in the cache of the user; an edit of a kernel builds what depends on it again.
-build_kernels() {
-  bash .ci/in-env .venv python -m kanefe.kernels.build | sed -u 's/^kanefe:/[kanefe]/' ||
-    die "the kernels could not be built; what went wrong is above"
-}
-
 lock
 wanted=$(fingerprint .ci/setup.sh pyproject.toml)
 if [ "$what" = dev ]; then
@@ -88,7 +82,6 @@ if [ "$what" = dev ]; then
 fi
 if on_debian && [ -z "$(missing_packages "${packages[@]}")" ] && up_to_date .venv .kanefe-test "$wanted"; then
   say "set-up is in place"
-  build_kernels
   exit 0
 fi
 check_system
@@ -102,5 +95,4 @@ install_project test
 pip_install .venv/bin/python -c .venv/constraints.txt --no-deps -e .
 check_environment
 echo "$wanted" >.venv/.kanefe-test
-build_kernels
 say "set-up done in $SECONDS s"

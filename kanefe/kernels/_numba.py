@@ -31,6 +31,29 @@ RELAXED = {"contract", "nsz", "arcp"}
 # that outlives it, so that none counts references to arrays, which would cost more than half of a small evaluation.
 INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 
+SUPPORT = """
+#include <stddef.h>
+/* What numba's code calls of its own library where an error is raised or an array reshaped: the error is told by the
+   function's own number, arrays are contiguous. */
+int numba_gil_ensure(void *state) { return 0; }
+void numba_gil_release(void *state) {}
+int numba_do_raise(void *error) { return 0; }
+void *numba_runtime_build_excinfo_struct(void *a, void *b) { return 0; }
+void *numba_unpickle(void *data, int size, void *digest) { return 0; }
+void NRT_Free(void *memory) {}
+void NRT_MemInfo_call_dtor(void *memory) {}
+int numba_attempt_nocopy_reshape(ptrdiff_t axes, const ptrdiff_t *lengths, const ptrdiff_t *strides, ptrdiff_t new_axes,
+                                 const ptrdiff_t *new_lengths, ptrdiff_t *new_strides, ptrdiff_t size, int order)
+{
+    for (ptrdiff_t axis = new_axes - 1; axis >= 0; --axis) {
+        new_strides[axis] = size;
+        size *= new_lengths[axis];
+    }
+    return 1;
+}
+"""
+"""In C: what is linked to each function."""
+
 _seconds_compiling = 0.0
 
 

@@ -7,7 +7,7 @@ All are contiguous in C's order. From these annotations come the C functions tha
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -31,3 +31,18 @@ Advance = Annotated[Callable[..., int], ADVANCE]
 """(integers, reals, vectors, table): goes on with a method, and returns its next command."""
 Interpolate = Annotated[Callable[..., Any], INTERPOLATE]
 """(integers, reals, vectors, table, t, out): writes the state at a time of the last step."""
+
+
+class Prepared(NamedTuple):
+    """A call of a built kernel with all its arguments, as kernels see it: ``call_address(address, (places, numbers))``.
+
+    Attributes
+    ----------
+    address : int
+    places, numbers : ndarray
+        See `kanefe.kernels.signatures`: scalars among them may be written before each call.
+    """
+
+    address: int
+    places: Integers
+    numbers: Reals

@@ -22,6 +22,12 @@ NAME = "kanefe.kernels.build"
 STILL = 5.0
 """Seconds after which a line says that it goes on."""
 
+NOT_OF_FLEXIBLE = (
+    "advance_keeping", "balance-", "bushing", "close", "curve", "evaluate-between", "evaluate_planar", "interpolate_keeping",
+    "rope", "spring",
+)  # fmt: skip
+"""How the names of units begin that trees of flexible bodies do without."""
+
 PROCESSORS = {"x86-64-v3": "haswell", "x86-64": "x86-64"}
 """What the compiler calls the generations of processors that wheels are made for."""
 
@@ -50,7 +56,9 @@ def jobs_here() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def build(folder: Path, jobs: int, say: Callable[[str], None], processor: str | None = None) -> int:
+def build(
+    folder: Path, jobs: int, say: Callable[[str], None], processor: str | None = None, is_flexible: bool = False
+) -> int:
     """Build what is missing in a folder; return how many units were built.
 
     Parameters
@@ -62,13 +70,16 @@ def build(folder: Path, jobs: int, say: Callable[[str], None], processor: str | 
         Gets lines of progress.
     processor : str, optional
         A key of `PROCESSORS`; else the one of this machine.
+    is_flexible : bool
+        Whether to build what a tree of flexible bodies needs, and leave the rest to later.
 
     Raises
     ------
     subprocess.CalledProcessError
         If a compiler fails; what it said has been printed.
     """
-    missing = [unit for unit in all_units() if not (folder / file_name(unit)).is_file()]
+    units = [unit for unit in all_units() if not (is_flexible and unit.name.startswith(NOT_OF_FLEXIBLE))]
+    missing = [unit for unit in units if not (folder / file_name(unit)).is_file()]
     if not missing:
         return 0
     environment = os.environ | {"KANEFE_JIT": "1", "NUMBA_NUM_THREADS": "1"}
@@ -131,6 +142,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help="where to; else the cache of the user")
     parser.add_argument("--processor", choices=PROCESSORS, help="generation of processors; else this machine's own")
     parser.add_argument("--jobs", type=int, default=jobs_here(), help="compilers side by side")
+    parser.add_argument("--flexible", action="store_true", help="what trees of flexible bodies need, and no more")
     parser.add_argument("--only", nargs="*", help=argparse.SUPPRESS)
     options = parser.parse_args()
     folder = options.folder or (own_folder() if options.processor is None else BUILT / options.processor)
@@ -141,7 +153,7 @@ def main() -> None:
                 write_unit(folder / file_name(unit), unit.compile())
                 print(unit.name, flush=True)
         return
-    build(folder, options.jobs, lambda line: print(f"kanefe: {line}", flush=True), options.processor)
+    build(folder, options.jobs, lambda line: print(f"kanefe: {line}", flush=True), options.processor, options.flexible)
 
 
 if __name__ == "__main__":

@@ -5,9 +5,9 @@ Nothing is subtracted, so that nothing cancels (Squire & Trapp 1998).
 
 from __future__ import annotations
 
-from kanefe.kernels.arrays import RealRows, ValueRows
+from kanefe.kernels.arrays import Prepared, RealRows, ValueRows
 from kanefe.kernels.calls import call_address
-from kanefe.kernels.entries import Prepared, entry
+from kanefe.kernels.entries import entry
 from kanefe.kernels.evaluation import DONE_AS, IS_ERROR
 from kanefe.kernels.signatures import Variant
 from kanefe.kernels.stepping import AT, SLOPE

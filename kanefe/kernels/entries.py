@@ -10,18 +10,17 @@ import ctypes
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum, auto
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from kanefe.kernels._numba import IS_COMPILED, compiled_entry, compiled_pointer
-from kanefe.kernels.arrays import Integers, Reals
+from kanefe.kernels.arrays import Prepared
 from kanefe.kernels.signatures import (
     BOOLEAN,
     INTEGER,
     NUMBER,
     Group,
-    Leaf,
     Part,
     Signature,
     Variant,
@@ -37,21 +36,6 @@ class _Argument(Enum):
 
 LATER: Any = _Argument.LATER
 """An argument that comes with each call."""
-
-
-class Prepared(NamedTuple):
-    """A call of a built kernel with all its arguments, as kernels see it: ``call_address(address, (places, numbers))``.
-
-    Attributes
-    ----------
-    address : int
-    places, numbers : ndarray
-        See `kanefe.kernels.signatures`: scalars among them may be written before each call.
-    """
-
-    address: int
-    places: Integers
-    numbers: Reals
 
 
 class Entry:
@@ -132,11 +116,7 @@ class Bound:
         places, numbers = _written(signature, arguments)
         self._places, self._numbers = places.tobytes(), numbers.tobytes()
         self._Places, self._Numbers = ctypes.c_int64 * len(places), ctypes.c_double * len(numbers)
-        self._wanted = [
-            (part.at, part.axes, part.kind, part.is_number)
-            for part, given in zip(signature.parts, arguments, strict=True)
-            if given is LATER and isinstance(part, Leaf)
-        ]
+        self._later = [part for part, given in zip(signature.parts, arguments, strict=True) if given is LATER]
 
     @property
     def unit(self) -> Unit:
@@ -151,14 +131,8 @@ class Bound:
         if not IS_COMPILED:
             return self._entry.function(*self._all(later))
         places, numbers = self._Places.from_buffer_copy(self._places), self._Numbers.from_buffer_copy(self._numbers)
-        for value, (at, axes, kind, is_number) in zip(later, self._wanted, strict=True):
-            if axes > 0:
-                places[at] = _address(value, axes, kind)
-                places[at + 1 : at + 1 + axes] = value.shape
-            elif is_number:
-                numbers[at] = value
-            else:
-                places[at] = value if axes == 0 else value.address
+        for part, value in zip(self._later, later, strict=True):
+            _write(part, value, places, numbers)
         self._code.call(places, numbers)
         return _returned(self._signature, numbers)
 
@@ -198,23 +172,27 @@ def _written(signature: Signature, arguments: list[Any]) -> tuple[np.ndarray, np
     """Return places and numbers, with what is given written."""
     places, numbers = _blank(signature)
 
-    def write(part: Part, value: Any) -> None:
-        if part is None or value is LATER:
-            return
-        if isinstance(part, Group):
-            for inner, item in zip(part.parts, value, strict=True):
-                write(inner, item)
-        elif part.axes > 0:
-            places[part.at] = _address(value, part.axes, part.kind)
-            places[part.at + 1 : part.at + 1 + part.axes] = value.shape
-        elif part.is_number:
-            numbers[part.at] = value
-        else:
-            places[part.at] = value if part.axes == 0 else value.address
-
     for part, value in zip(signature.parts, arguments, strict=True):
-        write(part, value)
+        if value is not LATER:
+            _write(part, value, places, numbers)
     return places, numbers
+
+
+def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
+    """Write an argument to its places."""
+    if part is None:
+        return
+    if isinstance(part, Group):
+        for inner, item in zip(part.parts, value, strict=True):
+            _write(inner, item, places, numbers)
+    elif part.axes > 0:
+        places[part.at] = _address(value, part.axes, part.kind)
+        for i, length in enumerate(value.shape):
+            places[part.at + 1 + i] = length
+    elif part.is_number:
+        numbers[part.at] = value
+    else:
+        places[part.at] = value if part.axes == 0 else value.address
 
 
 def _returned(signature: Signature, numbers: Any) -> Any:

@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from kanefe.kernels._numba import kernel
-from kanefe.kernels.arrays import Filler, RealRows, Reals
+from kanefe.kernels.arrays import Filler, Prepared, RealRows, Reals
 from kanefe.kernels.calls import call_address
 from kanefe.kernels.closing import CLOSED, ENDED_AS, SHARE_IN_METRIC
 from kanefe.kernels.drives import Drives, put_drives
-from kanefe.kernels.entries import Prepared, entry
+from kanefe.kernels.entries import entry
 from kanefe.kernels.evaluation import (
     AT_TIME,
     DONE_AS,

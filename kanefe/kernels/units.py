@@ -22,14 +22,18 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from kanefe.errors import KanefeError
+from kanefe.kernels._numba import SUPPORT
 from kanefe.storage.files import cache_folder, write_whole
 
 PACKAGE = Path(__file__).parent
 BUILT = PACKAGE / "built"
 """Where a wheel has units, in a folder for each generation of processors."""
 
-ALWAYS = ("_numba.py", "arrays.py", "signatures.py", "units.py")
+ALWAYS = "_numba.py", "arrays.py", "signatures.py"
 """Files of kernels on which every unit depends."""
+
+NEVER = "entries.py", "units.py"
+"""Files that call machine code and are no part of it."""
 
 GENERATIONS = {
     "x86-64-v3": "avx avx2 bmi1 bmi2 f16c fma movbe",
@@ -135,7 +139,7 @@ def stamp(module: str) -> str:
     while wanted:
         name = wanted.pop().removeprefix("kanefe.kernels").lstrip(".").replace(".", "/")
         path = f"{name}.py" if (PACKAGE / f"{name}.py").is_file() else f"{name}/__init__.py".lstrip("/")
-        if path not in found:
+        if path not in found and path not in NEVER:
             found.add(path)
             wanted += IMPORT.findall(_text(path))
     whole = hashlib.sha256()
@@ -222,26 +226,3 @@ def write_unit(path: Path, made: ObjectCode) -> None:
             check=True, capture_output=True, text=True,
         )  # fmt: skip
         write_whole(path, lambda file: file.write(whole.read_bytes()))
-
-
-SUPPORT = """
-#include <stddef.h>
-/* What numba's code calls of its own library where an error is raised or an array reshaped: the error is told by the
-   function's own number, arrays are contiguous. */
-int numba_gil_ensure(void *state) { return 0; }
-void numba_gil_release(void *state) {}
-int numba_do_raise(void *error) { return 0; }
-void *numba_runtime_build_excinfo_struct(void *a, void *b) { return 0; }
-void *numba_unpickle(void *data, int size, void *digest) { return 0; }
-void NRT_Free(void *memory) {}
-void NRT_MemInfo_call_dtor(void *memory) {}
-int numba_attempt_nocopy_reshape(ptrdiff_t axes, const ptrdiff_t *lengths, const ptrdiff_t *strides, ptrdiff_t new_axes,
-                                 const ptrdiff_t *new_lengths, ptrdiff_t *new_strides, ptrdiff_t size, int order)
-{
-    for (ptrdiff_t axis = new_axes - 1; axis >= 0; --axis) {
-        new_strides[axis] = size;
-        size *= new_lengths[axis];
-    }
-    return 1;
-}
-"""

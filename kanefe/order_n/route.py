@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, cast, overload
+from typing import Any, NamedTuple, cast, overload
 
 import numpy as np
 
@@ -20,11 +20,12 @@ from kanefe.kane.bent import bent_too_far
 from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
 from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.arrays import Prepared
 from kanefe.kernels.closing import CLOSED, close_state, closing_memory_size
 from kanefe.kernels.constraints import Loops
 from kanefe.kernels.derivatives import derivatives
 from kanefe.kernels.drives import Drives
-from kanefe.kernels.entries import LATER, Bound, Prepared
+from kanefe.kernels.entries import LATER, Bound
 from kanefe.kernels.evaluation import evaluate, workspace_size
 from kanefe.kernels.filling import filler
 from kanefe.kernels.integration import Scene, integrate
@@ -55,6 +56,28 @@ NO_DRIVES = np.zeros((0, 3))
 NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 
 
+class Going(NamedTuple):
+    """The run that went on last: what is prepared for it serves until it ends.
+
+    Attributes
+    ----------
+    vectors : ndarray
+        Of the run.
+    evaluation : Bound
+    inputs : ndarray
+    integrate : Bound
+        Takes a `Run`.
+    kept : object
+        Arrays whose addresses it has.
+    """
+
+    vectors: np.ndarray
+    evaluation: Bound
+    inputs: np.ndarray
+    integrate: Bound
+    kept: Any
+
+
 class OrderN(LiteralRoute):
     """The equations of motion of a model in order n.
 
@@ -83,7 +106,7 @@ class OrderN(LiteralRoute):
         self._fill = filler(parts)
         self._drives = model.drives
         self._motions = drive_tables(model)
-        self._going: tuple[np.ndarray, Bound, Scene, Any] | None = None
+        self._going: Going | None = None
 
     def lacks(self, form: Form) -> str:
         """Return why there are no substructures."""
@@ -298,11 +321,13 @@ class OrderN(LiteralRoute):
         self, evaluation: Bound, size: int, run: Run, vectors: np.ndarray, is_balanced: bool
     ) -> tuple[int, float]:
         """Go on with a run by a kernel of evaluations with a memory of that size."""
-        if self._going is None or self._going[0] is not vectors or self._going[1] is not evaluation:
-            self._going = vectors, evaluation, *self._scene_of(evaluation, size, run, vectors, is_balanced)
-        scene = self._going[2]
-        scene.inputs[:] = self.inputs.begun(self.parts(vectors[STATE])[2])  # controllers hold what is in STATE
-        return integrate(scene, run, vectors)  # type: ignore[no-any-return]
+        going = self._going
+        if going is None or going.vectors is not vectors or going.evaluation is not evaluation:
+            scene, kept = self._scene_of(evaluation, size, run, vectors, is_balanced)
+            going = Going(vectors, evaluation, scene.inputs, integrate.bound(scene, LATER, vectors), kept)
+            self._going = going
+        going.inputs[:] = self.inputs.begun(self.parts(vectors[STATE])[2])  # controllers hold what is in STATE
+        return going.integrate(run)  # type: ignore[no-any-return]
 
     def _scene_of(
         self, evaluation: Bound, size: int, run: Run, vectors: np.ndarray, is_balanced: bool

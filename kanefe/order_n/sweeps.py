@@ -103,8 +103,9 @@ class Sweeps:
     def _placed(self) -> tuple[Seats, Tables, FlexibleTables | None]:
         """Where all frames are in the rows, those of interfaces with nothing attached included, and the rows."""
         route = self._route
-        interfaces = [body.flexible.body.interfaces for body in route.model.bodies if body.flexible is not None]
-        if sum(map(len, interfaces)) == len(route.places.interfaces):
+        flexible = [(i, body.flexible) for i, body in enumerate(route.model.bodies) if body.flexible is not None]
+        wanted = {(i, frame.name) for i, terms in flexible for frame in terms.body.interfaces}
+        if wanted <= route.places.interfaces.keys():
             return route.places, route.tables, route.flexible
         builder = TableBuilder(route.model, is_complete=True)
         return builder, *builder.tables()

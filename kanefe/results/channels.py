@@ -330,7 +330,7 @@ def _local_centre(state: State, number: int) -> np.ndarray:
         raise TypeError("a rigid body has its centre of mass")
     eta = state.q[terms.eta]
     mass, _ = terms.free_moments.terms(eta, np.zeros_like(eta), np.zeros(3))
-    return np.array((mass[5, 1], mass[3, 2], mass[4, 0])) / float(terms.free_moments.mass)
+    return np.array((mass[5, 1], mass[3, 2], mass[4, 0])) / mass[0, 0]
 
 
 def _frame_motions(state: State) -> list[FrameMotion]:

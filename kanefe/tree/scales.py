@@ -88,7 +88,7 @@ def displacement_scales(model: ModelData) -> np.ndarray:
             flexible = body.flexible.body
             extent = largest_extent(flexible) or length
             # kinetic energy 1/2 m_i deta^2: eta = sqrt(m / m_i) L moves the body by about its length
-            modal = np.diag(flexible.moments.elastic_mass)[: flexible.free_count]
+            modal = flexible.moments.elastic_mass.diagonal()[: flexible.free_count]
             scales[body.flexible.speeds] = extent * np.sqrt(flexible.mass / np.maximum(modal, 1e-300))
     return scales
 

@@ -152,7 +152,7 @@ def test_a_parent_from_another_system_is_named() -> None:
     for parent, name in ((hub, "hub"), (arm.interface("tip"), "arm")):
         with pytest.raises(ModelError, match=f"parent '{name}' of body 'b' belongs to another system. Remedy: body"):
             other.add_rigid_body("b", 1.0, parent=parent)
-        with pytest.raises(ModelError, match=r"belongs to another system. Remedy: add the body to this one"):
+        with pytest.raises(ModelError, match=r"belongs to another system. Remedy: scene.body"):
             other.add_force(parent, (1, 2, 3))
 
 
