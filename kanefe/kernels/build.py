@@ -23,9 +23,9 @@ STILL = 5.0
 """Seconds after which a line says that it goes on."""
 
 NOT_OF_FLEXIBLE = (
-    "advance_keeping", "balance-", "bushing", "close", "curve", "evaluate-between", "evaluate_planar", "interpolate_keeping",
-    "rope", "spring",
-)  # fmt: skip
+    *("advance_keeping", "interpolate_keeping", "balance-", "close", "evaluate-between", "evaluate_planar"),
+    *("bushing", "curve", "rope", "spring"),
+)
 """How the names of units begin that trees of flexible bodies do without."""
 
 PROCESSORS = {"x86-64-v3": "haswell", "x86-64": "x86-64"}
