@@ -45,16 +45,20 @@ if TYPE_CHECKING:
     from kanefe.integrate.status import RunStatus as RunStatus
     from kanefe.joints import *  # noqa: F403
     from kanefe.joints.base import AxisJoint as AxisJoint
+    from kanefe.linear import Buckling as Buckling
     from kanefe.linear import Campbell as Campbell
     from kanefe.linear import Equilibrium as Equilibrium
     from kanefe.linear import FloquetModes as FloquetModes
     from kanefe.linear import FrequencyResponse as FrequencyResponse
     from kanefe.linear import Linearisation as Linearisation
     from kanefe.linear import Modes as Modes
+    from kanefe.linear import StabilityLimit as StabilityLimit
+    from kanefe.linear import buckling as buckling
     from kanefe.linear import campbell as campbell
     from kanefe.linear import equilibrium as equilibrium
     from kanefe.linear import floquet as floquet
     from kanefe.linear import linearise as linearise
+    from kanefe.linear import stability_limit as stability_limit
     from kanefe.loads import *  # noqa: F403
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched

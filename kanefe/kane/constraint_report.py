@@ -12,9 +12,10 @@ from kanefe.kane.constraints import RANK_TOLERANCE, ConstrainedSolver, constrain
 from kanefe.kane.loop_closure import closed_coordinates
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import displacement_scales, modal_frequencies
 
 STEPS = (0.1, 0.03, 0.01, 0.001)
-"""How far from the start the rank is looked at again, in rad, m or units of a mode: the first that the loops allow."""
+"""How far from the start the rank is looked at again, in rad or scene lengths: the first that the loops allow."""
 
 
 @dataclass(frozen=True)
@@ -117,13 +118,21 @@ def _dependent_rows(state: State) -> set[int]:
     return dependent
 
 
+def _sizes(model: ModelData) -> Vector:
+    """Return a large displacement along every free speed; of modes the less, the more they bend for it."""
+    frequencies = modal_frequencies(model)
+    modes = frequencies[frequencies > 0.0]
+    return np.asarray(displacement_scales(model) / np.clip(frequencies / modes.min(initial=np.inf), 1.0, 1e6))
+
+
 def _coordinates_beside(state: State) -> Vector:
     """Return closed coordinates a little away from those of a state, in no special direction; the same if stuck."""
     model, t, q, n = state.model, state.t, state.q, state.model.free_count
     rows = constraint_rates(state).over(slice(n))
-    wish = np.random.default_rng(0).standard_normal(n)
+    scales = _sizes(model)
+    wish = scales * np.random.default_rng(0).standard_normal(n)
     allowed = wish + _solver(state).solve(np.zeros(n), rows.J @ wish)[0]
-    size = float(np.abs(allowed).max(initial=0.0))
+    size = float(np.abs(allowed / scales).max(initial=0.0))
     if size <= 1e-9:
         return q
     for step in STEPS:

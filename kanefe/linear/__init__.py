@@ -1,5 +1,7 @@
-"""Linear analysis: equilibrium, linearisation about a state, modes, Campbell diagram, frequency response."""
+"""Linear analysis: equilibrium, linearisation about a state, modes, Campbell diagram, frequency response, stability."""
 
+from kanefe.linear.buckling_modes import Buckling as Buckling
+from kanefe.linear.buckling_modes import buckling as buckling
 from kanefe.linear.campbell_diagram import Campbell as Campbell
 from kanefe.linear.campbell_diagram import campbell as campbell
 from kanefe.linear.equilibria import Equilibrium as Equilibrium
@@ -10,3 +12,5 @@ from kanefe.linear.frequency_response import FrequencyResponse as FrequencyRespo
 from kanefe.linear.linearisation import Linearisation as Linearisation
 from kanefe.linear.linearisation import linearise as linearise
 from kanefe.linear.modes import Modes as Modes
+from kanefe.linear.stability import StabilityLimit as StabilityLimit
+from kanefe.linear.stability import stability_limit as stability_limit

@@ -12,8 +12,9 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.linear.hill import hill_motions
-from kanefe.linear.modes import RIGID, body_masses
+from kanefe.linear.modes import RIGID
 from kanefe.linear.periodic_motion import motion_around
+from kanefe.linear.shapes import body_masses
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import model_in_state
 from kanefe.linear.tangents import tangent_names

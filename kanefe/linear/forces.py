@@ -22,6 +22,8 @@ from kanefe.tree.model_data import ModelData
 
 SPACE = 3
 
+SceneLoad = PointLoad | JointLoad | FieldLoad
+
 
 def load_values(state: State) -> Vector:
     """Return what the functions of the user give that look at the state, in the order of `load_columns`."""
@@ -48,7 +50,7 @@ def _looks(load: ValuedLoad) -> bool:
     return load.takes_state and not load.is_constant
 
 
-def scene_load_columns(state: State, load: PointLoad | JointLoad | FieldLoad) -> Matrix:
+def scene_load_columns(state: State, load: SceneLoad) -> Matrix:
     """Return the generalised forces (free, values) of unit values of a load of the scene."""
     model, n = state.model, state.model.free_count
     number, interface = carrier(model, load)
@@ -68,7 +70,7 @@ def scene_load_columns(state: State, load: PointLoad | JointLoad | FieldLoad) ->
     return np.column_stack([(G.V.T @ f + G.W.T @ m + rates.T @ e)[:n] for f, m, e in parts])
 
 
-def scene_loads(model: ModelData) -> Iterator[PointLoad | JointLoad | FieldLoad]:
+def scene_loads(model: ModelData) -> Iterator[SceneLoad]:
     """Yield the loads of a scene that have values: forces, torques, motors, tractions and pressures."""
     for body in model.bodies:
         yield from (load for load, _ in body.loads)
@@ -76,7 +78,17 @@ def scene_loads(model: ModelData) -> Iterator[PointLoad | JointLoad | FieldLoad]
         yield from body.field_loads
 
 
-def carrier(model: ModelData, load: PointLoad | JointLoad | FieldLoad) -> tuple[int, InterfaceFrame | None]:
+def named_loads(model: ModelData) -> dict[str, SceneLoad]:
+    """Return the loads of a scene that have values by label, numbered from the second one where one occurs again."""
+    seen: dict[str, int] = {}
+    found = {}
+    for load in scene_loads(model):
+        seen[load.label] = seen.get(load.label, 0) + 1
+        found[load.label if seen[load.label] == 1 else f"{load.label} #{seen[load.label]}"] = load
+    return found
+
+
+def carrier(model: ModelData, load: SceneLoad) -> tuple[int, InterfaceFrame | None]:
     """Return the body of a load, and the interface it acts on."""
     for number, body in enumerate(model.bodies):
         for other, interface in body.loads:

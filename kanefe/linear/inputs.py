@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
 from kanefe.linear.drives import Drive
-from kanefe.linear.forces import carrier, scene_load_columns, scene_loads
+from kanefe.linear.forces import carrier, named_loads, scene_load_columns
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
@@ -59,8 +59,7 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
         names = [name] if columns.shape[1] == 1 else [f"{name} {axis}" for axis in AXES]
         return [Input(label, units, column) for label, column in zip(names, columns.T, strict=True)]
 
-    labels = _unique([load.label for load in scene_loads(model)])
-    loads = dict(zip(labels, scene_loads(model), strict=True))
+    loads = named_loads(model)
     if named is None:
         return [found for label, load in loads.items() for found in of_load(load, label)]
 
@@ -129,13 +128,3 @@ def _load_unit(model: Model, load: object) -> str:
     if isinstance(load, FieldLoad):
         return "Pa or N/m"
     return "N m" if getattr(load, "is_torque", False) else "N"
-
-
-def _unique(labels: list[str]) -> list[str]:
-    """Return the labels, numbered from the second one where one occurs again."""
-    seen: dict[str, int] = {}
-    found = []
-    for label in labels:
-        seen[label] = seen.get(label, 0) + 1
-        found.append(label if seen[label] == 1 else f"{label} #{seen[label]}")
-    return found

@@ -8,12 +8,9 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
-from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.inertia import flexible_inertia, rigid_inertia
-from kanefe.kane.kinematics import FrameMotion, elastic_state
-from kanefe.kane.state import State
 from kanefe.linear.azimuth import rate_weights
+from kanefe.linear.shapes import Shapes
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state_space import StateSpace
 
@@ -25,7 +22,7 @@ SYMMETRIC = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(Shapes):
     """Modes ``x = Re(v exp(lambda t))`` of a linearised scene, lowest frequency first; ``print`` shows a table.
 
     One of each pair of conjugate eigenvalues is listed, that with a positive imaginary part; real eigenvalues each by
@@ -46,6 +43,10 @@ class Modes:
     eigenvalues: np.ndarray
     vectors: np.ndarray
     is_rigid: np.ndarray
+
+    @property
+    def _small(self) -> SmallMotions:
+        return self.linearisation.small
 
     @property
     def frequencies(self) -> Vector:
@@ -97,62 +98,6 @@ class Modes:
         n = self.linearisation.model.free_count
         return np.asarray(small.along_positions.z[:n, :p] @ self.vectors[:p])
 
-    @cached_property
-    def participation(self) -> dict[str, Vector]:
-        """Share of each body in the kinetic energy of each mode, by name, each (modes,)."""
-        masses = body_masses(self.linearisation.small)
-        z = self.tangents
-        parts = {name: np.einsum("ik,ij,jk->k", z.conj(), M, z).real for name, M in masses.items()}
-        total = sum(parts.values())
-        return {name: part / np.where(total > 0.0, total, 1.0) for name, part in parts.items()}
-
-    def shape(self, body: str, interface: str = "") -> np.ndarray:
-        """Return how a frame moves in each mode: displacement (m) and rotation (rad) in N, complex (modes, 6).
-
-        Scaled as `vectors`; the phase is that of the motion.
-
-        Raises
-        ------
-        ModelError
-            If there is no such body or interface.
-        """
-        frame = self._frame(body, interface)
-        n = self.linearisation.model.free_count
-        partial = np.vstack((frame.A_NF @ frame.V[:, :n], frame.A_NF @ frame.W[:, :n]))
-        return np.asarray((partial @ self.tangents).T)
-
-    def displacements(self, body: str, mode: int) -> np.ndarray:
-        """Return how the nodes of a flexible body move in a mode: along N, its rigid motion included, complex (n, 3).
-
-        Raises
-        ------
-        ModelError
-            If the body is rigid or unknown, or there is no such mode.
-        """
-        if not 0 <= mode < len(self.eigenvalues):
-            raise ModelError(f"there is no mode {mode}: there are 0 to {len(self.eigenvalues) - 1}")
-        model, state = self.linearisation.model, self.linearisation.state
-        terms = model.flexible_terms(body)
-        G, z = self._frame(body, ""), self.tangents[:, mode]
-        n, eta = model.free_count, state[terms.eta]
-        v, w = G.V[:, :n] @ z, G.W[:, :n] @ z
-        at = terms.body.nodes + terms.body.node_displacements(eta)
-        own = terms.body.node_displacements(z[terms.speeds].real) + 1j * terms.body.node_displacements(
-            z[terms.speeds].imag
-        )
-        return np.asarray((v + np.cross(w, at) + own) @ G.A_NF.T)
-
-    def _frame(self, body: str, interface: str) -> FrameMotion:
-        lin = self.linearisation
-        model = lin.model
-        at = model.flexible_terms(body).body.interface(interface) if interface else None
-        return State(model, lin.time, lin.small.q, lin.small.u).motion(model.index(body), at)
-
-    def describe(self, mode: int) -> str:
-        """Return who takes part in a mode: bodies by kinetic energy, the largest first."""
-        shares = sorted(((float(part[mode]), name) for name, part in self.participation.items()), reverse=True)
-        return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares[:3] if share >= 0.05)
-
     def __str__(self) -> str:
         head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}"
         lines = [f"{'mode':>4}  {head}  moves (share of kinetic energy)"]
@@ -168,20 +113,6 @@ class Modes:
                 kind = f"{self.frequencies[i]:14.6g}  {value.imag:11.6g}  {damping:11.4g}"
             lines.append(f"{i:4d}  {kind}  {self.describe(i)}{'  (unstable)' if self.grows[i] else ''}")
         return "\n".join(lines)
-
-
-def body_masses(small: SmallMotions) -> dict[str, Matrix]:
-    """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
-    model, n, none = small.model, small.model.free_count, np.zeros(3)
-    state = State(model, small.t, small.q, small.u)
-    found = {}
-    for body, frame in zip(model.bodies, state.motions, strict=True):
-        if body.rigid is not None and body.rigid.mass > 0.0:
-            found[body.name] = rigid_inertia(body.rigid, frame, none)[0][:n, :n]
-        elif body.flexible is not None:
-            eta = elastic_state(body.flexible, state.q, state.full, False)
-            found[body.name] = flexible_inertia(body.flexible, frame, none, *eta)[0][:n, :n]
-    return found
 
 
 def modes_of(linearisation: StateSpace) -> Modes:

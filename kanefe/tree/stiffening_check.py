@@ -23,7 +23,7 @@ def warn_of_loads_that_do_not_stiffen(model: ModelData) -> None:
     where it should stiffen.
     """
     missing: dict[int, list[str]] = {}
-    for number, words in _unstiffened(model):
+    for number, words in unstiffened(model):
         missing.setdefault(number, []).append(words)
     for number, carried in missing.items():
         warnings.warn(
@@ -35,8 +35,8 @@ def warn_of_loads_that_do_not_stiffen(model: ModelData) -> None:
         )
 
 
-def _unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
-    """Yield the number of a body and what it carries without being stiffened by it."""
+def unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
+    """Yield the number of a body that stiffens, and what it carries without being stiffened by it."""
     for body in model.bodies:
         if body.parent_interface is not None and _lacks(model, body.parent, body.parent_interface):
             yield body.parent, f"body {body.name!r} at interface {body.parent_interface.name!r}"

@@ -1,0 +1,125 @@
+"""Shapes of small motions of a scene: how bodies, interfaces and nodes move, who takes part, and the scene bent so."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector, numbers
+from kanefe.instants.instant import Instant
+from kanefe.kane.inertia import flexible_inertia, rigid_inertia
+from kanefe.kane.kinematics import FrameMotion, elastic_state
+from kanefe.kane.state import State
+from kanefe.linear.small_motions import SmallMotions
+
+
+class Shapes(ABC):
+    """Motions of a scene beside a state, one a column: of modes, or of buckling."""
+
+    @property
+    @abstractmethod
+    def _small(self) -> SmallMotions:
+        """The small motions that they are of."""
+
+    @property
+    @abstractmethod
+    def tangents(self) -> np.ndarray:
+        """Shapes as tangents of the tree (free, shapes): what `Model.advance` takes."""
+
+    @cached_property
+    def participation(self) -> dict[str, Vector]:
+        """Share of each body in the kinetic energy of each shape, by name, each (shapes,)."""
+        masses = body_masses(self._small)
+        z = self.tangents
+        parts = {name: np.einsum("ik,ij,jk->k", z.conj(), M, z).real for name, M in masses.items()}
+        total = sum(parts.values())
+        return {name: part / np.where(total > 0.0, total, 1.0) for name, part in parts.items()}
+
+    def shape(self, body: str, interface: str = "") -> np.ndarray:
+        """Return how a frame moves in each shape: displacement (m) and rotation (rad) in N, (shapes, 6).
+
+        Scaled as `tangents`; of modes it is complex, and the phase is that of the motion.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body or interface.
+        """
+        frame = self._frame(body, interface)
+        n = self._small.model.free_count
+        partial = np.vstack((frame.A_NF @ frame.V[:, :n], frame.A_NF @ frame.W[:, :n]))
+        return np.asarray((partial @ self.tangents).T)
+
+    def displacements(self, body: str, mode: int) -> np.ndarray:
+        """Return how the nodes of a flexible body move in a shape: along N, its rigid motion included, (n, 3).
+
+        Raises
+        ------
+        ModelError
+            If the body is rigid or unknown, or there is no such shape.
+        """
+        self._check(mode)
+        model, q = self._small.model, self._small.q
+        terms = model.flexible_terms(body)
+        G, z = self._frame(body, ""), self.tangents[:, mode]
+        n, moved = model.free_count, terms.body.node_displacements
+        v, w = G.V[:, :n] @ z, G.W[:, :n] @ z
+        own = moved(z[terms.speeds].real)
+        if np.iscomplexobj(z):
+            own = own + 1j * moved(z[terms.speeds].imag)
+        return np.asarray((v + np.cross(w, terms.body.nodes + moved(q[terms.eta])) + own) @ G.A_NF.T)
+
+    def shown(self, mode: int, size: float = 1.0) -> Instant:
+        """Return the scene as it is moved along a shape, `size` times as far as `tangents` say: for pictures and files.
+
+        Of complex modes the real part. Loops are closed to first order.
+
+        Raises
+        ------
+        ModelError
+            If there is no such shape, or the size is no number.
+
+        Examples
+        --------
+        ``kf.buckling(scene).shown(0, size=0.1).to_vtk("buckled.pvd")``
+        """
+        self._check(mode)
+        if numbers(size).shape != () or not np.isfinite(size):
+            raise ModelError(f"the size of a shape must be a finite number, not {size!r}")
+        small = self._small
+        model = small.model
+        q = model.advance(small.q, float(size) * self.tangents[:, mode].real)
+        return Instant(model, small.t, np.concatenate((q, np.zeros(model.free_count), model.initial_states)))
+
+    def describe(self, mode: int) -> str:
+        """Return who takes part in a shape: bodies by kinetic energy, the largest first."""
+        shares = sorted(((float(part[mode]), name) for name, part in self.participation.items()), reverse=True)
+        return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares[:3] if share >= 0.05)
+
+    def _check(self, mode: int) -> None:
+        count = self.tangents.shape[1]
+        if not 0 <= mode < count:
+            there_are = f"there are 0 to {count - 1}" if count else "there are none"
+            raise ModelError(f"there is no mode {mode}: {there_are}")
+
+    def _frame(self, body: str, interface: str) -> FrameMotion:
+        small = self._small
+        at = small.model.flexible_terms(body).body.interface(interface) if interface else None
+        return State(small.model, small.t, small.q, small.u).motion(small.model.index(body), at)
+
+
+def body_masses(small: SmallMotions) -> dict[str, Matrix]:
+    """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
+    model, n, none = small.model, small.model.free_count, np.zeros(3)
+    state = State(model, small.t, small.q, small.u)
+    found = {}
+    for body, frame in zip(model.bodies, state.motions, strict=True):
+        if body.rigid is not None and body.rigid.mass > 0.0:
+            found[body.name] = rigid_inertia(body.rigid, frame, none)[0][:n, :n]
+        elif body.flexible is not None:
+            eta = elastic_state(body.flexible, state.q, state.full, False)
+            found[body.name] = flexible_inertia(body.flexible, frame, none, *eta)[0][:n, :n]
+    return found
