@@ -151,6 +151,9 @@ class FiniteElementModel:
         `kanefe.reduction.stiffening.INERTIAL_LOADS`.
     provenance : dict
         Where the arrays come from (json-able).
+    generalised : int
+        Coordinates of a superelement that move none of its nodes, such as modes with the boundary held: the last
+        degrees of freedom, after those of the nodes.
     """
 
     nodes: np.ndarray
@@ -166,10 +169,16 @@ class FiniteElementModel:
     stress_stiffness: StressStiffness | None = None
     geometric_stiffness: Mapping[str, sp.csr_matrix] | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    generalised: int = 0
 
     @property
     def size(self) -> int:
         """Number of degrees of freedom N."""
+        return self.nodal_size + self.generalised
+
+    @property
+    def nodal_size(self) -> int:
+        """Number of degrees of freedom of the nodes, the first ones."""
         return len(self.nodes) * len(self.components)
 
     def rigid_modes(self, about: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
@@ -177,7 +186,8 @@ class FiniteElementModel:
 
         Columns are three translations and three small rotations about the point `about` (m, in G).
         """
-        return rigid_motion(self.nodes, about, self.components)
+        motion = rigid_motion(self.nodes, about, self.components)
+        return motion if not self.generalised else np.vstack((motion, np.zeros((self.generalised, 6))))
 
     def unit_rigid_modes(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the rigid motions that move the nodes, about their mean, as unit columns, and which of the six."""

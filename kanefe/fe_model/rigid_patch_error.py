@@ -68,7 +68,7 @@ def tie_errors(problem: StaticProblem, interfaces: Mapping[str, str | Interface]
     """
     model = problem.model
     specs = {name: as_interface(name, given) for name, given in interfaces.items()}
-    if set(ROTATIONS) & set(model.components) or len(model.nodes) < _AROUND[0]:
+    if set(ROTATIONS) & set(model.components) or len(model.nodes) < _AROUND[0] or model.generalised:
         return {}
     small = [tie for tie in problem.ties.ties if tie.is_rigid and len(tie.nodes) <= LARGEST_PATCH]
     candidates = [tie for tie in small if _is_sharp(model, tie) or not _is_whole_end(model, tie)]

@@ -209,7 +209,7 @@ def moving_nodes(model: FiniteElementModel, motion: sp.csr_matrix, K: sp.csc_mat
         x /= np.sqrt(x @ (weights * x))
     if not x @ (K @ x) < SOFT:
         return ""
-    moved = np.linalg.norm((motion @ x).reshape(len(model.nodes), -1), axis=1)
+    moved = np.linalg.norm((motion @ x)[: model.nodal_size].reshape(len(model.nodes), -1), axis=1)
     order = np.argsort(-moved, kind="stable")
     count = int(np.count_nonzero(moved > 0.5 * moved.max()))
     places = (

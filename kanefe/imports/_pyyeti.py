@@ -40,6 +40,20 @@ def nodes(path: Path) -> NodeTable:
     return NodeTable(table.labels, table.points, axes=axes if turned else None)
 
 
+def reduced_freedoms(path: Path) -> tuple[np.ndarray | None, np.ndarray]:
+    """Return (label, number) of the rows of a superelement by its EXTRN card, None without one, and scalar points."""
+    nastran = _import_pyyeti()
+    _check_there(path, "nodes")
+    try:
+        scalar = np.asarray(nastran.bulk.rdspoints(str(path)), dtype=np.int64)
+        with path.open(errors="replace") as file:
+            named = any(line.upper().startswith("EXTRN") for line in file)
+        rows = np.asarray(nastran.bulk.rdextrn(str(path)), dtype=np.int64) if named else None
+    except _DAMAGE as error:
+        raise FileError(f"cannot read {path}: {error}. Remedy: check its SPOINT and EXTRN cards") from error
+    return rows, scalar
+
+
 def matrices(path: Path) -> dict[str, sp.csr_matrix]:
     """Return the matrices of an op4 or op2 file by upper-case name."""
     nastran = _import_pyyeti()

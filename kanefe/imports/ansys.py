@@ -13,6 +13,10 @@ or with the mappings of APDL Math, ``*VEC,BACK,I,IMPORT,FULL,job.full,BACK`` (la
 and ``*SMAT,SOLV,D,IMPORT,FULL,job.full,NOD2BCS`` (rows of the matrices in that order), each by ``*EXPORT,...,MMF``; the
 nodes by ``CDWRITE,DB,job,cdb`` (or ``NWRITE``: rows of label, x, y, z), with node components (CM) as groups. Numbers
 may have decimal commas.
+
+A superelement (.sub) of component mode synthesis is exported by ``*DMAT,K,D,IMPORT,SUB,job.sub,STIFF`` and
+``*EXPORT,K,MMF,job_K.mtx``, the same for MASS; what its rows are stands in the listing ``SELIST,job,3`` and is given as
+rows (node, number), with 0 for a generalised coordinate.
 """
 
 from __future__ import annotations
@@ -29,7 +33,7 @@ from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _mapdl
 from kanefe.imports.harwell_boeing import read_harwell_boeing
-from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
+from kanefe.imports.labelled import LabelledMatrix, given_freedoms, mirrored, model_of_labelled, with_generalised
 from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
 from kanefe.imports.self_check import Expected
 from kanefe.imports.text import read_market, read_text
@@ -44,9 +48,10 @@ def read_ansys(
     nodes: Nodes,
     stiffness: str | Path,
     mass: str | Path,
-    mapping: str | Path | Mapping[str, str | Path],
+    mapping: str | Path | Mapping[str, str | Path] | np.ndarray | Sequence[tuple[int, int]],
     *,
     damping: str | Path | None = None,
+    generalised: Sequence[int] = (),
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
     expected_mass: float | None = None,
@@ -63,12 +68,15 @@ def read_ansys(
         with rows of label, x, y, z; or the nodes themselves.
     stiffness, mass, damping : path
         Matrix Market files (.mtx, .mmf) of ``*EXPORT``; any other suffix is read as Harwell-Boeing text of ``HBMAT``.
-    mapping : path, or dict of str to path
+    mapping : path, dict of str to path, or rows of (node, number)
         The mapping file of ``HBMAT``: equation, node and name (UX ... ROTZ) of every row. Or the mappings of APDL Math
         in Matrix Market files, of nodes that all have the same degrees of freedom: "back" (labels of the nodes in the
         internal order) or "forward" (place in the internal order by label), and "solver" (NOD2BCS or NOD2SOLV, the
         rows of the matrices in the internal order; without it they are in the internal order). A path alone to such a
-        file is the "back" one.
+        file is the "back" one. Or the rows themselves: node and number of its degree of freedom (1 to 6 for UX to
+        ROTZ), 0 for a generalised coordinate of a superelement, under a label of its own.
+    generalised : sequence of int, optional
+        Nodes of the mapping that are no points of the body but carry generalised coordinates of a superelement.
     groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
         See `read_abaqus`.
 
@@ -99,20 +107,24 @@ def read_ansys(
     for what, matrix in found.items():
         if matrix.shape[0] != len(freedoms):
             raise ModelError(
-                f"the {what} matrix in {files[what]} has {matrix.shape[0]} rows, the mapping {mapping} has "
+                f"the {what} matrix in {files[what]} has {matrix.shape[0]} rows, {_called(mapping)} has "
                 f"{len(freedoms)}. Remedy: write both from the same .full file (a file without mass of some nodes: "
                 "LUMPM,OFF)"
             )
         matrices[what] = LabelledMatrix(freedoms, matrix)
     expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
     return model_of_labelled(
-        matrices,
+        {what: with_generalised(matrix, generalised) for what, matrix in matrices.items()},
         _nodes(nodes),
         groups=groups,
         units=units,
         expected=expected,
         source=f"Ansys {Path(stiffness).name}",
     )
+
+
+def _called(mapping: object) -> str:
+    return f"the mapping {mapping}" if isinstance(mapping, (str, Path, Mapping)) else "mapping="
 
 
 def _nodes(nodes: Nodes) -> NodeTable:
@@ -122,13 +134,22 @@ def _nodes(nodes: Nodes) -> NodeTable:
 
 
 def _matrix(path: str | Path, what: str) -> sp.csr_matrix:
+    if Path(path).suffix.lower() in (".sub", ".full"):
+        raise FileError(
+            f"{path} is a binary file. Remedy: *DMAT,K,D,IMPORT,SUB,job.sub,STIFF (a .full file: *SMAT) and "
+            "*EXPORT,K,MMF,job_K.mtx, the same for MASS, with mapping= of its rows"
+        )
     if Path(path).suffix.lower() in (".mtx", ".mmf", ".mm"):
         return mirrored(read_market(path, what))
     return read_harwell_boeing(path, what)
 
 
-def _freedoms(given: str | Path | Mapping[str, str | Path], rows: int) -> np.ndarray:
-    """Return (label, number) of every row from a mapping file, or from mappings of APDL Math."""
+def _freedoms(
+    given: str | Path | Mapping[str, str | Path] | np.ndarray | Sequence[tuple[int, int]], rows: int
+) -> np.ndarray:
+    """Return (label, number) of every row from a mapping file, from mappings of APDL Math, or as they are given."""
+    if not isinstance(given, (str, Path, Mapping)):
+        return given_freedoms(given, "mapping", "node")
     if not isinstance(given, Mapping):
         if not read_text(given, "mapping").lstrip().startswith("%%MatrixMarket"):
             return _mapping(given)
@@ -190,7 +211,8 @@ def _mapping(path: str | Path) -> np.ndarray:
     if unknown:
         raise ModelError(
             f"{path} has degrees of freedom {', '.join(unknown)}, which are no motion of a node. Remedy: export a "
-            "structural model (UX, UY, UZ, ROTX, ROTY, ROTZ), without pressures, temperatures and modal coordinates"
+            "structural model (UX, UY, UZ, ROTX, ROTY, ROTZ) without pressures and temperatures; of a superelement "
+            "give mapping= as rows of (node, number), with 0 for its generalised coordinates"
         )
     rows = np.array([(int(label), FREEDOMS[name.upper()]) for _, label, name in found], dtype=np.int64)
     return rows[np.argsort(equations)]

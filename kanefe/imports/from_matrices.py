@@ -26,6 +26,7 @@ from kanefe.fe_model.model import (
     StressStiffness,
 )
 from kanefe.frames import skew
+from kanefe.imports.mass_completion import completed_mass_field
 from kanefe.imports.self_check import ROUND_OFF, Expected, self_check
 from kanefe.imports.text import read_market
 
@@ -35,7 +36,7 @@ Order: TypeAlias = Literal["nodes", "components"]
 
 
 class NodalFormWarning(UserWarning):
-    """The inertia of nodes that rotate is only approximate without the shape functions."""
+    """The inertia of a deformed body is only approximate: nodes rotate, or stand for more, without shape functions."""
 
 
 def model_from_matrices(
@@ -51,6 +52,7 @@ def model_from_matrices(
     geometric_stiffness: Mapping[str, Matrix] | None = None,
     stress_stiffness: StressStiffness | None = None,
     order: Order = "nodes",
+    generalised: int = 0,
     expected_mass: float | None = None,
     expected_center: Sequence[float] | None = None,
     expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
@@ -83,6 +85,9 @@ def model_from_matrices(
         For any stiffening: see `FiniteElementModel`. In the order "nodes".
     order : "nodes" or "components"
         Rows of the matrices: all components of the first node, then of the second, ...; or x of all nodes, then y, ...
+    generalised : int
+        Coordinates of a superelement beside those of its nodes, such as modes with the boundary held
+        (Craig-Bampton): the last rows of the matrices. Rigid motions of the nodes must leave them at zero.
     expected_mass : float, optional
         Mass in kg that the matrix must have.
     expected_center : array_like, shape (3,), optional
@@ -98,7 +103,9 @@ def model_from_matrices(
     -------
     FiniteElementModel
         With exact inertia if M is the same scalar matrix for every translation (Lagrange elements); else the nodal form
-        of Eq. 38 is used, which a `NodalFormWarning` says where nodes rotate.
+        of Eq. 38 is used, which a `NodalFormWarning` says where nodes rotate. Of a superelement with generalised
+        coordinates what M holds is exact, and what deformation changes in the inertia is estimated
+        (`kanefe.imports.mass_completion`), which the same warning says.
 
     Raises
     ------
@@ -125,14 +132,16 @@ def model_from_matrices(
     names = tuple(components)
     if not names or len(set(names)) != len(names) or any(c not in COMPONENTS for c in names):
         raise ModelError(f"components must be different names among {', '.join(COMPONENTS)}, not {names}")
-    size = len(points) * len(names)
+    nodal = len(points) * len(names)
+    size = nodal + _generalised(generalised, names)
     M, K = _matrix(mass, "mass matrix", size), _matrix(stiffness, "stiffness matrix", size)
     C = None if damping is None else _matrix(damping, "damping matrix", size)
     given = {
         name: _matrix(K_g, f"geometric stiffness {name!r}", size) for name, K_g in (geometric_stiffness or {}).items()
     }
     if order == "components":
-        by_node = np.arange(size).reshape(len(names), len(points)).T.ravel()
+        by_node = np.arange(nodal).reshape(len(names), len(points)).T.ravel()
+        by_node = np.append(by_node, np.arange(nodal, size))
         M, K = M[by_node][:, by_node], K[by_node][:, by_node]
         C = None if C is None else C[by_node][:, by_node]
         given = {name: K_g[by_node][:, by_node] for name, K_g in given.items()}
@@ -143,7 +152,7 @@ def model_from_matrices(
         components=names,
         stiffness=K,
         mass=M,
-        mass_field=_lagrange_field(M, points, names),
+        mass_field=None if generalised else _lagrange_field(M, points, names),
         damping=C,
         cells=tuple(cells),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
@@ -151,11 +160,21 @@ def model_from_matrices(
         geometric_stiffness=given or None,
         stress_stiffness=stress_stiffness,
         provenance={"source": source},
+        generalised=generalised,
     )
     for name, pattern in model.load_patterns.items():
         _check_pattern(model, name, pattern)
     found = self_check(model, **Expected(expected_mass, expected_center, expected_inertia, factorise)._asdict())
     model = replace(model, provenance={**model.provenance, "self_check": found.as_dict()})
+    if generalised:
+        model = replace(model, mass_field=completed_mass_field(model))
+        warnings.warn(
+            f"{source} is a superelement with {generalised} generalised coordinates: its mass, frequencies and momenta "
+            "are exact, what its deformation changes in them while it turns is estimated from M, well where it turns "
+            "slowly against its lowest frequency. Remedy for fast spins: export the full matrices",
+            NodalFormWarning,
+            stacklevel=2,
+        )
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(
             "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal "
@@ -167,13 +186,25 @@ def model_from_matrices(
     return model
 
 
+def _generalised(count: int, names: tuple[str, ...]) -> int:
+    if not isinstance(count, (int, np.integer)) or count < 0:
+        raise ModelError(f"generalised must be a number of coordinates, not {count!r}")
+    if count and not set(TRANSLATIONS) <= set(names):
+        raise ModelError(
+            f"a superelement needs x, y and z of its nodes beside its generalised coordinates, not {', '.join(names)}. "
+            "Remedy: export all translations of the boundary nodes"
+        )
+    return int(count)
+
+
 def _matrix(given: Matrix, what: str, size: int) -> sp.csr_matrix:
     """Return a checked CSR matrix; its symmetric part, once it is symmetric to round-off."""
     matrix = sp.csr_matrix(_read(given, what) if isinstance(given, (str, Path)) else given, dtype=float)
     if matrix.shape != (size, size):
         raise ModelError(
             f"the {what} has shape {matrix.shape}, nodes and components give {size} degrees of freedom. "
-            "Remedy: check the components of a node, and that no degree of freedom was condensed"
+            "Remedy: check the components of a node, that no degree of freedom was condensed, and generalised= of a "
+            "superelement"
         )
     if not np.all(np.isfinite(matrix.data)):
         raise ModelError(f"the {what} has {np.sum(~np.isfinite(matrix.data))} entries that are not finite")

@@ -32,7 +32,13 @@ from kanefe.imports.node_table import NodeTable
 from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units, in_si, scales
 
-OTHER_FREEDOMS = {0: "a scalar or modal coordinate", 7: "warping", 8: "pressure", 9: "potential", 11: "temperature"}
+GENERALISED = 0
+"""Number of the degree of freedom of a label that is no node, but a generalised coordinate of a superelement."""
+
+GENERALISED_BY_NODE = 20
+"""Added to the numbers of a node that carries generalised coordinates in the places of its components."""
+
+OTHER_FREEDOMS = {7: "warping", 8: "pressure", 9: "potential", 11: "temperature"}
 """What the numbers of degrees of freedom that are no motion of a node stand for."""
 
 
@@ -47,7 +53,8 @@ class LabelledMatrix:
     Attributes
     ----------
     freedoms : ndarray of int, shape (N, 2)
-        Node label and number (1..6: x, y, z, rx, ry, rz) of every row; each pair once.
+        Node label and number (1..6: x, y, z, rx, ry, rz; 0 or above 20: a generalised coordinate) of every row; each
+        pair once.
     matrix : csr_matrix, shape (N, N)
     """
 
@@ -57,8 +64,7 @@ class LabelledMatrix:
     @classmethod
     def of_entries(cls, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> LabelledMatrix:
         """Return the matrix of entries between (label, number) pairs, shape (e, 2) each, of one triangle or of both."""
-        both = np.concatenate((rows, columns)).astype(np.int64)
-        codes, places = np.unique(both[:, 0] * 64 + both[:, 1], return_inverse=True)
+        codes, places = np.unique(_codes(np.concatenate((rows, columns)).astype(np.int64)), return_inverse=True)
         freedoms = np.column_stack(np.divmod(codes, 64))
         i, j = places[: len(rows)], places[len(rows) :]
         matrix = sp.csr_matrix((values, (i, j)), (len(freedoms), len(freedoms)))
@@ -114,21 +120,27 @@ def model_of_labelled(
     for what, labelled in matrices.items():
         _check_freedoms(f"the {what} matrix of {source}", labelled)
     freedoms = np.unique(np.concatenate([m.freedoms for m in matrices.values()]), axis=0)
+    is_modal = is_generalised(freedoms[:, 1])
+    modal, freedoms = _codes(freedoms[is_modal]), freedoms[~is_modal]
     labels = np.unique(freedoms[:, 0])
+    if not len(labels):
+        raise ModelError(
+            f"the matrices of {source} have generalised coordinates only. Remedy: export those of nodes too"
+        )
     places = nodes.places(labels, f"the matrices of {source}")
     points = nodes.points[places] * scales(units)[0]
-    numbers = np.unique(freedoms[:, 1])
+    numbers = np.union1d(freedoms[:, 1], (1, 2, 3)) if len(modal) else np.unique(freedoms[:, 1])
     if np.any(numbers > 3):
         numbers = np.union1d(numbers, (4, 5, 6)) if nodes.axes is not None else numbers
     if nodes.axes is not None:
         numbers = np.union1d(numbers, (1, 2, 3))
-    placed = {what: _placed(m, labels, numbers) for what, m in matrices.items()}
+    placed = {what: _placed(m, labels, numbers, modal) for what, m in matrices.items()}
     if nodes.axes is not None:
-        turn = _turned(nodes.axes[places], numbers)
+        turn = _turned(nodes.axes[places], numbers, len(modal))
         placed = {what: (turn @ m @ turn.T).tocsr() for what, m in placed.items()}
-    placed, numbers = _without_empty_rotations(placed, numbers)
+    placed, numbers = _without_empty_rotations(placed, numbers, len(modal))
     components = tuple(COMPONENTS[n - 1] for n in numbers)
-    placed = {what: in_si(m, components, units) for what, m in placed.items()}
+    placed = {what: in_si(m, components, units, len(modal)) for what, m in placed.items()}
     placed["stiffness"], followers = following_rotations(points, components, placed["stiffness"], labels)
     known = set(labels.tolist())
     named = {name: [n for n in members if int(n) in known] for name, members in nodes.sets.items()}
@@ -150,10 +162,58 @@ def model_of_labelled(
             for name, members in {**named, **chosen}.items()
             if len(members)
         },
+        generalised=len(modal),
         source=source,
         **expected._asdict(),
     )
     return replace(model, provenance={**model.provenance, "units": str(units), "following_rotations": followers})
+
+
+def is_generalised(numbers: np.ndarray) -> np.ndarray:
+    """Return which numbers of degrees of freedom are those of generalised coordinates."""
+    return np.asarray((numbers == GENERALISED) | (numbers >= GENERALISED_BY_NODE))
+
+
+def given_freedoms(rows: np.ndarray | Sequence[tuple[int, int]], name: str, point: str) -> np.ndarray:
+    """Return checked rows of label and number that a user gave, shape (N, 2).
+
+    Raises
+    ------
+    ModelError
+        If they are no whole numbers, or one stands twice; `name` is the argument, `point` what a label names.
+    """
+    found = np.asarray(rows)
+    if found.ndim != 2 or found.shape[1] != 2 or found.dtype.kind not in "iu":
+        raise ModelError(f"{name} must be rows of whole numbers ({point}, number)")
+    if len(np.unique(found, axis=0)) < len(found):
+        raise ModelError(f"{name} names a row twice. Remedy: each ({point}, number) once")
+    return found
+
+
+def with_generalised(labelled: LabelledMatrix, labels: Sequence[int]) -> LabelledMatrix:
+    """Return the matrix with the degrees of freedom of some labels, which are no nodes, as generalised coordinates.
+
+    Raises
+    ------
+    ModelError
+        If one of the labels has no row.
+    """
+    chosen = np.unique(np.asarray(labels, dtype=np.int64))
+    unknown = np.setdiff1d(chosen, labelled.freedoms[:, 0])
+    if len(unknown):
+        raise ModelError(
+            f"generalised names {unknown[:5].tolist()}, which have no row in the matrices. Remedy: labels of points "
+            "that carry generalised coordinates"
+        )
+    freedoms = labelled.freedoms.copy()
+    theirs = np.isin(freedoms[:, 0], chosen) & ~is_generalised(freedoms[:, 1])
+    freedoms[theirs, 1] += GENERALISED_BY_NODE
+    return LabelledMatrix(freedoms, labelled.matrix)
+
+
+def _codes(freedoms: np.ndarray) -> np.ndarray:
+    """Return one number for each pair of label and number, ascending with them."""
+    return np.asarray(freedoms[:, 0] * 64 + freedoms[:, 1])
 
 
 def _check_freedoms(what: str, labelled: LabelledMatrix) -> None:
@@ -164,14 +224,13 @@ def _check_freedoms(what: str, labelled: LabelledMatrix) -> None:
             "Lagrange multipliers and of hybrid or incompatible elements. Remedy: export without contact, connectors "
             "and hybrid elements"
         )
-    wrong = (numbers < 1) | (numbers > 6)
+    wrong = ~is_generalised(numbers) & ((numbers < 1) | (numbers > 6))
     if np.any(wrong):
         number = int(numbers[wrong][0])
         meaning = OTHER_FREEDOMS.get(number, "no motion of a node")
         raise ModelError(
             f"{what} has degree of freedom {number} ({meaning}) at node {labels[wrong][0]}. Remedy: export a "
-            "structural model with translations (1, 2, 3) and rotations (4, 5, 6) only; of a body with generalised "
-            "coordinates export the full matrices, or Standard Input Data (read_sid)"
+            "structural model with translations (1, 2, 3) and rotations (4, 5, 6) only, and generalised coordinates (0)"
         )
     diagonal = np.abs(labelled.matrix.diagonal())
     typical = np.median(diagonal[diagonal > 0]) if np.any(diagonal > 0) else 0.0
@@ -184,35 +243,41 @@ def _check_freedoms(what: str, labelled: LabelledMatrix) -> None:
         )
 
 
-def _placed(labelled: LabelledMatrix, labels: np.ndarray, numbers: np.ndarray) -> sp.csr_matrix:
-    """Return the matrix with a row for every number at every node."""
+def _placed(labelled: LabelledMatrix, labels: np.ndarray, numbers: np.ndarray, modal: np.ndarray) -> sp.csr_matrix:
+    """Return the matrix with a row for every number at every node, then one for every generalised coordinate."""
+    nodal = len(labels) * len(numbers)
     rows = np.searchsorted(labels, labelled.freedoms[:, 0]) * len(numbers)
     rows += np.searchsorted(numbers, labelled.freedoms[:, 1])
-    size = len(labels) * len(numbers)
+    is_modal = is_generalised(labelled.freedoms[:, 1])
+    rows[is_modal] = nodal + np.searchsorted(modal, _codes(labelled.freedoms[is_modal]))
+    size = nodal + len(modal)
     spread = sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), (size, len(rows)))
     return (spread @ labelled.matrix @ spread.T).tocsr()
 
 
-def _turned(axes: np.ndarray, numbers: np.ndarray) -> sp.csr_matrix:
+def _turned(axes: np.ndarray, numbers: np.ndarray, generalised: int) -> sp.csr_matrix:
     """Return the block diagonal matrix that maps components in the axes of the nodes to those in G."""
     blocks = 2 if numbers[-1] > 3 else 1
-    return sp.block_diag([sp.csr_matrix(A) for A in axes for _ in range(blocks)], format="csr")
+    of_nodes = [sp.csr_matrix(A) for A in axes for _ in range(blocks)]
+    return sp.block_diag([*of_nodes, sp.identity(generalised)], format="csr")
 
 
 def _without_empty_rotations(
-    placed: dict[str, sp.csr_matrix], numbers: np.ndarray
+    placed: dict[str, sp.csr_matrix], numbers: np.ndarray, generalised: int
 ) -> tuple[dict[str, sp.csr_matrix], np.ndarray]:
     """Return the matrices without components that no node stiffens nor gives mass to."""
-    width = len(numbers)
+    width, size = len(numbers), placed["mass"].shape[0]
+    nodal = size - generalised
     kept = [
         i
         for i in range(width)
-        if any(abs(placed[what][i::width]).sum() > 0 for what in ("mass", "stiffness"))
+        if any(abs(placed[what][i:nodal:width]).sum() > 0 for what in ("mass", "stiffness"))
         or COMPONENTS[numbers[i] - 1] not in ROTATIONS
     ]
     if len(kept) == width:
         return placed, numbers
-    rows = (np.arange(placed["mass"].shape[0] // width)[:, None] * width + np.array(kept)).ravel()
+    rows = (np.arange(nodal // width)[:, None] * width + np.array(kept)).ravel()
+    rows = np.append(rows, np.arange(nodal, size))
     return {what: m[rows][:, rows] for what, m in placed.items()}, numbers[kept]
 
 
@@ -226,7 +291,8 @@ def following_rotations(
     points : ndarray, shape (n, 3)
         m.
     components : tuple of str
-    stiffness : csr_matrix, shape (n * components, same)
+    stiffness : csr_matrix, shape (N, N)
+        All components of the nodes, then perhaps generalised coordinates.
     labels : ndarray of int, shape (n,)
         Names of the nodes for messages.
 
@@ -236,22 +302,21 @@ def following_rotations(
         If a translation is empty, or an empty rotation cannot be told from the neighbours (all on one line).
     """
     width = len(components)
-    empty = np.asarray(abs(stiffness).sum(axis=1)).reshape(-1, width) == 0
+    nodal = stiffness[: len(points) * width, : len(points) * width]
+    empty = np.asarray(abs(nodal).sum(axis=1)).reshape(-1, width) == 0
     turning = np.array([c in ROTATIONS for c in components])
     if not np.any(empty & turning):
         return stiffness, 0
     if not set(TRANSLATIONS) <= set(components):
         raise ModelError("nodes without rotations can stand beside nodes with them in space only, not in plane models")
     translations = [components.index(c) for c in TRANSLATIONS]
-    typical = float(np.median(stiffness.diagonal().reshape(-1, width)[:, translations]))
+    typical = float(np.median(nodal.diagonal().reshape(-1, width)[:, translations]))
     rows: list[int] = []
     columns: list[int] = []
     values: list[float] = []
     weights: list[float] = []
     for node in np.flatnonzero((empty & turning).any(axis=1)):
-        near = np.unique(
-            stiffness.indices[stiffness.indptr[node * width] : stiffness.indptr[node * width + 3]] // width
-        )
+        near = np.unique(nodal.indices[nodal.indptr[node * width] : nodal.indptr[node * width + 3]] // width)
         near = near[near != node]
         r = points[near] - points[node]
         J = np.einsum("ja,ja->", r, r) * np.eye(3) - r.T @ r

@@ -4,6 +4,10 @@ The best export carries its labels: ``EXTSEOUT(STIFFNESS,MASS,DMIGPCH)`` punches
 cards of grid and component (of a body condensed to its a-set), ``PARAM,EXTDROUT,DMIGPCH`` in older versions. An op4
 file of KGG and MGG (by DMAP or ``PARAM,OGEOM`` and OUTPUT4) has all six components of every grid point in ascending
 labels.
+
+A Craig-Bampton superelement (boundary grid points in ASET or BSET, modes in QSET and SPOINT) is read from ``EXTSEOUT``
+with DMIGPCH, or with DMIGOP2 and MATOP4: the op4 file with KXX and MXX, beside the punch file with the cards GRID,
+SPOINT and EXTRN, which name the rows.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
-from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
+from kanefe.imports.labelled import LabelledMatrix, given_freedoms, mirrored, model_of_labelled, with_generalised
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units
@@ -37,6 +41,7 @@ def read_nastran(
     *,
     names: Mapping[str, str] | None = None,
     freedoms: np.ndarray | Sequence[tuple[int, int]] | None = None,
+    generalised: Sequence[int] = (),
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
     expected_mass: float | None = None,
@@ -57,8 +62,12 @@ def read_nastran(
         Names of the matrices of "stiffness", "mass" and "damping" in the files, such as {"stiffness": "KGG1"}. Without
         it the usual ones are looked for.
     freedoms : rows of (grid, component), optional
-        Degrees of freedom of the rows in an op4 or op2 file. Without it the rows are all six components of all grid
-        points in ascending labels (the g-set of a model without scalar points).
+        Degrees of freedom of the rows in an op4 or op2 file, component 0 for a scalar point. Without it they are those
+        of an EXTRN card in the bulk data, or all six components of all grid points, and the scalar points, in
+        ascending labels.
+    generalised : sequence of int, optional
+        Grid points that are no points of the body but carry generalised coordinates, where a QSET names grid points.
+        Scalar points (SPOINT) always do.
     groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
         See `read_abaqus`.
 
@@ -79,6 +88,11 @@ def read_nastran(
     Examples
     --------
     >>> arm = kf.read_nastran("arm.bdf", "arm.pch", groups={"tip": 1001})  # doctest: +SKIP
+
+    A superelement, of which the cards are in the punch file and the matrices in an op4 file:
+
+    >>> arm = kf.read_nastran("arm.pch", "arm.op4", groups={"root": 3, "tip": 27})  # doctest: +SKIP
+    >>> body = kf.flexible_body(arm, {"root": "clamped", "tip": "node"})  # doctest: +SKIP
     """
     table = _pyyeti.nodes(Path(bulk))
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
@@ -86,7 +100,7 @@ def read_nastran(
     for path in files:
         if path.suffix.lower() in (".op4", ".op2"):
             found |= {
-                name: _placed(matrix, name, path, table, freedoms)
+                name: _placed(matrix, name, path, _rows(freedoms, Path(bulk), table, matrix.shape[0]))
                 for name, matrix in _pyyeti.matrices(path).items()
                 if name in _wanted(names)
             }
@@ -94,8 +108,9 @@ def read_nastran(
             found |= _pyyeti.direct_matrices(path)
     source = ", ".join(path.name for path in files)
     expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
+    chosen = _chosen(found, names or {}, source)
     return model_of_labelled(
-        _chosen(found, names or {}, source),
+        {what: with_generalised(matrix, generalised) for what, matrix in chosen.items()},
         table,
         groups=groups,
         units=units,
@@ -127,30 +142,29 @@ def _chosen(found: Mapping[str, LabelledMatrix], names: Mapping[str, str], sourc
     return chosen
 
 
-def _placed(
-    matrix: sp.csr_matrix,
-    name: str,
-    path: Path,
-    table: NodeTable,
-    freedoms: np.ndarray | Sequence[tuple[int, int]] | None,
-) -> LabelledMatrix:
+def _rows(
+    freedoms: np.ndarray | Sequence[tuple[int, int]] | None, bulk: Path, table: NodeTable, size: int
+) -> np.ndarray:
+    """Return (label, number) of the rows of a matrix of `size` rows without labels."""
+    if freedoms is not None:
+        return given_freedoms(freedoms, "freedoms", "grid")
+    named, scalar = _pyyeti.reduced_freedoms(bulk)
+    of_grids = np.array([(label, number) for label in table.labels for number in range(1, 7)])
+    if named is not None and len(named) == size:
+        return named
+    if len(of_grids) == size or not len(scalar):
+        return of_grids
+    rows = np.concatenate((of_grids, np.column_stack((scalar, np.zeros_like(scalar)))))
+    return np.asarray(rows[np.argsort(rows[:, 0], kind="stable")])
+
+
+def _placed(matrix: sp.csr_matrix, name: str, path: Path, rows: np.ndarray) -> LabelledMatrix:
     """Return a matrix without labels at its degrees of freedom."""
-    if freedoms is None:
-        rows = np.array([(label, number) for label in table.labels for number in range(1, 7)])
-    else:
-        rows = np.asarray(freedoms)
-        if (
-            rows.ndim != 2
-            or rows.shape[1] != 2
-            or rows.dtype.kind not in "iu"
-            or len(np.unique(rows, axis=0)) < len(rows)
-        ):
-            raise ModelError("freedoms must be different rows of whole numbers (grid, component)")
     if matrix.shape != (len(rows), len(rows)):
-        what = "the grid points make" if freedoms is None else "freedoms names"
         raise ModelError(
-            f"matrix {name} in {path} has shape {matrix.shape}, {what} {len(rows)} degrees of freedom. Remedy: export "
-            "the g-set, or DMIG cards, which carry their labels, or say freedoms=[(grid, component), ...]"
+            f"matrix {name} in {path} has shape {matrix.shape}, its points make {len(rows)} degrees of freedom. "
+            "Remedy: export the g-set, or DMIG cards, which carry their labels; of a superelement give the file with "
+            "its EXTRN card as bulk; or say freedoms=[(grid, component), ...], with (scalar point, 0)"
         )
     used = np.asarray(abs(matrix).sum(axis=1)).ravel() + np.asarray(abs(matrix).sum(axis=0)).ravel() > 0
     # rows without entries are grid points that carry nothing, and components that elements do not know

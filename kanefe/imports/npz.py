@@ -44,6 +44,8 @@ def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
         "nodes": model.nodes,
         "components": np.array(model.components),
     }
+    if model.generalised:
+        arrays["generalised"] = np.array(model.generalised)
     for what in ("stiffness", "mass", "damping"):
         matrix = getattr(model, what)
         if matrix is not None:
@@ -93,6 +95,7 @@ def read_matrices(
         stated = str(arrays["format"])
         if stated == FORMAT:
             matrices = {what: _matrix(arrays, what) for what in ("stiffness", "mass", "damping")}
+            generalised = int(arrays.get("generalised", 0))
             nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise FileError(
@@ -108,6 +111,7 @@ def read_matrices(
         nodes,
         components=components,
         damping=matrices["damping"],
+        generalised=generalised,
         groups={n.removeprefix("group_"): a.tolist() for n, a in arrays.items() if n.startswith("group_")},
         cells=[Cells(n.removeprefix("cells_"), a) for n, a in arrays.items() if n.startswith("cells_")],
         source=f"npz {path.name}",

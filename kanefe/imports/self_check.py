@@ -172,23 +172,24 @@ def wave_speed(model: FiniteElementModel) -> float | None:
     It is of the order of the speed of sound in a solid, and of any length and mass it tells the unit of length.
     """
     width = len(model.components)
-    rows, columns = _node_pairs(model.stiffness, width)
+    rows, columns = _node_pairs(model)
     lengths = np.linalg.norm(model.nodes[rows] - model.nodes[columns], axis=1)
     apart = lengths > 0
     nearest = np.full(len(model.nodes), np.inf)
     np.minimum.at(nearest, rows[apart], lengths[apart])
     kept = [i for i, c in enumerate(model.components) if c in TRANSLATIONS]
-    K = model.stiffness.diagonal().reshape(-1, width)[:, kept]
-    M = model.mass.diagonal().reshape(-1, width)[:, kept]
+    K = model.stiffness.diagonal()[: model.nodal_size].reshape(-1, width)[:, kept]
+    M = model.mass.diagonal()[: model.nodal_size].reshape(-1, width)[:, kept]
     known = np.isfinite(nearest) & (M > 0).all(axis=1)
     if not np.any(known):
         return None
     return float(np.median(nearest[known] * np.sqrt(np.maximum(K[known] / M[known], 0.0).max(axis=1))))
 
 
-def _node_pairs(matrix: sp.spmatrix, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs of different nodes that a matrix with `width` rows a node couples, each several times."""
-    entries = matrix.tocoo()
+def _node_pairs(model: FiniteElementModel) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of different nodes that K couples, each several times."""
+    width, size = len(model.components), model.nodal_size
+    entries = model.stiffness[:size, :size].tocoo()
     rows, columns = entries.row // width, entries.col // width
     kept = (rows != columns) & (entries.data != 0)
     return rows[kept], columns[kept]
@@ -291,6 +292,8 @@ def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
 
 def _order_hint(model: FiniteElementModel) -> str:
     """Return what to say if the rows are ordered component by component: all x, then all y, ..."""
+    if model.generalised:
+        return ""
     width, count = len(model.components), len(model.nodes)
     by_node = np.arange(model.size).reshape(width, count).T.ravel()
     R, _ = model.unit_rigid_modes()
@@ -301,8 +304,8 @@ def _order_hint(model: FiniteElementModel) -> str:
 
 def _check_one_piece(model: FiniteElementModel) -> None:
     """Check that K holds the nodes together."""
-    width, count = len(model.components), len(model.nodes)
-    rows, columns = _node_pairs(model.stiffness, width)
+    count = len(model.nodes)
+    rows, columns = _node_pairs(model)
     graph = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), (count, count))
     parts, part_of = scipy.sparse.csgraph.connected_components(graph, directed=False)
     if parts > 1:
@@ -326,6 +329,7 @@ def _check_zero_modes(model: FiniteElementModel, expected: int, factorise: Facto
             f"the stiffness matrix leaves more than the {expected} rigid motions free: it has a mechanism, "
             "loose parts or a weak support. "
             "Remedy: check hinges, grounding springs and unconnected nodes in the exporting program"
+            + (", and leave rigid motions out of the generalised coordinates" if model.generalised else "")
         )
     return expected
 

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, rigid_motion
 from kanefe.frames import skew
+from kanefe.imports.mass_completion import abstract_field
 from kanefe.imports.self_check import STATED
 from kanefe.imports.sid_file import SYMMETRIC, ZERO, SidFile, Taylor, parse_sid, sid_text
 from kanefe.imports.sid_terms import AGREEMENT, moments_of_terms, terms_of_moments
@@ -144,7 +144,8 @@ def read_sid(
     root = _root(frames, moments, fixed, path)
     if root is not None and root.name not in [frame.name for frame in frames]:
         frames.append(root)
-    points, point_mass, point_basis = _field(moments)
+    field = abstract_field(moments)
+    points, point_mass, point_basis = field.points, field.mass, field.interpolation.toarray()
     fixed_count = 0
     if root is not None:
         point_basis = np.hstack((point_basis, rigid_motion(points, root.position) @ _along(root.axes)))
@@ -286,30 +287,3 @@ def _padded(matrix: np.ndarray, size: int) -> np.ndarray:
     """Return matrices with rows and columns of zeros added to `size` in the last two axes."""
     room = size - matrix.shape[-1]
     return np.pad(matrix, [(0, 0)] * (matrix.ndim - 2) + [(0, room), (0, room)])
-
-
-def _field(moments: MassMoments) -> tuple[np.ndarray, sp.csr_matrix, np.ndarray]:
-    """Return points, scalar mass matrix and basis of a mass field that has these moments.
-
-    The constant, the coordinates X_a and the shapes Phi_a,i are functions on the body, and the moments are their
-    inner products. In the basis (1 - sum of all others, X_a, Phi_a,i) the constant has the coefficients 1, X_a and
-    Phi_a,i unit vectors, and the Gram matrix is the mass matrix: four plus 3 k abstract points stand for the mesh.
-    """
-    count = moments.shape_first.shape[1]
-    size = 4 + 3 * count
-    gram = np.zeros((size, size))
-    gram[0, 0] = moments.mass
-    gram[0, 1:4] = moments.first
-    gram[0, 4:] = moments.shape_first.reshape(-1)
-    gram[1:4, 1:4] = moments.second
-    gram[1:4, 4:] = moments.shape_second.reshape(3, -1)
-    gram[4:, 4:] = moments.shape_product.transpose(0, 2, 1, 3).reshape(3 * count, 3 * count)
-    gram = np.triu(gram) + np.triu(gram, 1).T
-    change = np.eye(size)
-    change[1:, 0] = -1.0
-    points = np.zeros((size, 3))
-    points[1:4] = np.eye(3)
-    basis = np.zeros((size, 3, count))
-    for a in range(3):
-        basis[4 + a * count : 4 + (a + 1) * count, a] = np.eye(count)
-    return points, sp.csr_matrix(change.T @ gram @ change), basis.reshape(3 * size, count)

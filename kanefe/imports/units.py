@@ -2,7 +2,8 @@
 
 With lengths of l metres and masses of m kilograms (time in seconds, angles in radians) translations u scale by l and
 rotations not at all, so every quadratic form ``u^T A u`` (K, C, M) scales by ``m l^2`` as a whole: with
-D = diag(1 for translations, l for rotations) the matrix in SI is ``m D A D``.
+D = diag(1 for translations, l for rotations) the matrix in SI is ``m D A D``. A generalised coordinate, whose size is
+anyone's choice, counts as a translation.
 """
 
 from __future__ import annotations
@@ -50,9 +51,20 @@ def scales(units: Units) -> tuple[float, float]:
     return length, mass
 
 
-def in_si(matrix: sp.spmatrix, components: tuple[str, ...], units: Units) -> sp.csr_matrix:
-    """Return M, C or K, shape (n * components, same), in m, kg, s, rad."""
+def in_si(matrix: sp.spmatrix, components: tuple[str, ...], units: Units, generalised: int = 0) -> sp.csr_matrix:
+    """Return M, C or K in m, kg, s, rad.
+
+    Parameters
+    ----------
+    matrix : sparse matrix, shape (N, N)
+        Rows of the nodes, each with all components, then those of generalised coordinates.
+    components : tuple of str
+    units : str or (float, float)
+    generalised : int
+        How many of them there are.
+    """
     length, mass = scales(units)
     of_node = [1.0 if c in TRANSLATIONS else length for c in components]
-    scale = sp.diags(np.tile(of_node, matrix.shape[0] // len(components)))
+    of_nodes = np.tile(of_node, (matrix.shape[0] - generalised) // len(components))
+    scale = sp.diags(np.append(of_nodes, np.ones(generalised)))
     return (mass * (scale @ matrix @ scale)).tocsr()

@@ -87,6 +87,11 @@ def flexible_body(
         rigid_count = unrestrained_motions(model, ties)
         problem = StaticProblem(model, ties, rigid_count, factorise)
     if reduction is None and problem.size > LARGEST_DENSE:
+        if model.generalised:
+            raise ModelError(
+                f"a superelement of {problem.size} coordinates cannot be kept whole. Remedy: "
+                "reduction=CraigBampton(modes=...)"
+            )
         from kanefe.reduction.unreduced import unreduced_body
 
         if stiffening != "none":
@@ -113,7 +118,7 @@ def flexible_body(
     body = FlexibleBody(
         nodes=np.array(model.nodes, dtype=float),
         components=model.components,
-        basis=full_basis,
+        basis=np.ascontiguousarray(full_basis[: model.nodal_size]),
         free_count=count,
         stiffness=stiffness,
         damping=damping_matrix(damping, model, full_basis[:, :count], stiffness[:count, :count], free.T @ (M @ free)),

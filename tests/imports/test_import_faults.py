@@ -101,7 +101,7 @@ def test_op4_faults_are_named(tmp_path: Path) -> None:
     bulk, _ = write.nastran_job(tmp_path, SOLID, LABELS)
     path = tmp_path / "m.op4"
     op4.write(str(path), ["kgg", "mgg"], [SOLID.stiffness.toarray(), SOLID.mass.toarray()])
-    with pytest.raises(ModelError, match=r"shape \(27, 27\), the grid points make 54 .* Remedy: export the g-set"):
+    with pytest.raises(ModelError, match=r"shape \(27, 27\), its points make 54 .* Remedy: export the g-set"):
         read_nastran(bulk, path)
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(KanefeError, match=r"truncated|no mass matrix|no stiffness matrix"):

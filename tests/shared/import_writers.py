@@ -10,12 +10,14 @@ import scipy.sparse as sp
 
 import kanefe as kf
 
+SCALAR = 20001
 NUMBER = {"x": 1, "y": 2, "z": 3, "rx": 4, "ry": 5, "rz": 6}
 
 
 def freedoms(model: kf.FiniteElementModel, labels: np.ndarray) -> list[tuple[int, int]]:
-    """Label and number of every row."""
-    return [(int(label), NUMBER[c]) for label in labels for c in model.components]
+    """Label and number of every row; generalised coordinates are scalar points from `SCALAR` on."""
+    nodal = [(int(label), NUMBER[c]) for label in labels for c in model.components]
+    return nodal + [(SCALAR + i, 0) for i in range(model.generalised)]
 
 
 def lower(matrix: Any) -> list[tuple[int, int, float]]:
