@@ -12,6 +12,7 @@ import threading
 import uuid
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -23,6 +24,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import is_supported, row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
+from kanefe_fem.mesh.sagitta import sagitta
 
 _KINDS = {
     1: "line",
@@ -82,7 +84,10 @@ def read(path: Path, order: int | None) -> Mesh:
         if messages:
             text = "; ".join(m.removeprefix("Error").lstrip(" :") for m in messages[:3])
             raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and mend it")
-        return _extract(gmsh, path)
+        mesh = _extract(gmsh, path)
+        if suffix == ".msh" or mesh.dimension == 1 or mesh.order == 2:
+            return mesh
+        return replace(mesh, sagitta=sagitta(gmsh))
 
 
 def check_complete(path: Path) -> None:

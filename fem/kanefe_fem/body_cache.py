@@ -67,7 +67,7 @@ def cached_body(
     """
     if not cache.is_on():
         return make(mesh)
-    mesh = _read_where_needed(mesh, options.get("cells"))
+    mesh = _read_where_needed(mesh, options.get("order", 1), options.get("cells"))
     try:
         key = _key(mesh, options)
     except Unhashable as reason:
@@ -149,13 +149,13 @@ def _is_pure(path: Path) -> bool:
     return True
 
 
-def _read_where_needed(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh | str | Path:
+def _read_where_needed(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None) -> Mesh | str | Path:
     """Return a mesh that has been read where its file alone does not say what it is."""
     if isinstance(mesh, Mesh) or not Path(mesh).is_file() or is_whole(Path(mesh)):
         return mesh
-    from kanefe_fem.mesh_files import read_mesh
+    from kanefe_fem.mesh_files import read_to_assemble
 
-    return read_mesh(mesh, cells=cells)
+    return read_to_assemble(mesh, order, cells)
 
 
 def _key(mesh: Mesh | str | Path, options: Mapping[str, Any]) -> str:

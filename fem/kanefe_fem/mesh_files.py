@@ -13,6 +13,9 @@ from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 
 GMSH_SUFFIXES = (".msh", ".geo", ".py")
 
+SOURCES = (".geo", ".py")
+"""Files that hold no mesh, but a geometry to be meshed."""
+
 
 def read_mesh(
     path: str | Path,
@@ -45,7 +48,8 @@ def read_mesh(
         File to read; lengths are in m.
     order : int, optional
         Order of the geometry, 1 or 2. A source is meshed with this order (2: the mid-side nodes lie on the curved
-        surface); the mesh of a file is converted (to 2: with straight sides). Default: as the file or the source says.
+        surface); the mesh of a file is converted (to 2: with straight sides). Default: as the file or the source says,
+        which is 1 in most; ``mesh.sagitta`` tells how far its straight sides then are from the curves of a source.
     names : dict of int to str, optional
         Names of the groups which the file knows by number only (.vtu, .xdmf). Default: the number itself, as in "1".
     cells : str or sequence of str, optional
@@ -89,3 +93,22 @@ def read_mesh(
     frame_only = mesh.lines and not mesh.cells  # beams need no group of cells
     mesh = check_arrays(mesh) if frame_only else check_mesh(mesh)
     return mesh if order is None or not mesh.cells else to_order(mesh, order)
+
+
+def read_to_assemble(path: str | Path, order: int, cells: str | Sequence[str] | None = None) -> Mesh:
+    """Return the mesh of a file for elements of some order: quadratic ones follow the curves of a source.
+
+    Where cells that follow a curve would fold, as coarse ones do, the sides stay straight, and ``mesh.sagitta`` says
+    how far they are off.
+
+    Raises
+    ------
+    FileError, MeshError, MissingDependency
+        As `read_mesh`.
+    """
+    if order == 2 and Path(path).suffix.lower() in SOURCES:
+        try:
+            return read_mesh(path, 2, cells=cells)
+        except MeshError:
+            pass  # straight cells may do, or say better what is wrong
+    return read_mesh(path, cells=cells)

@@ -50,6 +50,9 @@ class Mesh:
         File name, or what made the mesh.
     provenance : dict
         Digest of the file, versions.
+    sagitta : float
+        How far the sides, straight, are from the curved geometry of the source that was meshed, at most, in m. Zero:
+        the geometry is straight, followed by mid-side nodes, or not known, as of a file with a mesh.
 
     Notes
     -----
@@ -72,6 +75,7 @@ class Mesh:
     points: Mapping[str, np.ndarray] = field(default_factory=dict)
     source: str = "arrays"
     provenance: Mapping[str, str] = field(default_factory=dict)
+    sagitta: float = 0.0
 
     def __post_init__(self) -> None:
         nodes = np.array(self.nodes, dtype=float, ndmin=2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,11 +27,11 @@ from kanefe_fem.materials.of_groups import (
     materials_by_group,
     warn_of_group_units,
 )
-from kanefe_fem.mesh.checks import check_arrays, check_groups, check_mesh, extent
+from kanefe_fem.mesh.checks import MeshWarning, check_arrays, check_groups, check_mesh, extent
 from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
-from kanefe_fem.mesh_files import read_mesh
+from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.solids.preload import Preload, preloaded
 from kanefe_fem.solids.quadrature_assembly import QuadratureAssembly, assemble_by_quadrature
 
@@ -43,6 +44,9 @@ Plane = Literal["stress", "strain"]
 
 STAGES = 6
 """Stages of the making of a body."""
+
+OFF_THE_CURVE = 1e-4
+"""Distance of straight sides from the geometry, relative to the body, that is told: a disc of 60 sides is 7e-4 off."""
 
 STRAIGHT = 1e-12
 """Mid-side nodes this close (relative to the body) to the means of their corners make a straight geometry."""
@@ -71,8 +75,9 @@ def solid_model(
         Material of each group of cells (`Material`, `Orthotropic`, `Anisotropic`, `Laminate`, `UserEnergy`, or one of
         them `Oriented`); one alone if there is one group.
     order : int
-        Order of the displacement, 1 or 2. With 2 on a mesh of order 1 the sides stay straight and mid-side nodes are
-        added; with 1 on a mesh of order 2 the mid-side nodes are dropped.
+        Order of the displacement, 1 or 2. With 2 a source of gmsh (.geo, .py) is meshed with mid-side nodes on its
+        curves; of a mesh of order 1 the sides stay straight and mid-side nodes are added. With 1 on a mesh of order 2
+        the mid-side nodes are dropped.
     plane : {"stress", "strain"}, optional
         For 2D meshes, and only there.
     thickness : float, optional
@@ -111,7 +116,7 @@ def solid_model(
     from kanefe_fem._petsc import factorise
 
     start = time.perf_counter()
-    mesh = _as_mesh(mesh, cells)
+    mesh = _as_mesh(mesh, order, cells)
     if isinstance(surfaces, Mapping):
         mesh, surfaces = mesh.with_groups(surfaces), list(surfaces)
     by_group = materials_by_group(mesh, materials, order, plane, densities)
@@ -122,6 +127,7 @@ def solid_model(
         check_interfaces(mesh, dict.fromkeys(preload.groups))
         surfaces = [*dict.fromkeys([*surfaces, *preload.surfaces])]
     check_interfaces(mesh, dict.fromkeys(groups_of(lumped)))
+    _warn_of_straight_sides(mesh, order)
     lifted = to_order(mesh, order)
     integrals = {name: facet_integrals(lifted, name, scale) for name in surfaces}
     of_cells = cell_materials(lifted, by_group, plane, scale, densities)
@@ -258,7 +264,7 @@ def _made_body(
 
     def read_and_checked() -> Mesh:
         with stage("read the mesh"):
-            read = _as_mesh(mesh, of_model["cells"])
+            read = _as_mesh(mesh, of_model["order"], of_model["cells"])
         check_interfaces(read, of_body["interfaces"])
         return read
 
@@ -273,6 +279,19 @@ def _made_body(
     else:
         model = assembled()
     return flexible_body(model, **of_body, factorise=factorise)
+
+
+def _warn_of_straight_sides(mesh: Mesh, order: int) -> None:
+    size = extent(mesh)
+    if order == 2 and mesh.sagitta > OFF_THE_CURVE * size:
+        warnings.warn(
+            f"the sides of {mesh.source} are straight and up to {mesh.sagitta:.2g} m off its curves, "
+            f"{mesh.sagitta / size:.1e} of its size, which quadratic elements keep: displacements and stresses near "
+            "curves are off by that order. Remedy: read_mesh(..., order=2), or give the source itself; with cells fine "
+            "enough to follow the curves",
+            MeshWarning,
+            stacklevel=3,
+        )
 
 
 def is_straight(mesh: Mesh) -> bool:
@@ -303,12 +322,12 @@ def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAsse
     return assemble_by_quadrature(np.asarray(mesh.nodes), mesh.cell_blocks, materials.moduli, materials.density)
 
 
-def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:
-    """Return a checked mesh of dimension 2 or 3, of all or some groups of cells."""
+def _as_mesh(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None) -> Mesh:
+    """Return a checked mesh of dimension 2 or 3 for elements of some order, of all or some groups of cells."""
     if isinstance(mesh, Mesh):
         mesh = check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
     else:
-        mesh = read_mesh(mesh, cells=cells)
+        mesh = read_to_assemble(mesh, order, cells)
     if mesh.dimension == 1:
         raise MeshError(
             f"{mesh.source} has only lines. Remedy: mesh the volume (or the plane surface) and give it a physical "

@@ -52,7 +52,9 @@ def test_shapes_of_a_clamped_column():
     nodes = found.displacements("part 3", 0)[:, 1] / at[-1]
     assert nodes == pytest.approx(1.0 - np.cos(np.pi / 2.0 * np.linspace(0.75, 1.0, 7)), abs=1e-5)
     moved = found.shown(0, size=0.01)
-    assert moved.position("part 3", "tip")[1] == pytest.approx(0.01 * at[-1], rel=1e-3)  # to first order in slopes of 0.02
+    assert moved.position("part 3", "tip")[1] == pytest.approx(
+        0.01 * at[-1], rel=1e-3
+    )  # to first order in slopes of 0.02
 
 
 def test_pinned_columns():
