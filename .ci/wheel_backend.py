@@ -35,15 +35,14 @@ def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) 
 def build_wheel(
     wheel_directory: str, config_settings: dict[str, Any] | None = None, metadata_directory: str | None = None
 ) -> str:
-    """Build a wheel with kernels for two generations of processors; one serves every version of Python."""
+    """Build a wheel with kernels; one serves every version of Python."""
     if not IS_COMPILED:
         return build_meta.build_wheel(wheel_directory, config_settings, metadata_directory)  # type: ignore[no-any-return]
     settings = dict(config_settings or {})
     settings["--build-option"] = ["--plat-name", "linux_x86_64"]
     try:
-        for processor in ("x86-64-v3", "x86-64"):
-            command = [sys.executable, "-m", "kanefe.kernels.build", "--processor", processor]
-            subprocess.run(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)}, check=True)
+        command = [sys.executable, "-m", "kanefe.kernels.build", "--wheel"]
+        subprocess.run(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)}, check=True)
         return build_meta.build_wheel(wheel_directory, settings, metadata_directory)  # type: ignore[no-any-return]
     finally:
         shutil.rmtree(BUILT, ignore_errors=True)

@@ -15,7 +15,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from kanefe.kernels._numba import IS_COMPILED, compiled_function
+from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels._numba_objects import compiled_function
 from kanefe.kernels.units import Unit, machine_code
 
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import IS_COMPILED, compiled_entry, compiled_pointer
+from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels._numba_objects import compiled_entry, compiled_pointer
 from kanefe.kernels.arrays import Prepared
 from kanefe.kernels.signatures import (
     BOOLEAN,

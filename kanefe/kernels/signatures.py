@@ -153,7 +153,7 @@ def is_optional(hint: Any) -> bool:
 def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
     """Return the source of the C function around a kernel for numba, and the named tuples that it names.
 
-    See `kanefe.kernels._numba.compiled_entry` for the rest of the names in it.
+    See `kanefe.kernels._numba_objects.compiled_entry` for the rest of the names in it.
     """
     types: dict[str, Any] = {}
 

@@ -12,40 +12,59 @@ import hashlib
 import os
 import platform
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from kanefe.errors import KanefeError
-from kanefe.kernels._numba import SUPPORT
+from kanefe.kernels._numba import timed
+from kanefe.kernels._numba_objects import SUPPORT
+from kanefe.kernels.side_by_side import batches_of, build_by_name, processors_here
 from kanefe.storage.files import cache_folder, write_whole
 
 PACKAGE = Path(__file__).parent
 BUILT = PACKAGE / "built"
 """Where a wheel has units, in a folder for each generation of processors."""
 
-ALWAYS = "_numba.py", "arrays.py", "signatures.py"
+ALWAYS = "_numba.py", "_numba_objects.py", "arrays.py", "signatures.py"
 """Files of kernels on which every unit depends."""
 
-NEVER = "entries.py", "units.py"
+NEVER = "entries.py", "units.py", "side_by_side.py"
 """Files that call machine code and are no part of it."""
 
+
+class Generation(NamedTuple):
+    """Processors that a wheel has units for.
+
+    Attributes
+    ----------
+    features : str
+        What they need of those features that `/proc/cpuinfo` tells.
+    compiler_name : str
+        What the compiler calls them.
+    """
+
+    features: str
+    compiler_name: str
+
+
 GENERATIONS = {
-    "x86-64-v3": "avx avx2 bmi1 bmi2 f16c fma movbe",
-    "x86-64": "sse2",
+    "x86-64-v3": Generation("avx avx2 bmi1 bmi2 f16c fma movbe", "haswell"),
+    "x86-64": Generation("sse2", "x86-64"),
 }
-"""Processors that wheels are made for, best first, and what they need of those that `/proc/cpuinfo` tells."""
+"""What wheels are made for, best first."""
 
 IMPORT = re.compile(r"^from (kanefe\.kernels[\w.]*) import", re.MULTILINE)
 
 
 class ObjectCode(Protocol):
-    """What a compiler gives: see `kanefe.kernels._numba`."""
+    """What a compiler gives: see `kanefe.kernels._numba_objects`."""
 
     code: bytes
     symbol: str
@@ -90,7 +109,6 @@ class MachineCode(NamedTuple):
 
 
 _loaded: dict[tuple[str, str], MachineCode] = {}
-_expected: list[str] = []
 _lock = threading.RLock()
 
 
@@ -100,18 +118,42 @@ def machine_code(unit: Unit) -> MachineCode:
     if key not in _loaded:
         with _lock:
             if key not in _loaded:
+                expect([unit])
                 path = path_of(unit)
-                _loaded[key] = _opened(path) if path is not None else _made(unit)
+                _loaded[key] = _opened(path) if path is not None else _in_memory(unit)
     return _loaded[key]
 
 
 def expect(units: Iterable[Unit]) -> None:
-    """Have what is missing of units built now, and told in their number."""
-    missing = [unit for unit in units if (unit.module, unit.name) not in _loaded and path_of(unit) is None]
-    for i, unit in enumerate(missing):
-        _expected[:] = [f"{i + 1} of {len(missing)}"]
-        machine_code(unit)
-    _expected.clear()
+    """Have what is missing of units built now, side by side, where their files can be kept."""
+    missing = [
+        unit for unit in units
+        if _is_kept(unit) and (unit.module, unit.name) not in _loaded and path_of(unit) is None
+    ]  # fmt: skip
+    if missing and _can_keep():
+        names = batches_of([unit.name for unit in missing])
+        with timed(), suppress(OSError, subprocess.SubprocessError):  # then each is built for this process alone
+            build_by_name(names, own_folder(), processors_here(), _tell)
+
+
+def _tell(text: str) -> None:
+    print(f"kanefe: {text}", file=sys.stderr, flush=True)
+
+
+@cache
+def _can_keep() -> bool:
+    """Return whether there is a compiler to link files of units with, and somewhere to put them."""
+    if shutil.which(_linker()) is None:
+        return False
+    try:
+        own_folder().mkdir(parents=True, exist_ok=True)
+        return os.access(own_folder(), os.W_OK)
+    except OSError:
+        return False
+
+
+def _linker() -> str:
+    return os.environ.get("CC", "cc")
 
 
 def path_of(unit: Unit) -> Path | None:
@@ -157,7 +199,7 @@ def _text(path: str) -> str:
 def _folders() -> tuple[Path, ...]:
     """Return where files of units may be, best first; the last one is that of the user."""
     can = set(_features().split())
-    fitting = [BUILT / name for name, needs in GENERATIONS.items() if can.issuperset(needs.split())]
+    fitting = [BUILT / name for name, of in GENERATIONS.items() if can.issuperset(of.features.split())]
     return *(folder for folder in fitting if folder.is_dir()), own_folder()
 
 
@@ -186,21 +228,10 @@ def _opened(path: Path) -> MachineCode:
     return MachineCode(ctypes.cast(function, ctypes.c_void_p).value or 0, function, library)
 
 
-def _made(unit: Unit) -> MachineCode:
-    """Compile a unit and keep its file where that is possible."""
-    if not _is_kept(unit):
-        return _in_memory(unit.compile())
-    step = _expected[0] if _expected else "one more part"
-    print(f"kanefe: preparing the solver: {step}, some 10 s each, once ({unit.name})", file=sys.stderr, flush=True)
-    made, path = unit.compile(), own_folder() / file_name(unit)
-    try:
-        write_unit(path, made)
-        return _opened(path)
-    except (KanefeError, OSError, subprocess.SubprocessError):  # no compiler to link with, or nowhere to write
-        return _in_memory(made)
-
-
-def _in_memory(made: ObjectCode) -> MachineCode:
+def _in_memory(unit: Unit) -> MachineCode:
+    if _is_kept(unit):
+        _tell(f"preparing the solver: one more part, some 10 s, in each process ({unit.name})")
+    made = unit.compile()
     address = made.address()
     return MachineCode(address, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), made)
 
@@ -221,7 +252,7 @@ def write_unit(path: Path, made: ObjectCode) -> None:
         support.write_text(SUPPORT)
         renamed = f"-Wl,--defsym=kanefe_unit={made.symbol}"
         subprocess.run(
-            [os.environ.get("CC", "cc"), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", renamed,
+            [_linker(), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", renamed,
              "-o", str(whole), str(of_numba), str(support), "-lm"],
             check=True, capture_output=True, text=True,
         )  # fmt: skip
