@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.instants.instant import Instant
+from kanefe.instants.missed_statics import Missed, missed_statics
 from kanefe.integrate.status import summary
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import Channels, RunChannels
@@ -18,6 +20,9 @@ from kanefe.results.reader import Reader
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
+
+LOOKED_AT = 9
+"""Output times at which ``print(result)`` looks at what the modes of flexible bodies carry."""
 
 
 class Result(Reader):
@@ -54,7 +59,17 @@ class Result(Reader):
         return result
 
     def __str__(self) -> str:
-        return summary(self.status, self.statistics, self.events)
+        lines = [summary(self.status, self.statistics, self.events)]
+        return "\n".join([*lines, *(f"  modes   {missed}" for missed in self._missed)])
+
+    @cached_property
+    def _missed(self) -> list[Missed]:
+        """What the modes of flexible bodies miss, at some of the output times."""
+        run = self.run
+        if run is None:
+            return []
+        rows = np.unique(np.linspace(0, len(self.times) - 1, LOOKED_AT).round().astype(int))
+        return missed_statics([Instant(run.model, self.times[row], run.states[row]) for row in rows])
 
     def raise_for_status(self) -> None:
         """Raise a SimulationError that says what happened if the run failed on its way.

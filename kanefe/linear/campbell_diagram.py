@@ -14,8 +14,9 @@ from scipy.optimize import linear_sum_assignment
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.instants.instant import Instant
 from kanefe.linear.azimuth import CONSTANT
-from kanefe.linear.equilibria import equilibrium
+from kanefe.linear.equilibria import balanced, warn_of_missed
 from kanefe.linear.floquet_modes import FloquetModes, floquet
 from kanefe.linear.linearisation import Linearisation, linearise
 from kanefe.linear.modes import Modes, modes_of
@@ -221,7 +222,7 @@ def _modes_over_speed(
         model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
         if not balance:
             return linearise(model)
-        return equilibrium(model, start=model.initial_state, steady=steady).linearise()
+        return balanced(model, start=model.initial_state, steady=steady).linearise()
 
     def of_periodic(speed: float) -> AnyModes:
         lin = state(float(speed), False)
@@ -232,8 +233,12 @@ def _modes_over_speed(
         return floquet(lin.model, period=2.0 * np.pi / abs(float(speed)), t=lin.time, start=lin.state)
 
     fastest = float(at[np.abs(at).argmax()])
-    if fastest != 0.0 and state(fastest, False).change > CONSTANT:
-        return of_periodic
+    if fastest != 0.0:
+        lin = state(fastest, False)
+        if balance:
+            warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
+        if lin.change > CONSTANT:
+            return of_periodic
     return lambda speed: modes_of(state(float(speed), True))
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError, SimulationError
+from kanefe.errors import AccuracyWarning, ModelError, SimulationError
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
+from kanefe.instants.missed_statics import missed_statics
 from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
@@ -100,6 +102,11 @@ def equilibrium(
     SimulationError
         If there is no balance: the message says what is left over, along which coordinate, and what to try.
 
+    Warns
+    -----
+    AccuracyWarning
+        If the modes of a body miss much of how gravity, spin or tractions deform it.
+
     Examples
     --------
     >>> import kanefe as kf
@@ -109,6 +116,21 @@ def equilibrium(
     >>> round(float(kf.equilibrium(scene).joint_coordinates("ball")[0]), 6)
     -0.1962
     """
+    found = balanced(scene, t=t, start=start, speeds=speeds, find=find, steady=steady)
+    warn_of_missed(found, "equilibrium")
+    return found
+
+
+def balanced(
+    scene: Freezable | Model,
+    *,
+    t: float | None = None,
+    start: Start = None,
+    speeds: Mapping[str, Any] | None = None,
+    find: Sequence[str] = (),
+    steady: bool = True,
+) -> Equilibrium:
+    """Return what `equilibrium` does, without a word on modes: for analyses that ask for many."""
     model, time, q, _ = model_in_state(scene, t, start, "equilibrium")
     if model.constraints and start is None:
         q = project_positions(model, time, q)
@@ -126,6 +148,12 @@ def equilibrium(
     return Equilibrium(
         model, time, np.concatenate((*state, model.initial_states)), search.imbalance(q, u), search.iterations
     )
+
+
+def warn_of_missed(instant: Instant, what: str) -> None:
+    """Warn of bodies whose modes miss much of what deforms them at an instant; `what` names the analysis."""
+    for missed in missed_statics([instant]):
+        warnings.warn(f"{what}: {missed}", AccuracyWarning, stacklevel=3)
 
 
 def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) -> tuple[Vector, np.ndarray]:

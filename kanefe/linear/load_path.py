@@ -21,7 +21,7 @@ from kanefe.equations.given_state import Start
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.linear.equilibria import equilibrium
+from kanefe.linear.equilibria import balanced
 from kanefe.linear.forces import SceneLoad, named_loads
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import Freezable, model_in_state
@@ -91,7 +91,7 @@ def load_path(
     _check_stiffening(model, what)
     none = _scaled(model, time, raised, 0.0)
     y = np.concatenate((q, np.zeros(model.free_count), model.initial_states))
-    found = equilibrium(none, t=time, start=None if start is None else y)
+    found = balanced(none, t=time, start=None if start is None else y)
     rest = np.zeros(model.free_count)
     small = SmallMotions(none, time, found.q, rest)
     if small.is_moving:

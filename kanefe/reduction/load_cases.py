@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.fe_model.model import COMPONENTS, PRODUCTS, TRANSLATIONS, FiniteElementModel
 from kanefe.fe_model.statics import StaticProblem
 
 INERTIAL = ("gravity", "angular acceleration", "centrifugal")
@@ -34,10 +34,6 @@ INERTIAL = ("gravity", "angular acceleration", "centrifugal")
 
 LOADED = 1e-9
 """Share of the largest force of a group below which a column counts as one that does nothing."""
-
-
-PRODUCTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""The axes (a, b) of the products w_a w_b of angular speeds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +155,15 @@ def some_groups(problem: StaticProblem, loads: Sequence[Load]) -> list[LoadGroup
     return groups
 
 
+def spread_groups(problem: StaticProblem) -> list[LoadGroup]:
+    """Return the groups of inertia and of load patterns that deform the body, and not those of its interfaces."""
+    model = problem.model
+    found = [_settled(problem, group) for name in INERTIAL for group in _groups_of(problem, name)]
+    for name in model.load_patterns:
+        found += [_settled(problem, group) for group in _pattern_groups(problem, name)]
+    return [group for group in found if group.forces.shape[1]]
+
+
 def centrifugal_forces(model: FiniteElementModel) -> np.ndarray:
     """Return the nodal forces of spins with w_a w_b = 1 (see `PRODUCTS`) about the origin of G, shape (N, 6).
 
@@ -213,17 +218,22 @@ def _groups_of(problem: StaticProblem, load: Load) -> list[LoadGroup]:
             groups.append(LoadGroup(f"{load} force", "N", unit[:, ~turning]))
             groups.append(LoadGroup(f"{load} moment", "N m", unit[:, turning]))
     if load in model.load_patterns:
-        pattern = model.load_patterns[load]
-        unit_name = "Pa" if pattern.kind == "surface" else "N/m"
-        groups.append(LoadGroup(f"{load} traction", unit_name, T @ pattern.traction))
-        if pattern.pressure is not None:
-            groups.append(LoadGroup(f"{load} pressure", "Pa", T @ pattern.pressure[:, None]))
+        groups += _pattern_groups(problem, load)
     if not groups:
         known = [*INERTIAL, *(tie.name for tie in problem.ties.ties), *model.load_patterns]
         raise ModelError(
             f"there is no load called {load!r}. There are: {', '.join(dict.fromkeys(known))}. Remedy: one of them, or "
             "a LoadCase with the forces"
         )
+    return groups
+
+
+def _pattern_groups(problem: StaticProblem, name: str) -> list[LoadGroup]:
+    """Return the unit tractions of a load pattern, and its unit pressure if it has a side for one."""
+    pattern, T = problem.model.load_patterns[name], problem.ties.transformation.T
+    groups = [LoadGroup(f"{name} traction", "Pa" if pattern.kind == "surface" else "N/m", T @ pattern.traction)]
+    if pattern.pressure is not None:
+        groups.append(LoadGroup(f"{name} pressure", "Pa", T @ pattern.pressure[:, None]))
     return groups
 
 

@@ -18,6 +18,7 @@ from kanefe.fe_model.progress import stage
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Reduction
 from kanefe.reduction.error_estimate import error_estimate
+from kanefe.reduction.left_out import left_out
 from kanefe.reduction.load_cases import some_groups
 
 
@@ -38,7 +39,8 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
     dict
         "method": the options; "columns" given and "kept" after dependent and rigid ones were left out; "effective_mass"
         of the modes kept; "modes": normal modes looked at; "load_vectors": names and numbers; "error_estimate" if it
-        was asked for (see `kanefe.reduction.error_estimate`).
+        was asked for (see `kanefe.reduction.error_estimate`); "left_out" of the statics of inertia and load patterns
+        (see `kanefe.reduction.left_out`).
     """
     record = {
         "method": repr(reduction),
@@ -47,6 +49,8 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
         "effective_mass": effective_masses(problem, modes),
         **chosen.record,
     }
+    with stage("what the modes leave out"):
+        record["left_out"] = left_out(problem, modes)
     limit = reduction.error_up_to
     if limit is not None:
         groups = some_groups(problem, reduction.loads)

@@ -95,7 +95,7 @@ def test_two_bars_and_their_shapes():
 
 
 def test_springs_that_are_compressed_by_the_load_buckle():
-    """A point at the end of a spring: across, its thrust P takes P / L of the stiffness; only its displacement tells."""
+    """A point at the end of a spring: across, its thrust P takes P / L of the stiffness, told by displacement alone."""
     scene = kf.System()
     point = scene.add_point("point", 1.0, at=(2, 0, 0))
     for name, at, k in (("strut", (0, 0, 0), 1e6), ("side", (2, 1, 0), 30.0), ("top", (2, 0, 1), 50.0)):

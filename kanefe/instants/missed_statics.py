@@ -1,0 +1,119 @@
+"""What the modes of flexible bodies miss of what they carry: the deformation of the loads that their bases leave out.
+
+A body in a scene carries inertia, gravity and tractions. Of the static response to them the basis leaves out what
+`kanefe.reduction.left_out` has written down; beside what the modes do take, this says whether they are enough. Forces
+at interfaces of Craig and Bampton's bodies are held by their constraint modes; loads at other nodes are not looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.fe_model.load_pattern import LoadPattern
+from kanefe.fe_model.model import PRODUCTS
+from kanefe.frames import Vector, rotation_matrix
+from kanefe.instants.instant import Instant
+from kanefe.kane.state import State
+from kanefe.tree.model_data import BodyTerms
+from kanefe.tree.scales import largest_extent
+
+TOLD = 0.05
+"""Share of the deformation, by the root of its energy, from which on it is told."""
+
+FELT = 1e-6
+"""Displacement, of the size of the body, below which nothing is told: the stretch of a steel bar that hangs."""
+
+
+class Missed(NamedTuple):
+    """What the modes of a body miss.
+
+    Attributes
+    ----------
+    body : str
+    share : float
+        Of its deformation, by the root of the energy.
+    load : str
+        What deforms it so most: the name that ``loads=`` of a reduction takes.
+    """
+
+    body: str
+    share: float
+    load: str
+
+    def __str__(self) -> str:
+        return (
+            f"the modes of {self.body!r} miss {100 * self.share:.2g} % of its deformation, most of it by {self.load} "
+            f"(root of the strain energy). Remedy: reduction=...(..., loads=({self.load!r},)), or more modes"
+        )
+
+
+def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
+    """Return the bodies whose modes miss more than `TOLD` of their deformation, at the worst of some instants."""
+    if not instants:
+        return []
+    found = []
+    for number, body in enumerate(instants[0].model.bodies):
+        record = _record(body)
+        if record is None or body.flexible is None:
+            continue
+        loads = [(str(name), int(component)) for name, component in record["loads"]]
+        energy, displacement = np.array(record["energy"]), np.array(record["displacement"])
+        carried = [_carried(instant, number, loads) for instant in instants]
+        missed = np.array([f @ energy @ f for f in carried])
+        worst = int(missed.argmax())
+        moved = np.sqrt(max(float(carried[worst] @ displacement @ carried[worst]), 0.0))
+        if moved <= FELT * largest_extent(body.flexible.body):
+            continue
+        k = body.flexible.body.free_count
+        K = body.flexible.body.stiffness[:k, :k]
+        taken = max(float(eta @ K @ eta) for eta in (instant.q[body.flexible.eta] for instant in instants))
+        share = float(np.sqrt(missed[worst] / (missed[worst] + taken)))
+        if share > TOLD:
+            found.append(Missed(body.name, share, _largest(loads, carried[worst], energy)))
+    return found
+
+
+def _record(body: BodyTerms) -> dict[str, Any] | None:
+    """Return what the basis of a body leaves out; None: nothing, or it is not known."""
+    if body.flexible is None or not isinstance(body.flexible.body, FlexibleBody):
+        return None
+    reduction = body.flexible.body.provenance.get("reduction")
+    record = reduction.get("left_out") if isinstance(reduction, dict) else None
+    return record if record and record["loads"] else None
+
+
+def _carried(instant: Instant, number: int, loads: Sequence[tuple[str, int]]) -> Vector:
+    """Return the loads on a body at an instant, in components of G and in the units of the names."""
+    model = instant.model
+    body = model.bodies[number]
+    A_NG = rotation_matrix(instant.rotation(body.name))
+    gravity = model.gravity if body.has_gravity else np.zeros(3)
+    w = instant.angular_velocity(body.name)
+    values: dict[str, Vector] = {
+        "gravity": A_NG.T @ (gravity - instant.acceleration(body.name)),
+        "angular acceleration": -instant.angular_acceleration(body.name),
+        "centrifugal": np.array([w[a] * w[b] for a, b in PRODUCTS]),
+    }
+    state = State(model, instant.time, instant.q, instant.u, instant.z)
+    for load in body.field_loads:
+        value = np.atleast_1d(load.value(instant.time, state))
+        pattern: LoadPattern = load.pattern
+        name = f"{pattern.name} {'pressure' if load.is_pressure else 'traction'}"
+        if not load.is_pressure and not load.follows:
+            value = A_NG.T @ value
+        values[name] = values.get(name, np.zeros(len(value))) + value
+    return np.array([values[name][component] if name in values else 0.0 for name, component in loads])
+
+
+def _largest(loads: Sequence[tuple[str, int]], carried: Vector, energy: np.ndarray) -> str:
+    """Return the load that by itself is missed most, by the name that reductions know it by."""
+    parts: dict[str, float] = {}
+    for name in dict(loads):
+        own = np.where([other == name for other, _ in loads], carried, 0.0)
+        parts[name] = float(own @ energy @ own)
+    worst = max(parts, key=lambda name: parts[name])
+    return worst.removesuffix(" traction").removesuffix(" pressure")
