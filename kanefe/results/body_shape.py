@@ -86,14 +86,16 @@ class BodyShape:
     def displacements(self, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
         """Return the displacements of some nodes in G, (T, len(nodes), 3) in m, from eta (T, k); or without T."""
         if not sp.issparse(self.basis):
-            return np.asarray(np.tensordot(eta, self.translations(nodes), axes=(-1, -1)))
+            motion = self.translations(nodes)
+            # tensordot would copy the basis, which of one time takes longer than the product
+            return motion @ eta if np.ndim(eta) == 1 else np.asarray(np.tensordot(eta, motion, axes=(-1, -1)))
         width = len(self.components)
         rows = self.basis[(nodes[:, None] * width + np.arange(width)).ravel()]
-        motion = (rows @ np.atleast_2d(eta).T).T.reshape(-1, len(nodes), width)
-        found = np.zeros((*motion.shape[:2], 3))
+        moved = (rows @ np.atleast_2d(eta).T).T.reshape(-1, len(nodes), width)
+        found = np.zeros((*moved.shape[:2], 3))
         for column, component in enumerate(self.components):
             if component in XYZ:
-                found[:, :, COMPONENTS.index(component)] = motion[:, :, column]
+                found[:, :, COMPONENTS.index(component)] = moved[:, :, column]
         return found if np.ndim(eta) == 2 else found[0]
 
     def translations(self, nodes: np.ndarray) -> np.ndarray:

@@ -25,6 +25,7 @@ from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
+from kanefe.results.reactions import are_alone, moved_wrenches, reactions_of_states
 from kanefe.tree.model_data import BodyTerms
 from kanefe.tree.route import RunSweeps
 
@@ -257,7 +258,10 @@ class RunChannels:
         return {("linear_momentum", "", ""): found[:, 3:6].copy(), ("angular_momentum", "", ""): found[:, 6:].copy()}
 
     def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        wrenches = np.array([joint_reactions(state, du) for state, du in self._acting()])
+        if self._swept is not None and are_alone(self.model):
+            wrenches = np.stack(reactions_of_states(self.model, self._swept, self.states), axis=1)
+        else:
+            wrenches = np.array([joint_reactions(state, du) for state, du in self._acting()])
         return {("joint_reaction", b.name, ""): wrenches[:, i].copy() for i, b in enumerate(self.bodies)}
 
     def _residuals(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -299,7 +303,19 @@ class RunChannels:
         is_held = any(body == number and n is not None and n.name == frame.name for body, n in held)
         if len(frame.fixed_components) == 6 or not is_held:
             return np.zeros((len(self.times), 6))
+        if self._swept is not None and are_alone(self.model):
+            return self._carried_by_joints(self._swept, number, frame)
         return np.array([self._carried_at(state, number, frame.name, du) for state, du in self._acting()])
+
+    def _carried_by_joints(self, swept: RunSweeps, number: int, frame: InterfaceFrame) -> np.ndarray:
+        """Return the wrench of the bodies that hang on an interface (T, 6), about the interface, in axes of G."""
+        n, total = swept.frame(number, frame), np.zeros((len(self.times), 6))
+        for child, body in enumerate(self.model.bodies):
+            if body.parent == number and body.parent_interface is not None and body.parent_interface.name == frame.name:
+                reaction = self.read("joint_reaction", body.name)
+                total -= moved_wrenches(reaction, swept.frame(child, None), n)
+        A_Gn = swept.frame(number, None).axes.transpose(0, 2, 1) @ n.axes
+        return np.concatenate(((A_Gn @ total[:, :3, None]), (A_Gn @ total[:, 3:, None])), axis=1)[..., 0]
 
     def _carried_at(self, state: State, number: int, interface: str, du: np.ndarray) -> np.ndarray:
         terms = state.model.bodies[number].flexible

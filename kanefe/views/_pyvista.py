@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import json
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyvista
+
+from kanefe.views.artist import serve
 
 COLOURS = "turbo"
 STEEPEST = 0.7
@@ -33,6 +34,7 @@ Mesh = list[tuple[int, np.ndarray]]
 
 def draw_all(folder: Path) -> None:
     """Draw the pictures of a job into its folder: 0.png, 1.png, ..."""
+    _KEPT.clear()  # known by places in memory, which arrays of another job may have
     arrays = dict(np.load(folder / "job.npz"))
     jobs = json.loads((folder / "job.json").read_text(encoding="utf-8"))
     for number, job in enumerate(jobs):
@@ -196,4 +198,4 @@ def plotter_of(size: list[int]) -> Iterator[pyvista.Plotter]:
 
 
 if __name__ == "__main__":
-    draw_all(Path(sys.argv[1]))
+    serve(draw_all)

@@ -7,9 +7,6 @@ VTK may abort where a machine has no graphics library at all: here that becomes 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -21,9 +18,7 @@ import numpy as np
 
 from kanefe.errors import MissingDependency
 from kanefe.fe_model.model import CELL_TYPES, Cells
-
-SECONDS = 300
-"""After which drawing is given up."""
+from kanefe.views.artist import ARTIST
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,15 +112,13 @@ def drawn(drawings: Sequence[Drawing]) -> list[bytes]:
     with tempfile.TemporaryDirectory(prefix="kanefe-pictures-") as name:
         folder = Path(name)
         _write_job(folder, drawings)
-        done = _run(folder)
-        files = [folder / f"{number}.png" for number in range(len(drawings))]
-        if done.returncode != 0 or not all(file.is_file() for file in files):
-            last = done.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["it stopped without a word"]
+        if wrong := ARTIST.draw(folder):
             raise MissingDependency(
                 "a graphics library that VTK can draw with",
                 "a picture of a mesh",
-                f"sudo apt-get install libegl1 libgl1-mesa-dri, or pip install -U vtk ({last[0]})",
+                f"sudo apt-get install libegl1 libgl1-mesa-dri, or pip install -U vtk ({wrong})",
             )
+        files = [folder / f"{number}.png" for number in range(len(drawings))]
         return [file.read_bytes() for file in files]
 
 
@@ -152,13 +145,3 @@ def _write_job(folder: Path, drawings: Sequence[Drawing]) -> None:
     ]
     np.savez(folder / "job.npz", **arrays)  # type: ignore[arg-type]
     (folder / "job.json").write_text(json.dumps(jobs), encoding="utf-8")
-
-
-def _run(folder: Path) -> subprocess.CompletedProcess[bytes]:
-    path = os.pathsep.join(entry for entry in sys.path if entry)
-    environment = {**os.environ, "PYTHONPATH": path, "PYVISTA_OFF_SCREEN": "true"}
-    command = [sys.executable, "-m", "kanefe.views._pyvista", str(folder)]
-    try:
-        return subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment, cwd=folder, check=False)
-    except subprocess.TimeoutExpired as late:
-        return subprocess.CompletedProcess(command, 1, b"", f"no picture after {late.timeout:g} s".encode())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
 from html.parser import HTMLParser
 from importlib.util import find_spec
@@ -270,10 +271,11 @@ class TestPictures:
         assert "Mode shapes are not drawn" in cantilever_again().report().to_html(tmp_path / "a.html").read_text()
 
     def test_a_machine_without_graphics_has_an_error_and_no_crash(self, monkeypatch):
-        from kanefe.views import pictures
+        from kanefe.views import artist, pictures
 
         monkeypatch.setattr(pictures, "find_spec", lambda name: name)
-        monkeypatch.setattr(pictures.sys, "executable", "/bin/false")
+        monkeypatch.setattr(artist.sys, "executable", "/bin/false")
+        artist.ARTIST.end()
         drawing = pictures.shape_drawing(np.zeros((1, 3)), (), np.zeros((1, 3)))
         with pytest.raises(kf.MissingDependency, match=r"graphics library.*stopped without a word"):
             pictures.drawn([drawing])
@@ -293,6 +295,29 @@ class TestPictures:
             assert image.shape == (260, 360, 3)
             assert 0.002 < (np.ptp(image, axis=2) > 40).mean() < 0.5  # something in colours on white
         assert abs(images[0] - images[2]).max() > 100
+
+    @pytest.mark.skipif(find_spec("pyvista") is None, reason="pyvista is not installed: pip install 'kanefe[report]'")
+    def test_one_process_draws_all_pictures_until_it_dies(self):
+        from kanefe.views import artist, pictures
+
+        def shape(length):
+            bar = straight_beam(length, Rectangle(0.01, 0.1), STEEL, elements=3)
+            return pictures.shape_drawing(bar.nodes, bar.cells, bar.nodes[:, [2, 1, 0]], size=(90, 60))
+
+        artist.ARTIST.end()
+        first = pictures.drawn([shape(1.0)])
+        process = artist.ARTIST._process
+        assert pictures.drawn([shape(1.0)]) == first
+        assert artist.ARTIST._process is process
+        process.kill()
+        process.wait()
+        assert pictures.drawn([shape(1.0)]) == first
+        assert artist.ARTIST._process is not process
+        with pytest.raises(kf.MissingDependency, match="'nothing'"):
+            pictures.drawn([replace(shape(1.0), options={"nothing": 1})])
+        assert pictures.drawn([shape(1.0)]) == first
+        artist.ARTIST.end()
+        assert artist.ARTIST._process is None
 
 
 def cantilever_again() -> kf.FlexibleBody:

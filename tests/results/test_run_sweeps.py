@@ -11,6 +11,7 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import RunChannels
 from kanefe.results.quantities import ENERGIES, MOMENTA, MOTIONS
+from kanefe.results.reactions import are_alone
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from loop_scenes import spatial_loop
@@ -84,3 +85,48 @@ def test_the_energy_of_position_is_that_of_the_centre_of_mass(make: Callable[[],
     parts = sum(mass * result.center_of_mass(name) for name, mass in masses.items())
     np.testing.assert_allclose(result.center_of_mass() * sum(masses.values()), parts, atol=1e-14)
     np.testing.assert_allclose(-parts @ result.run.model.gravity, result.energy.gravity, atol=1e-12)
+
+
+def stiffened() -> Model:
+    """A hub with a stiffened arm on it that carries a tool, all of which turn in space."""
+    beam = straight_beam(1.0, Rectangle(0.02, 0.04), SOFT, elements=4)
+    turned = kf.Interface(axes=kf.rotation_about((1, 2, 3), 0.7))
+    body = kf.flexible_body(
+        beam, {"root": "clamped", "tip": turned}, reduction=kf.CraigBampton(modes=3), stiffening="full"
+    )
+    scene = kf.System(gravity=(1.0, 2.0, -9.81))
+    hub = scene.add_rigid_body("hub", 1.0, np.diag((1.0, 2.0, 2.5)), com=(0.1, 0, 0.2), joint=kf.Spherical())
+    arm = scene.add_flexible_body("arm", body, parent=hub, at=(0.1, 0, 0), joint=kf.Revolute("z"))
+    scene.add_rigid_body("tool", 0.5, 0.1, com=(0, 0.1, 0), parent=arm.interface("tip"), joint=kf.Universal())
+    return scene.freeze()
+
+
+BARE: dict[str, Callable[[], Model]] = {
+    "flexible": lambda: random_model(Recipe(4, bodies=8, elastic=0.5, loads=0)),
+    "rigid": lambda: random_model(Recipe(5, bodies=8, elastic=0.0, loads=0)),
+    "stiffened": stiffened,
+}
+
+
+@pytest.mark.parametrize("name", BARE)
+def test_reactions_of_all_states_are_those_of_each(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = BARE[name]()
+    run = wandering(model)
+    if name == "stiffened":  # bent no farther than its stiffening holds
+        run.coordinates[:, model.flexible_terms("arm").eta] *= 0.05
+    swept, literal = RunChannels(model, run), RunChannels(model, run)
+    assert are_alone(model)
+    monkeypatch.setattr(literal, "_swept", None)
+    keys = [("joint_reaction", shape.name, "") for shape in swept.bodies]
+    keys += [("coupling_force", shape.name, n) for shape in swept.bodies for n in shape.interfaces]
+    for key in keys:
+        found, expected = swept.read(*key), literal.read(*key)
+        size = max(1.0, abs(expected).max())  # round-off of sums, of the largest number in them
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * size, err_msg=" ".join(key))
+    assert any(swept.read(*key).any() for key in keys)
+
+
+def test_where_more_acts_each_state_is_asked() -> None:
+    assert not are_alone(random_model(Recipe(4, bodies=8, loads=5)))
+    assert not are_alone(random_model(Recipe(5, bodies=8, loads=0, between=4)))
+    assert not are_alone(spatial_loop(2).freeze())

@@ -113,6 +113,7 @@ class Recovery:
         self.frames = frames
         self.eta = eta
         self.material = material
+        self._envelopes: dict[tuple[str, str], Envelope] = {}
 
     @property
     def times(self) -> np.ndarray:
@@ -172,7 +173,10 @@ class Recovery:
         --------
         ``worst = kanefe_fem.recover(result, "arm").envelope(); print(worst.peak, worst.peak_time)``
         """
-        return envelope_of(self._fields(), self.eta, self.times, quantity, at, self.material)
+        key = (quantity, at)
+        if key not in self._envelopes:
+            self._envelopes[key] = envelope_of(self._fields(), self.eta, self.times, quantity, at, self.material)
+        return self._envelopes[key]
 
     def gauge(self, position: Sequence[float] | np.ndarray, direction: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return the history of a strain gauge, shape (T,).
