@@ -56,6 +56,14 @@ class _SuperLU:
         return np.asarray(self._lu.solve(np.ascontiguousarray(b)))
 
 
+class NothingInside:
+    """Factors of a body whose nodes all belong to interfaces: what moves these is all its deformation."""
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """Return what no degree of freedom does."""
+        return b
+
+
 def splu_factorise(matrix: sp.csc_matrix, /, *, definite: bool = True) -> Factorisation:
     """Factor a symmetric matrix, positive definite or not, by SuperLU, best below some 10,000 rows."""
     return _SuperLU(sp.csc_matrix(matrix), definite)
@@ -74,7 +82,8 @@ def factor_interior(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisatio
     remedy = "Remedy: check the mesh for loose parts or hinges, and the interfaces"
     if matrix.shape[0] == 0:
         raise ModelError(
-            "all nodes of the body belong to interfaces: nothing is left to deform. Remedy: refine the mesh"
+            "all nodes of the body belong to interfaces that are fixed in G: nothing is left to deform. Remedy: refine "
+            "the mesh, or let an interface move, such as 'rigid' for 'clamped'"
         )
     try:
         factors = factorise(matrix)

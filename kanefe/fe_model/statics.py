@@ -16,7 +16,7 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError, SingularStiffness
-from kanefe.fe_model.factorise import Factorisation, Factorise, factor_interior
+from kanefe.fe_model.factorise import Factorisation, Factorise, NothingInside, factor_interior
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.fe_model.progress import stage
 from kanefe.fe_model.ties import InterfaceTies
@@ -82,6 +82,8 @@ class StaticProblem:
     @cached_property
     def factors(self) -> Factorisation:
         """Factors of K of the `held_interior`, made at the first use."""
+        if not len(self.interior) and len(self.released):
+            return NothingInside()
         K, moving = self.interior_stiffness, self.held_interior
         K = K if len(moving) == K.shape[0] else K[moving][:, moving].tocsc()
         with stage("factor the stiffness"):

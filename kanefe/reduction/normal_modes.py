@@ -50,11 +50,13 @@ def normal_modes(
     Raises
     ------
     ModelError
-        If more modes are asked for than there are degrees of freedom.
+        If more modes are asked for than there are degrees of freedom, and there are some.
     """
     if not len(problem.boundary):
         return free_normal_modes(problem, count, up_to_frequency)
     M, factors = problem.interior_mass, problem.factors
+    if not len(problem.interior):  # the interfaces are the whole body, and their static shapes all its motions
+        return np.zeros(0), np.zeros((problem.size, 0))
     with stage("normal modes"):
         found = _modes(lambda: problem.interior_stiffness, M, factors.solve, 0, count, up_to_frequency)
     return _embedded(problem, problem.interior, *found)

@@ -186,14 +186,29 @@ def test_hinged_body_turns_about_its_point() -> None:
             r"nothing of the body is left once its 6 rigid motions are taken out: it floats\. Remedy: more modes",
         ),
         (
-            lambda: lattice_body(0, interior=0, reduction=kf.CraigBampton(modes=1)),
-            "nothing is left to deform. Remedy: refine",
+            lambda: lattice_body(
+                0, {"root": "clamped", "tip": "clamped"}, interior=0, reduction=kf.CraigBampton(modes=1)
+            ),
+            "fixed in G: nothing is left to deform. Remedy: refine the mesh, or let an interface move",
         ),
     ],
 )
 def test_bad_input_is_named(make: Any, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         make()
+
+
+@pytest.mark.parametrize("interfaces", [CLAMPED, {"root": "rigid", "tip": "rigid"}], ids=["clamped", "floating"])
+@pytest.mark.parametrize(
+    "reduction",
+    [kf.CraigBampton(modes=0), kf.CraigBampton(modes=3), kf.CraigBampton(modes="auto", up_to_frequency=1.0)],
+    ids=str,
+)
+def test_a_body_that_is_all_interfaces_is_their_constraint_modes(interfaces: dict, reduction: kf.CraigBampton) -> None:
+    """Nothing is reduced: the frequencies are those of the whole matrices, to round-off of the eigenvalues."""
+    body, whole = (lattice_body(0, interfaces, interior=0, reduction=r) for r in (reduction, None))
+    assert body.free_count == whole.free_count
+    np.testing.assert_allclose(body.frequencies, whole.frequencies, rtol=1e-9)
 
 
 @pytest.mark.parametrize("interfaces", [CLAMPED, {}], ids=["clamped", "floating"])
