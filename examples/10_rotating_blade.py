@@ -23,7 +23,7 @@ material = Material(E=12 / side**4, nu=0.0, rho=1 / side**2)
 
 def frequencies(stiffening: str, speeds: list[float]) -> np.ndarray:
     """Return the lowest four frequencies at each speed, seen from the frame that spins with the blade, in rad/s."""
-    blade = solid_body(mesh, material, {"root": "clamped"}, kf.CraigBampton(modes=20), stiffening=stiffening)
+    blade = solid_body(mesh, material, {"root": "clamped"}, reduction=kf.CraigBampton(modes=20), stiffening=stiffening)
     rows = []
     for speed in speeds:
         scene = kf.System()

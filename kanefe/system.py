@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.bodies.slopes import SlopeMeasure, slope_measure
 from kanefe.equations.model import Model
+from kanefe.equations.planar_inertia import check_planar_inertias
 from kanefe.equations.start import model_at_start
 from kanefe.scene.bodies import BodyMethods
 from kanefe.scene.constraints import ConstraintMethods
@@ -95,8 +96,8 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods, Cont
         Raises
         ------
         ModelError
-            If the scene is empty, a loop cannot be closed (the message names it and by how much it stays open), or the
-            state is none of this scene.
+            If the scene is empty, a loop cannot be closed (the message names it and by how much it stays open), the
+            state is none of this scene, or a body with inertia about one axis can turn about others.
 
         Warns
         -----
@@ -105,6 +106,7 @@ class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods, Cont
         """
         data = build_model(self._entries, self.gravity, self.slopes, self._constraints, self._controllers)
         model = model_at_start(data, self._loads, t, start)
+        check_planar_inertias(model, t)
         warn_of_loads_that_do_not_stiffen(model)
         self.is_frozen = True
         return model

@@ -42,10 +42,10 @@ class LumpedMass:
     at : str or int
         Name of a group, or number of a node of the model.
     mass : float
-        In kg, > 0.
+        In kg. Default: none, such as a flywheel whose mass is in the mesh; it needs an inertia then.
     inertia : array_like, shape (3,) or (3, 3), optional
         About its centre of mass, in axes of G, kg m2: principal moments if they lie along the axes, or the matrix.
-        Default: a point.
+        ``(0, 0, I)`` is enough for planar models. Default: a point.
     position : array_like, shape (3,), optional
         Its centre of mass in G in m. Default: that of the node or the group.
 
@@ -60,15 +60,20 @@ class LumpedMass:
     """
 
     at: Target
-    mass: float
+    mass: float = 0.0
     inertia: Any = None
     position: Any = None
 
     def __post_init__(self) -> None:
-        label = f"lumped mass on {self.at!r}"
-        object.__setattr__(self, "mass", check_numbers(label, ("mass",), (self.mass,), "give it in kg")[0])
+        label = self.label
+        if np.ndim(self.mass) == 0 and self.mass == 0.0:  # whatever else it is, is checked
+            object.__setattr__(self, "mass", 0.0)
+        else:
+            object.__setattr__(self, "mass", check_numbers(label, ("mass",), (self.mass,), "give it in kg")[0])
         object.__setattr__(self, "position", _point(label, self.position))
         if self.inertia is None:
+            if self.mass == 0.0:
+                raise ModelError(f"{label} has neither mass nor inertia. Remedy: mass in kg, or inertia in kg m2")
             return
         J = np.asarray(self.inertia, dtype=float)
         J = np.diag(J) if J.shape == (3,) else J
@@ -76,21 +81,63 @@ class LumpedMass:
             raise ModelError(
                 f"{label}: inertia={self.inertia!r}. Remedy: three moments, or a symmetric matrix, in kg m2"
             )
-        if np.linalg.eigvalsh(_second_moments(J))[0] < -1e-9 * np.trace(J):
-            raise ModelError(
-                f"{label}: no body has the inertia {np.round(np.linalg.eigvalsh(J), 9).tolist()} kg m2 (each principal "
-                "moment is at most the sum of the other two). Remedy: give it about the centre of mass"
-            )
+        if not np.trace(J) > 0.0:
+            raise ModelError(f"{label}: inertia={self.inertia!r} is none. Remedy: leave it out, or give it in kg m2")
         object.__setattr__(self, "inertia", tuple(map(tuple, J.tolist())))
+        if not self.is_planar:
+            self._check_possible()
 
     @property
-    def cloud(self) -> np.ndarray:
-        """Places of equal point masses about the centre of mass which have its inertia, shape (1 or 6, 3), m."""
+    def label(self) -> str:
+        """What messages call it."""
+        return f"lumped mass on {self.at!r}"
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether it has inertia about z alone, as no body in space has."""
+        return self.inertia is not None and not np.delete(np.ravel(self.inertia), 8).any()
+
+    def cloud(self, size: float, planar: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return places about the centre of mass, (P, 3) in m, and masses, (P,) in kg, of points with its inertia.
+
+        Without a mass, one in the middle takes off that of the others.
+
+        Parameters
+        ----------
+        size : float
+            Of the model, m: how far points of something without mass are apart.
+        planar : bool
+            Whether the model moves in the x-y plane only.
+
+        Raises
+        ------
+        ModelError
+            If it has inertia about z alone, and the model is not planar.
+        """
         if self.inertia is None:
-            return np.zeros((1, 3))
-        values, vectors = np.linalg.eigh(_second_moments(np.array(self.inertia)))
-        arms = np.sqrt(3.0 * np.maximum(values, 0.0) / self.mass) * vectors
-        return np.concatenate([arms.T, -arms.T])
+            return np.zeros((1, 3)), np.array([self.mass])
+        J = np.array(self.inertia)
+        if self.is_planar and planar:
+            second = 0.5 * np.diag((J[2, 2], J[2, 2], 0.0))
+        else:
+            self._check_possible()
+            second = _second_moments(J)
+        values, vectors = np.linalg.eigh(second)
+        of_points = self.mass or np.trace(second) / size**2
+        arms = (np.sqrt(3.0 * np.maximum(values, 0.0) / of_points) * vectors).T
+        points, masses = np.concatenate([arms, -arms]), np.full(6, of_points / 6.0)
+        if self.mass > 0.0:
+            return points, masses
+        return np.concatenate([points, np.zeros((1, 3))]), np.append(masses, -of_points)
+
+    def _check_possible(self) -> None:
+        J = np.array(self.inertia)
+        if np.linalg.eigvalsh(_second_moments(J))[0] < -1e-9 * np.trace(J):
+            raise ModelError(
+                f"{self.label}: no body has the inertia {np.round(np.linalg.eigvalsh(J), 9).tolist()} kg m2 (each "
+                "principal moment is at most the sum of the other two). Remedy: give it about the centre of mass; (0, "
+                "0, I) is for planar models"
+            )
 
 
 @dataclass(frozen=True)
@@ -214,7 +261,7 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
             stiffness = stiffness + T.T @ sp.csr_matrix(np.array(item.stiffness)) @ T
             continue
         cloud = _cloud_of(model, item)
-        mass = mass + cloud.shares[0] * (cloud.motion.T @ cloud.motion)
+        mass = mass + cloud.motion.T @ sp.diags(np.repeat(cloud.shares, 3)) @ cloud.motion
         clouds.append(cloud)
     return replace(
         model,
@@ -302,17 +349,17 @@ def _place(model: FiniteElementModel, at: Target) -> np.ndarray:
 def _cloud_of(model: FiniteElementModel, item: LumpedMass) -> _Cloud:
     """Return the points of a mass, with their displacements and rotations from the degrees of freedom."""
     centre = _place(model, item.at) if item.position is None else np.array(item.position)
-    points = centre + item.cloud
+    arm = max(float(np.ptp(model.nodes, axis=0).max()), 1e-300)
+    around, shares = item.cloud(arm, planar="z" not in model.components)
+    points = centre + around
     T, blind = mean_motion(model, item.at, centre)
     levers = rigid_motion(points, centre)
-    arm = max(float(np.ptp(model.nodes, axis=0).max()), 1e-300)
     if blind.size and np.abs(levers @ blind).max() > FOLLOWS * arm:
         raise ModelError(
             f"lumped mass on {item.at!r}: its nodes cannot turn it, since they "
             f"{'are one node without rotations' if len(_patch(model, item.at)[0]) == 1 else 'lie on a line'}. Remedy: "
             "leave out the inertia and the position, or hang it on a group of facets"
         )
-    shares = np.full(len(points), item.mass / len(points))
     turns = sp.vstack([T[3:]] * len(points), format="csr")
     nodes, weights = _patch(model, item.at)
     turned_about = weights @ model.nodes[nodes] / weights.sum()  # to second order too: the mean of its arms is zero

@@ -44,6 +44,10 @@ class RigidMass:
         return full
 
 
+NO_MOMENT = 1e-12
+"""Principal moment, of the largest, that is none."""
+
+
 def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) -> RigidMass:
     """Return checked mass properties.
 
@@ -54,7 +58,8 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
     mass : float
         kg, zero or more.
     inertia : float, (3,) or (3, 3)
-        About the centre of mass, kg m2: one number for all axes, the diagonal, or the matrix.
+        About the centre of mass, kg m2: one number for all axes, the diagonal, or the matrix. ``(0, 0, I)`` serves
+        bodies that turn about z alone.
     com : array_like, shape (3,)
         m.
 
@@ -80,7 +85,8 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
     if moments[0] < -1e-12 * largest:
         raise ModelError(f"inertia of body {name!r} has a negative principal moment ({moments[0]:.6g} kg m2)")
     # round-off of a CAD program's export must pass, a wrong column must not
-    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-6) + 1e-12 * largest:
+    is_planar = moments[1] <= NO_MOMENT * moments[2]  # (0, 0, I): whether it stays in its plane is seen at freeze
+    if not is_planar and moments[2] > (moments[0] + moments[1]) * (1 + 1e-6) + 1e-12 * largest:
         raise ModelError(
             f"inertia of body {name!r} breaks the triangle inequality: principal moments {moments[0]:.6g}, "
             f"{moments[1]:.6g}, "

@@ -138,23 +138,28 @@ class FloquetModes:
         return sorted(parts, key=lambda part: -part[2])
 
     def __str__(self) -> str:
-        lines = [
-            f"period {self.period:.6g} s, {1.0 / self.period:.6g} Hz",
-            f"{'mode':>4}  {'frequency [Hz]':>14}  {'damping [%]':>11}  {'multiplier':>10}  harmonics (share)",
-        ]
+        rigid, others = np.flatnonzero(self.is_rigid).tolist(), np.flatnonzero(~self.is_rigid).tolist()
+        lines = [f"period {self.period:.6g} s, {1.0 / self.period:.6g} Hz"]
+        lines += ["rigid motions, which nothing resists:"] if rigid else []
+        lines += [f"{i:4d}  {self._told(i)}" for i in rigid]
+        head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}  {'multiplier':>10}"
+        lines += [f"{'mode':>4}  {head}  harmonics (share)"] if others else []
         sizes = np.abs(self.multipliers)
-        for i, value in enumerate(self.eigenvalues):
-            if self.is_rigid[i]:
-                kind = f"{'rigid':>14}  {'':>11}"
-            elif value.imag == 0.0:
-                kind = f"{'grows' if value.real > 0.0 else 'decays':>14}  {f'{value.real:.4g} 1/s':>11}"
+        for i in others:
+            value = self.eigenvalues[i]
+            if value.imag == 0.0:
+                kind = f"{'diverges' if value.real > 0.0 else 'decays':>14}  {'':>11}  {f'{value.real:.4g} 1/s':>11}"
             else:
-                kind = f"{self.frequencies[i]:14.6g}  {100 * self.damping_ratios[i] + 0.0:11.4g}"
-            parts = ", ".join(f"{k:+d}: {f:.4g} Hz {100 * share:.0f} %" for k, f, share in self.harmonics(i)[:4])
-            bodies = max(self.participation, key=lambda name: self.participation[name][i])
+                damping = 100 * self.damping_ratios[i] + 0.0
+                kind = f"{self.frequencies[i]:14.6g}  {abs(value.imag):11.6g}  {damping:11.4g}"
             unstable = "  (unstable)" if self.grows[i] else ""
-            lines.append(f"{i:4d}  {kind}  {sizes[i]:10.4g}  {parts}; most in {bodies}{unstable}")
+            lines.append(f"{i:4d}  {kind}  {sizes[i]:10.4g}  {self._told(i)}{unstable}")
         return "\n".join(lines)
+
+    def _told(self, mode: int) -> str:
+        """Return the harmonics of a mode, and the body that moves most in it."""
+        parts = ", ".join(f"{k:+d}: {f:.4g} Hz {100 * share:.0f} %" for k, f, share in self.harmonics(mode)[:4])
+        return f"{parts}; most in {max(self.participation, key=lambda name: self.participation[name][mode])}"
 
 
 def floquet(

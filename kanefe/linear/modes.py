@@ -100,12 +100,14 @@ class Modes(Shapes):
 
     def __str__(self) -> str:
         head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}"
-        lines = [f"{'mode':>4}  {head}  moves (share of kinetic energy)"]
+        rigid, others = np.flatnonzero(self.is_rigid), np.flatnonzero(~self.is_rigid)
+        lines = ["rigid motions, which nothing resists:"] if len(rigid) else []
+        lines += [f"{i:4d}  {self.describe(int(i))}" for i in rigid]
+        lines += [f"{'mode':>4}  {head}  moves (share of kinetic energy)"] if len(others) else []
         noise = self._noise
-        for i, value in enumerate(self.eigenvalues):
-            if self.is_rigid[i]:
-                kind = f"{'rigid':>14}  {'':>11}  {'':>11}"
-            elif value.imag == 0.0:
+        for i in others.tolist():
+            value = self.eigenvalues[i]
+            if value.imag == 0.0:
                 word = "diverges" if value.real > 0.0 else "decays"
                 kind = f"{word:>14}  {'':>11}  {f'{value.real:.4g} 1/s':>11}"
             else:

@@ -43,7 +43,7 @@ class BodyMethods(Scene):
         mass : float
             kg.
         inertia : float, (3,) or (3, 3)
-            About the centre of mass in the body's axes, kg m2.
+            About the centre of mass in the body's axes, kg m2. ``(0, 0, I)`` is enough where it turns about z alone.
         parent : Frame, optional
             A rigid body, an interface of a flexible body, or a frame of one; None: the inertial frame.
         joint : Joint, optional

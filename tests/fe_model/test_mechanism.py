@@ -74,6 +74,6 @@ def test_parts_hinged_along_an_edge_are_named() -> None:
         points, 3, {"body": (Cells("hexahedron", np.array(cells)),)}, {"root": (Cells("quad", root),)}, source="hinge"
     )
     with pytest.raises(kf.ModelError, match="What moves without force") as error:
-        solid_body(mesh, Material(E=210e9, nu=0.3, rho=7850.0), {"root": "clamped"}, CB, order=1, cache=False)
+        solid_body(mesh, Material(E=210e9, nu=0.3, rho=7850.0), {"root": "clamped"}, reduction=CB, order=1, cache=False)
     # the far edge of the second box swings most
     assert "(0.2, 0.2, 0" in str(error.value)

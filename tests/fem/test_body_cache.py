@@ -282,7 +282,7 @@ class TestMeshFiles:
 
     def test_a_missing_file_is_left_to_the_reader(self, tmp_path: Path) -> None:
         with pytest.raises(kf.FileError, match="there is no mesh file"):
-            solid_body(tmp_path / "no.msh", STEEL, ENDS, kf.CraigBampton(modes=2))
+            solid_body(tmp_path / "no.msh", STEEL, ENDS, reduction=kf.CraigBampton(modes=2))
 
     def test_a_source_that_reads_other_files_is_known_by_its_mesh(
         self, tmp_path: Path, made: list[Any], monkeypatch: pytest.MonkeyPatch

@@ -123,7 +123,7 @@ class TestIndefinite:
         reduction = kf.Krylov(frequencies=(0.0, 700.0), order=2, loads=("gravity", "tip"))
 
         def body():
-            return solid_body(mesh, STEEL, {"root": "clamped", "tip": "rigid"}, reduction, cache=False)
+            return solid_body(mesh, STEEL, {"root": "clamped", "tip": "rigid"}, reduction=reduction, cache=False)
 
         made = []
         original = MumpsFactor.__init__

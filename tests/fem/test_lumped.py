@@ -55,6 +55,29 @@ class TestMasses:
         np.testing.assert_allclose((heavy.mass_field.mass_matrix() - heavy.mass).toarray(), 0, atol=1e-11)
         assert heavy.mass_field.mass.sum() == pytest.approx(beam.mass_field.mass.sum() + 1.5, rel=1e-13)
 
+    @pytest.mark.parametrize("size", [1e-3, 1.0])
+    def test_inertia_without_mass(self, size):
+        """A flywheel whose mass is in the mesh: the inertia alone is added, wherever it hangs."""
+        beam = straight_beam(0.4 * size, Rectangle(0.02 * size, 0.03 * size), STEEL, elements=20)
+        heavy = attach(beam, [LumpedMass("tip", inertia=J * size**5)])
+        R = beam.rigid_modes()
+        added = R.T @ ((heavy.mass - beam.mass) @ R)
+        scale = size ** np.repeat((3.0, 4.0), 3)  # of round-off: kg, kg m
+        expected = scipy.linalg.block_diag(np.zeros((3, 3)), J * size**5)
+        assert np.abs((added - expected) / np.sqrt(np.outer(scale, scale))).max() < 1e-12
+        assert heavy.mass_field.mass.sum() == pytest.approx(beam.mass_field.mass.sum(), rel=1e-12)
+        np.testing.assert_allclose((heavy.mass_field.mass_matrix() - heavy.mass).toarray(), 0, atol=1e-11)
+
+    def test_inertia_about_z_is_enough_in_a_plane(self):
+        """The same matrices as of a body that has its other moments too; and without mass."""
+        beam = straight_beam(1.0, Rectangle(0.01, 0.01), STEEL, elements=4, planar=True)
+        heavy = attach(beam, [LumpedMass("tip", 1e3, (0.0, 0.0, 50.0))])
+        full = attach(beam, [LumpedMass("tip", 1e3, (30.0, 30.0, 50.0))])
+        np.testing.assert_allclose(heavy.mass.toarray(), full.mass.toarray(), rtol=0, atol=1e-9)
+        alone = attach(beam, [LumpedMass("tip", inertia=(0.0, 0.0, 50.0))])
+        assert (alone.mass - beam.mass)[-1, -1] == pytest.approx(50.0, rel=1e-12)
+        assert abs((alone.mass - beam.mass)[-3:-1]).max() < 1e-12
+
     def test_and_of_a_patch_without_rotations(self):
         model = cube()
         heavy = attach(model, [LumpedMass("tip", 1.5, J, PLACE), LumpedMass(0, 2.0)])
@@ -169,7 +192,10 @@ class TestBadInput:
     @pytest.mark.parametrize(
         ("make", "word"),
         [
-            (lambda: LumpedMass("tip", 0.0), "mass = 0"),
+            (lambda: LumpedMass("tip", 0.0), "neither mass nor inertia"),
+            (lambda: LumpedMass("tip", -1.0), "mass = -1"),
+            (lambda: LumpedMass("tip", inertia=(0.0, 0.0, 0.0)), "is none"),
+            (lambda: attach(cube(), [LumpedMass("tip", inertia=(0.0, 0.0, 1.0))]), "(0, 0, I) is for planar models"),
             (lambda: LumpedMass("tip", "heavy"), "mass is 'heavy'"),
             (lambda: LumpedMass("tip", 1.0, (1.0, 1.0, 3.0)), "no body has the inertia"),
             (lambda: LumpedMass("tip", 1.0, (1.0, 1.0)), "inertia=(1.0, 1.0)"),

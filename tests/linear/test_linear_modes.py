@@ -38,6 +38,21 @@ def test_more_than_critical_damping_is_two_decays():
     assert "decays" in str(modes)
 
 
+def test_rigid_motions_are_listed_apart():
+    scene = kf.System(gravity=(0, 0, -9.81))
+    cart = scene.add_rigid_body("cart", 2.0, joint=kf.Prismatic("x"))
+    spring = kf.CoordinateForce(stiffness=200.0)
+    scene.add_rigid_body("block", 2.0, parent=cart, joint=kf.Prismatic("x", forces=spring))
+    scene.add_rigid_body("top", 1.0, 0.1, com=(0, 0, 1), joint=kf.Revolute("y"))
+    lines = str(kf.linearise(scene).modes()).splitlines()
+    assert lines[:2] == ["rigid motions, which nothing resists:", "   0  cart 50 %, block 50 %"]
+    assert "frequency [Hz]      [rad/s]" in lines[2]
+    assert ["diverges" in line and "(unstable)" in line for line in lines[3:]] == [True, False, False]
+    assert "decays" in lines[4]
+    assert "2.25079      14.1421" in lines[5]  # sqrt(k / 1 kg), the reduced mass
+    assert "rigid" not in str(kf.linearise(oscillator()).modes())
+
+
 def test_low_modes_beside_high_ones_keep_their_digits():
     """1e7 rad/s and 1 rad/s in one scene: of the squares of the largest, round-off is a hundredth of the smallest."""
     scene = kf.System()

@@ -106,7 +106,14 @@ def arm_trials(quick: bool) -> Iterator[Trial]:
 
     def body(mesh: Mesh, order: int, reduction: CraigBampton = demo.REDUCTION) -> FlexibleBody:
         return solid_body(
-            mesh, {"arm": demo.ALUMINIUM}, demo.INTERFACES, reduction, demo.DAMPING, order, cache=False, progress=False
+            mesh,
+            {"arm": demo.ALUMINIUM},
+            demo.INTERFACES,
+            reduction=reduction,
+            damping=demo.DAMPING,
+            order=order,
+            cache=False,
+            progress=False,
         )
 
     variants: list[Variant] = [

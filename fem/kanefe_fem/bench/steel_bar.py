@@ -63,7 +63,9 @@ def made_body(
 ) -> FlexibleBody:
     """Return the bar with its root clamped in G and `modes` normal modes beside the six of its tip."""
     reduction, damping = CraigBampton(modes=modes), ModalDamping(RATIO)
-    return solid_body(bar_mesh(cells), STEEL, ENDS, reduction, damping, order, cache=is_cached, progress=False)
+    return solid_body(
+        bar_mesh(cells), STEEL, ENDS, reduction=reduction, damping=damping, order=order, cache=is_cached, progress=False
+    )
 
 
 hinged_body = cache(made_body)
@@ -79,7 +81,7 @@ def hinged_bar(body: FlexibleBody) -> Model:
 @cache
 def free_body() -> FlexibleBody:
     """Return the bar with its free modes."""
-    return solid_body(bar_mesh(FREE_CELLS), STEEL, {}, CraigBampton(modes=FREE_MODES))
+    return solid_body(bar_mesh(FREE_CELLS), STEEL, {}, reduction=CraigBampton(modes=FREE_MODES))
 
 
 def free_start() -> tuple[list[float], list[float]]:

@@ -31,8 +31,8 @@ def without_groups(mesh: Mesh) -> Mesh:
 @pytest.mark.parametrize("cache", [True, False])
 def test_interfaces_by_place_are_those_by_name(cache):
     reduction = kf.CraigBampton(modes=3)
-    named = solid_body(BOX, STEEL, NAMED, reduction, cache=cache)
-    placed = solid_body(without_groups(BOX), STEEL, PLACED, reduction, cache=cache)
+    named = solid_body(BOX, STEEL, NAMED, reduction=reduction, cache=cache)
+    placed = solid_body(without_groups(BOX), STEEL, PLACED, reduction=reduction, cache=cache)
     assert placed.frequencies == pytest.approx(named.frequencies, rel=1e-9)
     for one, other in zip(placed.interfaces, named.interfaces, strict=True):
         assert one.name == other.name

@@ -147,7 +147,9 @@ class TestModel:
         mesh = skinned("hexahedron", (12, 2, 2))
         length, height, width = SIZE
         steel = Material(E=210e9, nu=0.0, rho=7850.0)
-        body = solid_body(mesh, steel, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=40), surfaces=["top"])
+        body = solid_body(
+            mesh, steel, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=40), surfaces=["top"]
+        )
         pattern = body.load_pattern("top")
         p, k = 1e5, body.free_count
         if loading == "traction":

@@ -368,6 +368,6 @@ def test_interfaces_are_part_of_the_key_of_the_cache(tmp_path, monkeypatch) -> N
         kf.Interface(kind="average"),
     ):
         for cells in ("left", "right"):
-            body = solid_body(mesh, STEEL, {"joint": spec}, kf.CraigBampton(modes=2), order=1, cells=cells)
+            body = solid_body(mesh, STEEL, {"joint": spec}, reduction=kf.CraigBampton(modes=2), order=1, cells=cells)
             found.append(body.provenance["cache"]["found"])
     assert found == [False] * 4 + [True] * 2

@@ -21,7 +21,7 @@ def test_a_campbell_diagram_of_a_blade_from_a_mesh_d03a():
     mesh = box_mesh((1.0, side, side), (75, 1, 1), "hexahedron", start=(0.0, -side / 2, -side / 2))
     material = Material(E=12.0 / side**4, nu=0.0, rho=1.0 / side**2)  # EI = rho A = 1
     body = solid_body(
-        mesh, material, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=20), stiffening="inertial"
+        mesh, material, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=20), stiffening="inertial"
     )
 
     def build(speed: float) -> kf.System:
@@ -51,7 +51,7 @@ def spun_blade(stiffening: str) -> kf.System:
         mesh,
         Material(E=2e7, nu=0.3, rho=1000.0),
         {"root": "clamped", "tip": "rigid"},
-        kf.CraigBampton(modes=2),
+        reduction=kf.CraigBampton(modes=2),
         stiffening=stiffening,
     )
     scene = kf.System(gravity=(0.0, 0.0, -9.81))

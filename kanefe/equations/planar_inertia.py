@@ -1,0 +1,32 @@
+"""Bodies with inertia about one axis alone, as they are given in a plane: refused where they can turn otherwise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.bodies.rigid import NO_MOMENT
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+
+TURNS = 1e-9
+"""Part of a unit angular velocity across the axis that is one; below is round-off of the axes of joints."""
+
+
+def check_planar_inertias(model: Model, t: float) -> None:
+    """Raise a ModelError that names a body with inertia about one axis which can turn about others, at time t (s)."""
+    planar = []
+    for number, body in enumerate(model.bodies):
+        if body.rigid is not None:
+            moments, axes = np.linalg.eigh(body.rigid.inertia)
+            if moments[2] > 0.0 and moments[1] <= NO_MOMENT * moments[2]:
+                planar.append((number, axes[:, 2]))
+    if not planar:
+        return
+    state = model.route.view(t, model.initial_state)
+    for number, axis in planar:
+        W = state.motion(number, None).W
+        if np.abs(W - np.outer(axis, axis @ W)).max(initial=0.0) > TURNS:
+            raise ModelError(
+                f"body {model.bodies[number].name!r} has inertia about {np.round(axis, 6).tolist()} alone, as no body "
+                "in space has, and can turn about other axes. Remedy: its inertia about all three"
+            )
