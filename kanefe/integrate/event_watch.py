@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.integrate.events import Event
 from kanefe.integrate.stepper import StepFailure, Stepper
@@ -136,12 +137,12 @@ class EventWatch:
             self.times[event.name] = snapshot[f"times {i}"].tolist()
 
     def _values_at(self, t: float, y: np.ndarray) -> np.ndarray:
-        state = self._model.route.state(t, y)
+        state = seen(self._model, t, y)
         return np.array([event.value(t, state) for event in self.events])
 
     def _along(self, stepper: Stepper, event: Event) -> Callable[[float], float]:
         def function(t: float) -> float:
-            return event.value(t, self._model.route.state(t, stepper.states(np.array([t]))[0]))
+            return event.value(t, seen(self._model, t, stepper.states(np.array([t]))[0]))
 
         return function
 

@@ -26,7 +26,8 @@ class Event:
     name : str
         Unique in a run.
     function : callable
-        ``f(t, state)`` -> number, with t in s and the `state` that functions of loads are given.
+        ``f(t, state)`` -> number, with t in s and the `state` that functions of loads are given, which here also tells
+        forces: ``state.joint_reaction("arm")``, `driving_force` and `loop_force`.
     direction : -1, 0 or 1
         Only where the function falls, wherever it passes zero, or only where it rises.
     terminal : bool

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.equations.forces_at import seen
 from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning
 from kanefe.frames import Vector
 from kanefe.integrate.checkpoint import CheckpointFile, Progress
@@ -339,7 +340,7 @@ class RunLoop:
     def _acted(self, event: Event, t: float, y: Vector) -> Vector:
         """Return the state after an action, its loops closed, and the energy of the change taken into account."""
         size = len(y) - WORKS
-        changed = event.changed(t, self._model.route.state(t, y), y[:size])
+        changed = event.changed(t, seen(self._model, t, y), y[:size])
         if changed is None:
             return y
         after = np.concatenate((changed, y[size:]))

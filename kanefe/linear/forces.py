@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -14,15 +13,13 @@ from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_partial_rates, elastic_state
 from kanefe.kane.state import State
 from kanefe.loads.base import ValuedLoad
-from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
+from kanefe.tree.load_names import SceneLoad, scene_loads
 from kanefe.tree.model_data import ModelData
 
 SPACE = 3
-
-SceneLoad = PointLoad | JointLoad | FieldLoad
 
 
 def load_values(state: State) -> Vector:
@@ -68,24 +65,6 @@ def scene_load_columns(state: State, load: SceneLoad) -> Matrix:
     units = [1.0] if load.is_pressure else list(np.eye(SPACE))
     parts = [replace(load, **_unit(unit)).forces(0.0, G.A_NF, eta) for unit in units]
     return np.column_stack([(G.V.T @ f + G.W.T @ m + rates.T @ e)[:n] for f, m, e in parts])
-
-
-def scene_loads(model: ModelData) -> Iterator[SceneLoad]:
-    """Yield the loads of a scene that have values: forces, torques, motors, tractions and pressures."""
-    for body in model.bodies:
-        yield from (load for load, _ in body.loads)
-        yield from body.joint_loads
-        yield from body.field_loads
-
-
-def named_loads(model: ModelData) -> dict[str, SceneLoad]:
-    """Return the loads of a scene that have values by label, numbered from the second one where one occurs again."""
-    seen: dict[str, int] = {}
-    found = {}
-    for load in scene_loads(model):
-        seen[load.label] = seen.get(load.label, 0) + 1
-        found[load.label if seen[load.label] == 1 else f"{load.label} #{seen[load.label]}"] = load
-    return found
 
 
 def carrier(model: ModelData, load: SceneLoad) -> tuple[int, InterfaceFrame | None]:

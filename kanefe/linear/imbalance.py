@@ -14,8 +14,9 @@ from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_state
 from kanefe.kane.state import State, actions
-from kanefe.linear.forces import scene_load_columns, scene_loads
+from kanefe.linear.forces import scene_load_columns
 from kanefe.linear.tangents import tangent_names
+from kanefe.tree.load_names import scene_loads
 
 BALANCED = 1e-9
 """Force left over, of those that balance in the same motion, that counts as none: round-off of stiff bodies."""

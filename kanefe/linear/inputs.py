@@ -13,10 +13,11 @@ from kanefe.frames import Vector
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
 from kanefe.linear.drives import Drive
-from kanefe.linear.forces import carrier, named_loads, scene_load_columns
+from kanefe.linear.forces import carrier, scene_load_columns
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
+from kanefe.tree.load_names import named_loads
 
 KINDS = {"force": "N", "torque": "N m", "motor": "", "drive": "", "gravity": "m/s2", "load": ""}
 

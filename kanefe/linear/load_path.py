@@ -22,13 +22,13 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.equilibria import balanced
-from kanefe.linear.forces import SceneLoad, named_loads
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import Freezable, model_in_state
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_names, tangent_steps
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant
 from kanefe.loads.point_load import PointLoad
+from kanefe.tree.load_names import SceneLoad, named_loads
 from kanefe.tree.stiffening_check import unstiffened
 
 GRAVITY = "gravity"

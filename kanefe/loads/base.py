@@ -23,6 +23,10 @@ REAL = "fiub"
 NO_STATES = np.zeros(0)
 
 
+class CircularLoad(ModelError):
+    """What a load asks for depends on what it gives."""
+
+
 class ValuedLoad:
     """A load whose value is a constant, or what a function of the user gives.
 
@@ -53,7 +57,10 @@ class ValuedLoad:
     def value(self, t: float, state: SceneView | None = None) -> Vector:
         """Return the value at time t (s); a ModelError names the load if it has another shape or is not finite."""
         began = perf_counter()
-        given = self.function(t, state) if self.takes_state else self.function(t)
+        try:
+            given = self.function(t, state) if self.takes_state else self.function(t)
+        except CircularLoad as error:
+            raise ModelError(f"{self.label} asks for {error}") from None
         SPENT.seconds += perf_counter() - began
         if type(given) is float and isfinite(given) and self.shape == ():  # most often, and in a tenth of the time
             return np.array(given)

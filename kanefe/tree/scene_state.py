@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -12,9 +13,18 @@ from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.loads.base import End
+from kanefe.loads.base import CircularLoad, End
+from kanefe.tree.load_names import named_loads
 from kanefe.tree.model_data import FlexibleTerms, ModelData
 from kanefe.tree.placed import INERTIAL, Placed, fixed_in, interface_placed
+
+
+class Forces(Protocol):
+    """Forces that the accelerations of a state take."""
+
+    def joint_reaction(self, name: str) -> Vector: ...  # noqa: D102
+    def driving_force(self, name: str) -> Vector: ...  # noqa: D102
+    def loop_force(self, name: str) -> Vector: ...  # noqa: D102
 
 
 class SceneState:
@@ -53,6 +63,13 @@ class SceneState:
         self.model, self.time, self.q, self.u = model, time, q, u
         self.z: Vector = model.initial_states if z is None else z
         self._given = frames
+        self._forces: Forces | None = None
+        self._asked: list[str] = []
+
+    def with_forces(self, forces: Forces) -> Self:
+        """Return this state, which can now be asked for forces that depend on its accelerations."""
+        self._forces = forces
+        return self
 
     @property
     def frames(self) -> Sequence[Placed]:
@@ -126,6 +143,89 @@ class SceneState:
                 "state.position(body, interface) and the like, or reduction=CraigBampton(modes=20)"
             )
         return terms
+
+    def joint_reaction(self, name: str) -> Vector:
+        """Return what the joint of a body exerts on it, the part of motors and drives included, (6,): N and N m.
+
+        About the origin of the body's frame, in its axes. Functions and actions of events may ask for it.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body, or a load asks: what it gives changes the accelerations, and these the reaction.
+
+        Examples
+        --------
+        A rope that lets go of its weight once it pulls with 30 N:
+
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> weight = scene.add_rigid_body("weight", 1.0, com=(0, 0, -1), joint=kf.Revolute("y", position=2.5))
+        >>> def tension(t, state):
+        ...     return 20.0 - (state.joint_reaction("weight")[:3] ** 2).sum() ** 0.5
+        >>> result = scene.simulate((0.0, 2.0), events=kf.Event("torn", tension, terminal=True))
+        >>> result.status.kind
+        'stopped'
+        """
+        return self._held(f"the joint reaction of {name!r}").joint_reaction(name)
+
+    def driving_force(self, name: str) -> Vector:
+        """Return what the driven coordinates of a body's joint need, (driven,), N and N m; as `joint_reaction`."""
+        return self._held(f"the driving force of {name!r}").driving_force(name)
+
+    def loop_force(self, name: str) -> Vector:
+        """Return what a loop joint exerts on its end b, in its axes, (6,), N and N m; as `joint_reaction`."""
+        return self._held(f"the force of loop joint {name!r}").loop_force(name)
+
+    def _held(self, what: str) -> Forces:
+        if self._forces is None:
+            raise CircularLoad(
+                f"{what}, which depends on the accelerations, and these on all loads: that is circular. Remedy: what "
+                "depends on places and speeds, such as state.load(name); a controller that reads an acceleration; or "
+                "an event that looks at the reaction"
+            )
+        return self._forces
+
+    def load(self, name: str) -> Vector:
+        """Return what a load does: of one between frames what a result tells of it, else its value.
+
+        Parameters
+        ----------
+        name : str
+            Of a spring, bushing, rope or load of your own: see `Result.load`. Or the label of a force, torque, motor,
+            traction or pressure, such as ``"the motor of 'arm'"``: what its function gives, (1,) or (3,).
+
+        Raises
+        ------
+        ModelError
+            If there is no such load, or it is asked for by a load that it depends on itself.
+
+        Examples
+        --------
+        A motor that takes half of the pull of a spring:
+
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> cart = scene.add_rigid_body("cart", 2.0, joint=kf.Prismatic("x", position=1.0))
+        >>> scene.add_spring("spring", scene.ground, cart, stiffness=10.0, rest_length=0.8)
+        >>> scene.add_motor(cart, lambda t, state: 0.5 * state.load("spring")[2])
+        >>> result = scene.simulate((0.0, 1.0))
+        """
+        for number, load in enumerate(self.model.loads):
+            if load.name == name:
+                return load.tell(self.time, self.load_ends(number), self.load_states(number))
+        known = named_loads(self.model)
+        if name not in known:
+            there_are = ", ".join((*(load.name for load in self.model.loads), *known)) or "none"
+            raise ModelError(f"the scene has no load {name!r}. It has: {there_are}")
+        if name in self._asked:
+            way = " for ".join(self._asked[self._asked.index(name) :])
+            raise CircularLoad(f"itself: {way} for {name}. Remedy: one of them as a function of places and speeds")
+        self._asked.append(name)
+        try:
+            return np.atleast_1d(known[name].value(self.time, self))
+        finally:
+            self._asked.pop()
 
     def is_on(self, name: str) -> bool:
         """Return whether a constraint holds, by its name."""
