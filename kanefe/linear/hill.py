@@ -69,8 +69,7 @@ def hill_motions(harmonics: np.ndarray, rate: float) -> Hill:
     for reach in REACHES:
         if (2 * reach + 1) * size > LARGEST:
             break
-        values, vectors = scipy.linalg.eig(hill_matrix(scaled, rate, reach), check_finite=False)
-        shapes = vectors.reshape(2 * reach + 1, size, -1)
+        values, shapes = _motions(hill_matrix(scaled, rate, reach), reach)
         shares = (np.abs(shapes) ** 2).sum(axis=1)
         shares = shares / shares.sum(axis=0)
         middles = np.arange(-reach, reach + 1) @ shares
@@ -82,6 +81,34 @@ def hill_motions(harmonics: np.ndarray, rate: float) -> Hill:
         f"floquet: harmonics up to {reach} of {rate / 2 / np.pi:.4g} Hz do not show the motions of {size} states. "
         "Remedy: fewer modes of the flexible bodies, or a faster rotation: at a slow one modes change as frozen ones do"
     )
+
+
+def _motions(H: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return eigenvalues and eigenvectors (harmonics, states, motions) of a matrix of harmonics.
+
+    In cosines and sines, ``(v_k + v_-k) / sqrt(2)`` and ``i (v_k - v_-k) / sqrt(2)``, it is real, and solved in a third
+    of the time.
+    """
+    blocks = H.reshape(2 * reach + 1, len(H) // (2 * reach + 1), 2 * reach + 1, -1)
+    rows = _in_waves(blocks, np.sqrt(0.5), 1j * np.sqrt(0.5))
+    waves = _in_waves(rows.transpose(2, 3, 0, 1), np.sqrt(0.5), -1j * np.sqrt(0.5)).transpose(2, 3, 0, 1)
+    values, vectors = scipy.linalg.eig(waves.real.reshape(H.shape), check_finite=False)
+    found = vectors.astype(complex).reshape(2 * reach + 1, -1, len(H))
+    cosines, sines = found[reach + 1 :], found[:reach][::-1]
+    shapes = found.copy()
+    shapes[reach + 1 :] = np.sqrt(0.5) * (cosines - 1j * sines)
+    shapes[:reach] = (np.sqrt(0.5) * (cosines + 1j * sines))[::-1]
+    return values, shapes
+
+
+def _in_waves(harmonics: np.ndarray, even: float, odd: complex) -> np.ndarray:
+    """Return cosines, in the places of positive orders, and sines, in those of negative ones, along the first axis."""
+    reach = len(harmonics) // 2
+    above, below = harmonics[reach + 1 :], harmonics[:reach][::-1]
+    found = np.array(harmonics)
+    found[reach + 1 :] = even * (above + below)
+    found[:reach] = (odd * (above - below))[::-1]
+    return found
 
 
 def _distinct(values: np.ndarray, middles: np.ndarray, rate: float, size: int) -> np.ndarray:

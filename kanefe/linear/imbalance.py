@@ -21,6 +21,9 @@ from kanefe.tree.load_names import scene_loads
 BALANCED = 1e-9
 """Force left over, of those that balance in the same motion, that counts as none: round-off of stiff bodies."""
 
+FLOOR = 1e-6
+"""Of the largest forces: by these is measured what nothing acts on."""
+
 
 @dataclass(frozen=True)
 class Imbalance:
@@ -59,8 +62,7 @@ def worst_imbalance(model: Model, t: float, q: Vector, u: Vector, du: Vector, N:
     state = State(model, t, q, u)
     left = N.T @ (mass_matrix(state)[:n, :n] @ du)
     sizes = np.abs(N).T @ force_sizes(state)[:n]
-    # what nothing acts on is measured by what acts elsewhere
-    floor = 1e-6 * float(sizes.max(initial=0.0))
+    floor = FLOOR * float(sizes.max(initial=0.0))
     ratios = np.abs(left) / np.maximum(np.maximum(sizes, floor), 1e-300)
     if not len(ratios):
         return Imbalance("", 0.0, 0.0)

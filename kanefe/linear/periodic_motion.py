@@ -14,9 +14,10 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
+from kanefe.kane.state import State
 from kanefe.linear.azimuth import moved_on, rate_weights
 from kanefe.linear.hill import hill_matrix
-from kanefe.linear.imbalance import worst_imbalance
+from kanefe.linear.imbalance import FLOOR, force_sizes, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import rotations
 
@@ -92,7 +93,7 @@ def _states(
             "floquet: which coordinates lead the loops changes around the period. Remedy: more joints in the tree and "
             "fewer loops"
         )
-    if all(_imbalance(small) <= STEADY for small in points):
+    if _are_steady(points):
         return points, x
     if model.constraints or rotations(model):
         raise ModelError(
@@ -148,6 +149,24 @@ def _check_repeats(model: Model, t: float, q: Vector, u: Vector, period: float, 
             f"floquet: the scene is not the same after {period:.6g} s: its small motions differ by "
             f"{np.abs(b - a).max() / np.abs(a).max():.2g}. Remedy: period=, in s, after which all is as it was"
         )
+
+
+def _are_steady(points: list[SmallMotions]) -> bool:
+    """Tell whether a motion goes on as it is at all of its points.
+
+    Accelerations that are nothing but round-off are told by the masses and forces of the first point; only others need
+    those of their own.
+    """
+    first = points[0]
+    sizes = force_sizes(State(first.model, first.t, first.q, first.u))
+    n = first.model.free_count
+    noise = 0.1 * STEADY * FLOOR * float(sizes[:n].max(initial=0.0))
+    masses = np.abs(first.mass()[:n, :n])
+    left = (np.abs(small.speeds.N).T @ (masses @ np.abs(small.du)) for small in points)
+    return all(
+        forces.max(initial=0.0) <= noise or _imbalance(small) <= STEADY
+        for forces, small in zip(left, points, strict=True)
+    )
 
 
 def _imbalance(small: SmallMotions) -> float:

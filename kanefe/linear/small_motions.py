@@ -88,7 +88,7 @@ class SmallMotions:
         ).astype(int)
         rates, of_places = self._rows(q, u)
         self.is_holonomic = len(of_places) == len(rates.J)
-        masses = np.diag(self.mass())
+        masses = np.diag(self.mass()) if len(rates.J) else np.ones(self.size)  # to compare what rows hold
         joints = np.zeros(self.size, dtype=bool)
         for body in model.bodies:
             joints[body.speeds[body.speeds < n]] = True
@@ -144,6 +144,8 @@ class SmallMotions:
         of_drives = (np.abs(z[n:]) + np.abs(du[n:]) + np.abs(ddu[n:])).sum(axis=0) > 0.0
         free = np.flatnonzero(~of_drives)
         found[:n, free] = self.derivatives.along(z[:n, free], du[:n, free])
+        if not of_drives.any():
+            return found
         along = Directions(z, du, ddu)
         steps = self.steps(along)
         for i in np.flatnonzero(of_drives):

@@ -9,6 +9,7 @@ import scipy.special
 from scipy.integrate import solve_ivp
 
 import kanefe as kf
+from kanefe.linear.hill import _motions, hill_matrix
 from linear_scenes import GRAVITY, governor
 
 
@@ -144,3 +145,18 @@ def test_a_campbell_diagram_of_a_periodic_scene_is_that_of_floquet():
 def test_what_is_wrong_is_named(call, words):
     with pytest.raises(kf.ModelError, match=words):
         call()
+
+
+def test_motions_of_cosines_and_sines_are_those_of_harmonics() -> None:
+    rng = np.random.default_rng(1)
+    reach, size = 3, 4
+    harmonics = np.fft.fft(rng.standard_normal((5, size, size)), axis=0) / 5
+    H = hill_matrix(harmonics, 2.0, reach)
+    values, shapes = _motions(H, reach)
+    vectors = shapes.reshape(len(H), -1)
+    np.testing.assert_allclose(H @ vectors, vectors * values, atol=1e-12 * np.abs(H).max())  # some 20 entries a row
+    np.testing.assert_allclose(np.linalg.norm(vectors, axis=0), 1.0, rtol=1e-12)
+    assert np.linalg.matrix_rank(vectors) == len(H)
+    expected = np.linalg.eigvals(H)
+    for value in values:
+        assert np.abs(expected - value).min() < 1e-11 * np.abs(H).max()
