@@ -1,4 +1,7 @@
-"""References of the scenes: two methods of the library that agree, kept on disk because they may take a minute."""
+"""References of the scenes: a run that is refined until it changes no more, kept on disk because it may take a minute.
+
+One method, as two of different orders agree only where both have converged, which their own tolerances do not say.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,10 @@ from kanefe.storage.digest import digest
 from kanefe.storage.files import cache_folder, write_whole
 from kanefe_fem.bench.clocks import Disagreement
 from kanefe_fem.bench.runs import run
-from kanefe_fem.bench.scene import BenchScene, Setting
-from kanefe_fem.bench.settings import method_names
+from kanefe_fem.bench.scene import BenchScene
+
+REFINEMENTS = 5
+"""How often a run is refined at most."""
 
 SAME_RATES = 1e-7
 """Difference of the rates at the start, as a part of the largest, above which a scene is no longer that of a file."""
@@ -31,7 +36,7 @@ class Reference:
     values : ndarray, shape (outputs, components)
         Of the quantity, in the unit of the scene.
     methods : (str, str)
-        The two runs; the values are those of the first.
+        The finest run, whose values they are, and the one before it.
     agreement : float
         Their largest distance: errors near it cannot be told.
     """
@@ -47,43 +52,43 @@ def reference(scene: BenchScene, model: Model) -> Reference:
     Raises
     ------
     Disagreement
-        If the two methods differ by more than the scene allows.
+        If refining the run changes it by more than the scene allows, however fine it is.
     """
-    first, second = _pair(scene)
-    path = _path(scene, first, second)
+    path = _path(scene)
     rates = model.rhs(0.0, model.initial_state)
     found = _read(path, rates)
     if found is None:
-        print(f"making the reference of {scene.name}: {first.text}; {second.text}", file=sys.stderr, flush=True)
-        values, others = (scene.measured(model, run(model, scene, setting)) for setting in (first, second))
-        found = Reference(values, (first.text, second.text), scene.error(values, others))
-        if not found.agreement <= scene.agreement:
-            raise Disagreement(
-                f"{scene.name} has no reference: {first.text} and {second.text} differ by {found.agreement:.2g} "
-                f"{scene.unit}, {scene.agreement:.2g} are allowed"
-            )
+        print(f"making the reference of {scene.name}, from {scene.reference.text} on", file=sys.stderr, flush=True)
+        found = _converged(scene, model)
         _write(path, found, rates)
     return found
 
 
-def _pair(scene: BenchScene) -> tuple[Setting, Setting]:
-    """Return the two runs for the reference: of different methods, both there."""
-    there = method_names()
-    by_method = {setting.method: setting for setting in reversed(scene.references) if setting.method in there}
-    ordered = [setting for setting in scene.references if by_method.get(setting.method) is setting]
-    if len(ordered) < 2:
-        raise Disagreement(f"{scene.name} has no reference: it needs two of {[s.method for s in scene.references]}")
-    return ordered[0], ordered[1]
+def _converged(scene: BenchScene, model: Model) -> Reference:
+    """Return the first run that differs from the one before it by no more than the scene allows."""
+    setting = scene.reference
+    values = scene.measured(model, run(model, scene, setting))
+    for _ in range(REFINEMENTS):
+        before, others, setting = setting, values, setting.finer
+        values = scene.measured(model, run(model, scene, setting))
+        found = Reference(values, (setting.text, before.text), scene.error(values, others))
+        if found.agreement <= scene.agreement:
+            return found
+    raise Disagreement(
+        f"{scene.name} has no reference: {found.methods[0]} and {found.methods[1]} differ by {found.agreement:.2g} "
+        f"{scene.unit}, {scene.agreement:.2g} are allowed"
+    )
 
 
-def _path(scene: BenchScene, first: Setting, second: Setting) -> Path:
+def _path(scene: BenchScene) -> Path:
     key = digest(
         name=scene.name,
         quantity=scene.quantity,
         end=scene.end,
         outputs=scene.outputs,
         parameters=scene.parameters,
-        runs=[first.text, second.text],
+        run=scene.reference.text,
+        agreement=scene.agreement,
     )
     return cache_folder() / "bench" / f"{scene.name}-{key}.json"
 

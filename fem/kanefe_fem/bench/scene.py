@@ -1,9 +1,9 @@
-"""What a scene of the benchmark is: a model, a span of time, what is measured, and which runs make its reference."""
+"""What a scene of the benchmark is: a model, a span of time, what is measured, and which run makes its reference."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,13 @@ class Setting:
         """The options of a run."""
         given = {"rtol": self.rtol} if self.step is None else {"step": self.step}
         return {"method": self.method, **given}
+
+    @property
+    def finer(self) -> Setting:
+        """The same with a tenth of the tolerance, or half the step."""
+        if self.rtol is not None and self.step is None:
+            return replace(self, rtol=0.1 * self.rtol)
+        return replace(self, step=None if self.step is None else 0.5 * self.step)
 
     @property
     def size(self) -> str:
@@ -69,11 +76,10 @@ class BenchScene:
         What is measured, and in which unit.
     end : float
         The scene runs from 0 to this time, s.
-    references : tuple of Setting
-        Runs that can make the reference; of those whose methods there are, the first two of different methods are
-        taken.
+    reference : Setting
+        The coarsest run of the reference, which is refined until it changes no more.
     agreement : float
-        Largest difference of these two, in the unit of the scene.
+        Largest change by the last refinement, in the unit of the scene.
     outputs : int
         At the ends of so many equal parts of the span the quantity is measured; the error is the largest one.
     largest_step : float
@@ -90,7 +96,7 @@ class BenchScene:
     measure: Measure
     quantity: str
     end: float
-    references: tuple[Setting, ...]
+    reference: Setting
     agreement: float
     unit: str = "m"
     outputs: int = 1

@@ -132,13 +132,18 @@ def test_references_are_made_once_and_again_when_the_scene_changes(
     assert len(made) == 4
 
 
-def test_two_methods_that_do_not_agree_are_no_reference(short: BenchScene) -> None:
-    coarse = replace(short, references=(Setting("dop853", rtol=1e-12), Setting("rk4", step=0.05)))
-    with pytest.raises(Disagreement, match="differ by"):
-        references.reference(coarse, coarse.build())
-    alone = replace(short, references=(Setting("dop853", rtol=1e-12), Setting("dop853", rtol=1e-10)))
-    with pytest.raises(Disagreement, match="needs two"):
-        references.reference(alone, alone.build())
+def test_a_reference_is_refined_until_it_changes_no_more(short: BenchScene) -> None:
+    coarse = replace(short, reference=Setting("rk4", step=0.02), agreement=1e-6)
+    found = references.reference(coarse, coarse.build())
+    first, last = (float(text.split()[-2]) for text in (coarse.reference.text, found.methods[0]))
+    assert last < first
+    assert found.methods[1] == f"rk4, h {2 * last:.3g} s"
+    exact = references.reference(short, short.build())
+    assert found.agreement <= coarse.agreement
+    assert short.error(found.values, exact.values) < found.agreement / 10  # 15 by the fourth order of the method
+    strict = replace(short, reference=Setting("rk4", step=0.05), agreement=1e-14)
+    with pytest.raises(Disagreement, match=r"S1 has no reference: rk4, h 0.00156 s and rk4, h 0.0031\d s differ by"):
+        references.reference(strict, strict.build())
 
 
 def point(error: float, seconds: float, method: str = "rk4") -> Point:
