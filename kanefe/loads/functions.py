@@ -14,6 +14,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels._numba_functions import checked
 
 
 class Spent(threading.local):
@@ -78,23 +79,41 @@ class Turned:
 
 @dataclass(frozen=True, eq=False)
 class CompiledCallback:
-    """A function that numba has compiled: of the time, or of the time and the state ``y = (q, u)`` as an array.
+    """A function that numba has compiled: of the time, or of the time and the state ``y = (q, u, z)`` as an array.
 
     Attributes
     ----------
     function : callable
-        f(t) or f(t, y). It returns a number, or as many as the load has.
+        f(t) or f(t, y), y in the order of `Model.state_names`. It returns a number, or as many as the load has.
     takes_state : bool
+    label : str
+        Of the load, for messages.
     """
 
     function: Callable[..., Any]
     takes_state: bool
+    label: str
 
     def __call__(self, t: float, state: SceneView | None = None) -> Any:
-        """Return what the function gives."""
-        if not self.takes_state or state is None:
-            return self.function(t)
-        return self.function(t, state.vector)
+        """Return what the function gives; a ModelError names the load if it raises, or reads beyond the state."""
+        function = checked(self.function)
+        arguments = (t,) if not self.takes_state or state is None else (t, state.vector)
+        try:
+            return function(*arguments)
+        except Exception as error:
+            told = " ".join(str(error).split()) or "without a word"
+            raise ModelError(
+                f"the compiled function of {self.label} raised {type(error).__name__} at t = {t:.6g} s: {told[:300]}"
+                f"{self._advice(error, arguments)}"
+            ) from error
+
+    def _advice(self, error: Exception, arguments: tuple[Any, ...]) -> str:
+        if isinstance(error, IndexError) and len(arguments) == 2:
+            return (
+                f". Remedy: the state y has {len(arguments[1])} entries, named by scene.freeze().state_names: all "
+                "coordinates, and then all speeds"
+            )
+        return ". Remedy: test it in Python, function.py_func"
 
 
 def callback(function: Callable[..., Any], label: str) -> tuple[Callable[..., Any], bool]:
@@ -103,7 +122,7 @@ def callback(function: Callable[..., Any], label: str) -> tuple[Callable[..., An
     if plain is None:
         return function, takes_state(function, label)
     asks = takes_state(plain, label)
-    return CompiledCallback(function, asks), asks
+    return CompiledCallback(function, asks, label), asks
 
 
 def takes_state(function: Callable[..., Any], label: str) -> bool:

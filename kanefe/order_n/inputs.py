@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kernels._numba import Part
+from kanefe.kernels._numba_functions import guarded
 from kanefe.loads.controller import Held
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import CompiledCallback
@@ -37,6 +38,7 @@ class InputLayout:
 
     def __init__(self, model: ModelData) -> None:
         self._at: dict[int, int] = {}
+        self._state_size = model.coordinate_count + model.free_count + model.state_count
         self.of_time: list[tuple[slice, ValuedLoad]] = []
         self.of_state: list[tuple[slice, ValuedLoad]] = []
         self.held: list[tuple[int, int, float]] = []
@@ -76,7 +78,10 @@ class InputLayout:
             if self.between or not isinstance(load.function, CompiledCallback):
                 return []
             count = where.stop - where.start
-            parts.append((load.function.function, where.start, count if count > 1 else 0, load.takes_state))
+            count = count if count > 1 else 0
+            size = self._state_size if load.takes_state else None
+            function = guarded(load.function.function, load.label, count, size)
+            parts.append((function, where.start, count, load.takes_state))
         return parts
 
     @property

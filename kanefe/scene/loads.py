@@ -73,7 +73,9 @@ class LoadMethods(Scene):
         target : Frame
             A rigid body, an interface or node of a flexible body, or a frame of one.
         force : (3,) or callable t -> (3,) or (t, state) -> (3,)
-            N. The state tells where bodies are and how they move: see `kanefe.tree.scene_state.SceneState`.
+            N. The state tells where bodies are and how they move: see `kanefe.tree.scene_state.SceneState`. A function
+            that numba has compiled takes (t) or (t, y), with y = (q, u, z) as an array in the order of
+            `Model.state_names`, and leaves runs in compiled code.
         point : array_like, shape (3,)
             Where it acts, from the frame's origin in its axes, m.
         follows : bool

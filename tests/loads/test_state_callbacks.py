@@ -238,3 +238,49 @@ def test_a_compiled_function_that_turns_nan_is_named() -> None:
     scene = compiled_scene(numba.njit(lambda t: (0.0, 0.0, np.sqrt(0.5 - t))), lambda t: 0.0)
     with pytest.warns(kf.SimulationWarning, match=r"the force on 'rod' must give three finite numbers; at t = 0\.5"):
         scene.simulate((0.0, 1.0), method="rk4", step=0.01)
+
+
+def compiled_motor(function: Callable[..., Any]) -> kf.System:
+    numba = pytest.importorskip("numba")
+    scene = kf.System()
+    rod = scene.add_rigid_body("rod", 1.0, 0.1, joint=kf.Revolute("y", position=0.3))
+    scene.add_motor(rod, numba.njit(function))
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        (lambda t, y: y.angle, r"of the motor of 'rod' cannot be called as f\(t, y\) .* one number: Unknown attribute"),
+        (lambda t, y: np.zeros(2), "of the motor of 'rod' cannot be called"),
+        (lambda t: (0.0, 1.0), r"cannot be called as f\(t\) that gives one number"),
+        (lambda t, y: y[2], r"of the motor of 'rod' raised IndexError at t = 0 s: .* the state y has 2 entries"),
+    ],
+)
+def test_what_is_wrong_with_a_compiled_function_is_named(function: Callable[..., Any], words: str) -> None:
+    scene = compiled_motor(function)
+    with pytest.raises(ModelError, match=words):
+        scene.simulate((0.0, 1.0))
+
+
+def raises_late(t: float) -> float:
+    if t > 0.5:
+        raise ValueError("too late")
+    return 0.0
+
+
+def reads_beyond_late(t: float, y: Any) -> float:
+    return float(y[0 if t < 0.5 else 2])
+
+
+@pytest.mark.parametrize(("function", "words"), [(raises_late, "too late"), (reads_beyond_late, "IndexError")])
+@pytest.mark.parametrize("method", ["rk4", "radau5"])
+def test_what_a_compiled_function_raises_ends_the_run(
+    function: Callable[..., Any], words: str, method: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Machine code cannot raise to its caller: before, the run went on with the value of before."""
+    scene, step = compiled_motor(function), 0.01 if method == "rk4" else None
+    with pytest.warns(kf.SimulationWarning, match=f"of the motor of 'rod' raised .*{words}"):
+        result = scene.simulate((0.0, 1.0), method=method, step=step)
+    assert result.times[-1] == pytest.approx(0.5, abs=0.03)
+    assert "Exception ignored" not in capfd.readouterr().err

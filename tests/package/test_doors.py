@@ -27,7 +27,11 @@ DOORS = {
     "pyevtk": {"kanefe/views/vtk.py"},
     "h5py": {"kanefe/storage/hdf5.py"},
     "pyvista": {"kanefe/views/_pyvista.py"},
-    "numba": {"kanefe/kernels/_numba.py", "kanefe/kernels/_numba_objects.py"},
+    "numba": {
+        "kanefe/kernels/_numba.py",
+        "kanefe/kernels/_numba_objects.py",
+        "kanefe/kernels/_numba_functions.py",
+    },
     "pyyeti": {"kanefe/imports/_pyyeti.py"},
     "mapdl_archive": {"kanefe/imports/_mapdl.py"},
     "control": {"kanefe/linear/_control.py"},
