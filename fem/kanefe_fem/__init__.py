@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from kanefe_fem.beams.sections import SolidCircle as SolidCircle
     from kanefe_fem.beams.sections import Tube as Tube
     from kanefe_fem.beams.stiffness_section import StiffnessSection as StiffnessSection
-    from kanefe_fem.lumped import LumpedMass as LumpedMass
-    from kanefe_fem.lumped import LumpedSpring as LumpedSpring
-    from kanefe_fem.lumped import attach as attach
+    from kanefe_fem.lumped.parts import LumpedMass as LumpedMass
+    from kanefe_fem.lumped.parts import LumpedSpring as LumpedSpring
+    from kanefe_fem.lumped.parts import attach as attach
     from kanefe_fem.materials.isotropic import Material as Material
     from kanefe_fem.materials.laminate import Laminate as Laminate
     from kanefe_fem.materials.laminate import Ply as Ply

@@ -21,10 +21,11 @@ from kanefe.equations.given_state import Start
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
+from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.equilibria import balanced
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import Freezable, model_in_state
-from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_names, tangent_steps
+from kanefe.linear.tangents import DIFFERENCE_STEP, difference, tangent_names, tangent_steps
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant
 from kanefe.loads.point_load import PointLoad
@@ -103,29 +104,27 @@ def load_path(
     z = small.positions.N @ p
 
     def stiffness(factor: float) -> Matrix:
-        from kanefe.kane.loop_closure import project_positions
-
-        moved_model = _scaled(model, time, raised, factor)
-        moved = model.advance(found.q, factor * z)
-        if model.constraints:
-            moved = project_positions(moved_model, time, moved)
-        beside = SmallMotions(moved_model, time, moved, rest)
-        if not np.array_equal(beside.positions.leading, small.positions.leading):
-            raise ModelError(f"{what}: the loops are close to a position in which they are singular")
-        return _matrices(beside)[2]
+        return _stiffness_beside(small, _scaled(model, time, raised, factor), factor * z, what)
 
     reach = float(tangent_steps(model, z[:, None])[0]) if z.any() else np.inf
-    first = _derivative(stiffness, min(reach, 1.0))
-    scale = 1.0 / np.sqrt(np.abs(np.diag(K)))
+    first = difference(stiffness, min(reach, 1.0))
+    scale = 1.0 / np.sqrt(np.diag(K))
     size = float(np.abs(first * np.outer(scale, scale)).max(initial=0.0))
-    dK = _derivative(stiffness, min(reach, 1.0 / size)) if size > 0.0 else first
+    # as far as the stiffness itself changes, so that its round-off does not count
+    dK = difference(stiffness, min(reach, 1.0 / size)) if size > 0.0 else first
     turning = tuple(name for name, load in raised.items() if isinstance(load, PointLoad) and _turns(load))
     return LoadPath(small, tuple(raised), kept, turning, M, C, K, dK, z)
 
 
-def _derivative(function: Any, h: float) -> Matrix:
-    """Return the derivative of a matrix of one number at zero: central, of the fourth order in h."""
-    return np.asarray((8.0 * (function(h) - function(-h)) - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h))
+def _stiffness_beside(small: SmallMotions, model: Model, z: Vector, what: str) -> Matrix:
+    """Return the stiffness of a model whose loads are raised, at tangents z from rest."""
+    q = model.advance(small.q, z)
+    if model.constraints:
+        q = project_positions(model, small.t, q)
+    beside = SmallMotions(model, small.t, q, small.u)
+    if not np.array_equal(beside.positions.leading, small.positions.leading):
+        raise ModelError(f"{what}: the loops are close to a singular position. Remedy: a start away from it")
+    return _matrices(beside)[2]
 
 
 def _matrices(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:

@@ -21,7 +21,7 @@ from fem_meshes import STEEL, box
 from kanefe.bodies import cache
 from kanefe_fem import body_cache
 from kanefe_fem.body_cache import cached_body, is_whole
-from kanefe_fem.lumped import LumpedMass
+from kanefe_fem.lumped.parts import LumpedMass
 from kanefe_fem.materials.isotropic import AccuracyWarning, Material
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.solids.body import solid_body

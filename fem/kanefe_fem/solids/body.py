@@ -19,7 +19,7 @@ from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import stage, stages, told_size
 from kanefe.fe_model.shapes import MIDS, shape
 from kanefe_fem import _fenicsx
-from kanefe_fem.lumped import Lumped, attach, groups_of
+from kanefe_fem.lumped.parts import Lumped, attach, groups_of
 from kanefe_fem.materials.of_groups import (
     CellMaterials,
     Materials,

@@ -21,7 +21,7 @@ import scipy.sparse.linalg as spla
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
-from kanefe_fem.lumped import mean_motion
+from kanefe_fem.lumped.mean_motion import mean_motion
 
 DENSE = 60
 """Up to so many degrees of freedom the eigenvalues are found densely."""

@@ -25,7 +25,7 @@ from kanefe.reduction.stiffening import INERTIAL_LOADS
 from kanefe.system import System
 from kanefe_fem.beams.body import beam_body, beam_model, straight_beam
 from kanefe_fem.beams.sections import Rectangle, Section
-from kanefe_fem.lumped import LumpedMass, attach
+from kanefe_fem.lumped.parts import LumpedMass, attach
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.simple import box_mesh
 from static_loads import held, static

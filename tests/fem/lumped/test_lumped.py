@@ -11,10 +11,11 @@ import scipy.sparse
 from fem_meshes import STEEL, box, shown
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel, MassField, NodeGroup, rigid_motion
-from kanefe_fem import lumped as lumped_module
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle, SolidCircle
-from kanefe_fem.lumped import LumpedMass, LumpedSpring, attach, mean_motion
+from kanefe_fem.lumped import mean_motion as mean_motion_module
+from kanefe_fem.lumped.mean_motion import mean_motion
+from kanefe_fem.lumped.parts import LumpedMass, LumpedSpring, attach
 from kanefe_fem.solids.body import solid_model
 
 J = np.array([[3.0, 0.4, -0.2], [0.4, 2.5, 0.1], [-0.2, 0.1, 1.5]]) * 1e-3
@@ -99,7 +100,7 @@ class TestMasses:
         assert blind.shape == (6, 0)
 
     def test_a_large_patch_is_followed_by_some_of_its_nodes(self, monkeypatch):
-        monkeypatch.setattr(lumped_module, "LARGEST_PATCH", 40)
+        monkeypatch.setattr(mean_motion_module, "LARGEST_PATCH", 40)
         model = cube(10)
         heavy = attach(model, [LumpedMass("tip", 1.5, J, PLACE)])
         R = model.rigid_modes()
@@ -109,7 +110,7 @@ class TestMasses:
         u = np.zeros((len(model.nodes), 3))
         u[:, 0] = model.nodes[:, 1] ** 2
         some = (mean_motion(model, "tip", np.array(PLACE))[0] @ u.ravel())[0]
-        monkeypatch.setattr(lumped_module, "LARGEST_PATCH", 1000)
+        monkeypatch.setattr(mean_motion_module, "LARGEST_PATCH", 1000)
         every = (mean_motion(model, "tip", np.array(PLACE))[0] @ u.ravel())[0]
         assert some == pytest.approx(every, rel=0.1)
 

@@ -17,17 +17,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel, MassField, rigid_motion
+from kanefe_fem.lumped.mean_motion import Target, mean_motion, patch, place
 from kanefe_fem.materials.voigt import check_numbers
 
-Target: TypeAlias = str | int
 Vector: TypeAlias = Sequence[float] | np.ndarray
-
-LARGEST_PATCH = 300
-"""A larger group is followed by so many of its nodes, each with the weight of those near it: M and K stay sparse."""
 
 FOLLOWS = 1e-8
 """Relative part of a motion that nodes cannot follow from which it is refused."""
@@ -278,77 +274,9 @@ def groups_of(lumped: Sequence[Lumped]) -> list[str]:
     return [end for end in ends if isinstance(end, str)]
 
 
-def mean_motion(model: FiniteElementModel, at: Target, position: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return the mean motion of a node or a group as that of a frame.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-    at : str or int
-    position : ndarray, shape (3,)
-        Of the frame in m.
-
-    Returns
-    -------
-    T : csr_matrix, shape (6, N)
-        Translation and rotation of the frame from the degrees of freedom.
-    blind : ndarray, shape (6, b)
-        Motions of the frame that the nodes cannot tell from rest although the body can make them.
-    """
-    nodes, weights = _patch(model, at)
-    width = len(model.components)
-    R = rigid_motion(model.nodes[nodes], position, model.components)
-    spread = np.sqrt(np.mean(np.sum((model.nodes[nodes] - model.nodes[nodes].mean(axis=0)) ** 2, axis=1))) or 1.0
-    # rotations of nodes count like translations at the mean distance from the middle
-    of_component = np.array([1.0 if c in ("x", "y", "z") else spread**2 for c in model.components])
-    W = (weights[:, None] * of_component).ravel()
-    scale = np.array([1.0, 1.0, 1.0, spread, spread, spread])
-    values, vectors = np.linalg.eigh((R.T * W) @ R / np.outer(scale, scale))
-    seen = values > 1e-10 * values[-1]
-    scaled = vectors[:, seen] / scale[:, None]
-    T = (scaled / values[seen]) @ (scaled.T @ (R.T * W))
-    dofs = (nodes[:, None] * width + np.arange(width)).ravel()
-    rows = np.repeat(np.arange(6), len(dofs))
-    matrix = sp.csr_matrix((T.ravel(), (rows, np.tile(dofs, 6))), shape=(6, model.size))
-    impossible = np.linalg.norm(model.rigid_modes(model.nodes.mean(axis=0)), axis=0) == 0.0
-    blind = vectors[:, ~seen] / scale[:, None]
-    blind[impossible] = 0.0
-    return matrix, blind
-
-
-def _patch(model: FiniteElementModel, at: Target) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes that are followed and their weights."""
-    if isinstance(at, str):
-        nodes = np.asarray(model.group(at).nodes)
-    elif isinstance(at, (int, np.integer)) and not isinstance(at, bool) and 0 <= at < len(model.nodes):
-        nodes = np.array([at])
-    else:
-        raise ModelError(
-            f"{at!r} is no place of this model. Remedy: the name of a group, or a node from 0 to {len(model.nodes) - 1}"
-        )
-    if not len(nodes):
-        raise ModelError(f"the group {at!r} has no nodes. Remedy: give its physical group some facets")
-    if len(nodes) <= LARGEST_PATCH:
-        return nodes, np.ones(len(nodes))
-    points = model.nodes[nodes]
-    kept = [0]
-    distance = np.linalg.norm(points - points[0], axis=1)
-    while len(kept) < LARGEST_PATCH:
-        kept.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.linalg.norm(points - points[kept[-1]], axis=1))
-    _, owner = cKDTree(points[kept]).query(points)
-    return nodes[kept], np.bincount(owner, minlength=len(kept)).astype(float)
-
-
-def _place(model: FiniteElementModel, at: Target) -> np.ndarray:
-    if isinstance(at, str):
-        return np.asarray(model.group(at).position, dtype=float)
-    return model.nodes[_patch(model, at)[0][0]]
-
-
 def _cloud_of(model: FiniteElementModel, item: LumpedMass) -> _Cloud:
     """Return the points of a mass, with their displacements and rotations from the degrees of freedom."""
-    centre = _place(model, item.at) if item.position is None else np.array(item.position)
+    centre = place(model, item.at) if item.position is None else np.array(item.position)
     arm = max(float(np.ptp(model.nodes, axis=0).max()), 1e-300)
     around, shares = item.cloud(arm, planar="z" not in model.components)
     points = centre + around
@@ -357,11 +285,11 @@ def _cloud_of(model: FiniteElementModel, item: LumpedMass) -> _Cloud:
     if blind.size and np.abs(levers @ blind).max() > FOLLOWS * arm:
         raise ModelError(
             f"lumped mass on {item.at!r}: its nodes cannot turn it, since they "
-            f"{'are one node without rotations' if len(_patch(model, item.at)[0]) == 1 else 'lie on a line'}. Remedy: "
+            f"{'are one node without rotations' if len(patch(model, item.at)[0]) == 1 else 'lie on a line'}. Remedy: "
             "leave out the inertia and the position, or hang it on a group of facets"
         )
     turns = sp.vstack([T[3:]] * len(points), format="csr")
-    nodes, weights = _patch(model, item.at)
+    nodes, weights = patch(model, item.at)
     turned_about = weights @ model.nodes[nodes] / weights.sum()  # to second order too: the mean of its arms is zero
     return _Cloud(points, shares, sp.csr_matrix(sp.csr_matrix(levers) @ T), turns, points - turned_about)
 
@@ -369,7 +297,7 @@ def _cloud_of(model: FiniteElementModel, item: LumpedMass) -> _Cloud:
 def _strain_of(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_matrix:
     """Return the motion of one end against the other at the spring's point, shape (6, N)."""
     ends = [spring.at] if spring.to is None else [spring.at, spring.to]
-    centre = np.mean([_place(model, end) for end in ends], axis=0)
+    centre = np.mean([place(model, end) for end in ends], axis=0)
     centre = centre if spring.position is None else np.array(spring.position)
     S = np.array(spring.stiffness)
     motions = []

@@ -1,0 +1,1 @@
+"""Lumped masses and springs, and how the nodes move that they hang on."""
