@@ -12,7 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.instants.instant import Instant
-from kanefe.instants.missed_statics import Missed, missed_statics
+from kanefe.instants.missed_statics import Missed, is_known, missed_statics
 from kanefe.integrate.status import summary
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import Channels, RunChannels
@@ -66,7 +66,7 @@ class Result(Reader):
     def _missed(self) -> list[Missed]:
         """What the modes of flexible bodies miss, at some of the output times."""
         run = self.run
-        if run is None:
+        if run is None or not is_known(run.model):
             return []
         rows = np.unique(np.linspace(0, len(self.times) - 1, LOOKED_AT).round().astype(int))
         return missed_statics([Instant(run.model, self.times[row], run.states[row]) for row in rows])

@@ -2,7 +2,7 @@
 
 A body in a scene carries inertia, gravity and tractions. Of the static response to them the basis leaves out what
 `kanefe.reduction.left_out` has written down; beside what the modes do take, this says whether they are enough. Forces
-at interfaces of Craig and Bampton's bodies are held by their constraint modes; loads at other nodes are not looked at.
+at interfaces are not looked at, which constraint modes (Craig and Bampton's) hold exactly, nor loads at other nodes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from kanefe.fe_model.model import PRODUCTS
 from kanefe.frames import Vector, rotation_matrix
 from kanefe.instants.instant import Instant
 from kanefe.kane.state import State
-from kanefe.tree.model_data import BodyTerms
+from kanefe.tree.model_data import BodyTerms, ModelData
 from kanefe.tree.scales import largest_extent
 
 TOLD = 0.05
@@ -51,10 +51,13 @@ class Missed(NamedTuple):
         )
 
 
+def is_known(model: ModelData) -> bool:
+    """Return whether anything is known of what bases leave out: else `missed_statics` has nothing to say."""
+    return any(_record(body) is not None for body in model.bodies)
+
+
 def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
     """Return the bodies whose modes miss more than `TOLD` of their deformation, at the worst of some instants."""
-    if not instants:
-        return []
     found = []
     for number, body in enumerate(instants[0].model.bodies):
         record = _record(body)

@@ -197,7 +197,10 @@ def floquet(
     >>> import numpy as np
     >>> import kanefe as kf
     >>> scene = kf.System(gravity=(0, 0, -9.81))
-    >>> shake = kf.Motion(lambda t: 0.05 * np.cos(100 * t))
+    >>> a, w = 0.05, 100.0
+    >>> shake = kf.Motion(
+    ...     lambda t: a * np.cos(w * t), lambda t: -a * w * np.sin(w * t), lambda t: -a * w * w * np.cos(w * t)
+    ... )
     >>> pivot = scene.add_frame("pivot", joint=kf.Prismatic("z", motion=shake))
     >>> rod = scene.add_rigid_body("rod", 1.0, com=(0, 0, 0.5), parent=pivot, joint=kf.Revolute("y"))
     >>> kf.floquet(scene, period=2 * np.pi / 100).is_stable
