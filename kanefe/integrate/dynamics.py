@@ -55,10 +55,6 @@ class Dynamics:
         """Whether forces may jump or begin at once: those of stops and friction, and functions of the user."""
         return self.calls_functions or self.model.has_stops
 
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
-        """Go on with a run in compiled code; the scene is autonomous."""
-        return self.route.go_on(run, vectors, is_implicit, is_balanced)
-
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write energy and momenta that a method asks for."""
         self.route.balance(run, vectors)

@@ -57,9 +57,8 @@ class ObjectCode(NamedTuple):
 
 def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, Any]) -> ObjectCode:
     """Compile a kernel with a C function around it, whose source is given; in it the kernel is `function`."""
-    numba = numba_for("building the solver")
-    from numba import types
-
+    numba = _numba()
+    types = numba.types
     names = names | {"function": dispatcher(function), "array_of": numba.carray}
     names |= {"pointer_to": _pointer_to()} | {f"{kind}_at": _function_at(kind) for kind in _pointer_types()}
     names |= {kind: getattr(numba, kind) for kind in ("int64", "float64", "complex128")}
@@ -70,19 +69,24 @@ def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, A
 
 def compiled_pointer(function: Callable[..., Any], kind: str) -> ObjectCode:
     """Compile a kernel to a function of a type that all methods, or all scenes, share: see `kanefe.kernels.arrays`."""
-    numba_for("building the solver")
+    _numba()
     return _object_code(seeing_compiled(function), _pointer_types()[kind])
 
 
 def compiled_function(function: Callable[..., Any], kinds: tuple[str, ...]) -> ObjectCode:
     """Compile a function without a result to a C function; see `kanefe.kernels.addresses` for the kinds."""
-    types = numba_for("building the solver").types
+    types = _numba().types
 
     def of(kind: str) -> Any:
         value = getattr(types, kind.rstrip("*"))
         return types.CPointer(value) if kind.endswith("*") else value
 
     return _object_code(seeing_compiled(function), types.void(*map(of, kinds)))
+
+
+def _numba() -> Any:
+    """Return numba; a ModelError tells what it is missed for."""
+    return numba_for("building the solver")
 
 
 def _object_code(function: Callable[..., Any], signature: Any) -> ObjectCode:

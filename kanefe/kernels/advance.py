@@ -24,7 +24,7 @@ from kanefe.kernels.layout import (
 
 @kernel
 def advance(
-    tables: Tables, flexible: FlexibleTables | None, q: np.ndarray, step: np.ndarray, share: float, moved: np.ndarray
+    tables: Tables, flexible: FlexibleTables, q: np.ndarray, step: np.ndarray, share: float, moved: np.ndarray
 ) -> None:
     """Write q moved by a share of a step (free,), a vector in the directions of the free speeds times a time."""
     rows = tables.rows
@@ -39,11 +39,10 @@ def advance(
             for c in range(3):
                 moved[at + c] = q[at + c] + share * step[speed + c]
             put_turned(moved, at + 3, q, share * step[speed + 3], share * step[speed + 4], share * step[speed + 5])
-    if flexible is not None:
-        for f in range(len(flexible.bodies)):
-            at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
-            for j in range(flexible.bodies[f, COUNT]):
-                moved[at + j] = q[at + j] + share * step[speed + j]
+    for f in range(len(flexible.bodies)):
+        at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
+        for j in range(flexible.bodies[f, COUNT]):
+            moved[at + j] = q[at + j] + share * step[speed + j]
 
 
 @inlined

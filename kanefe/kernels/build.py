@@ -6,6 +6,7 @@ import argparse
 import importlib
 import os
 import pkgutil
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import kanefe.kernels
@@ -16,10 +17,10 @@ from kanefe.kernels.side_by_side import BUILDER, Say, batches_of, build_by_name,
 from kanefe.kernels.units import BUILT, GENERATIONS, Unit, file_name, own_folder, write_unit
 
 NOT_OF_FLEXIBLE = (
-    *("advance_keeping", "interpolate_keeping", "balance-", "close", "evaluate-between", "evaluate_planar"),
-    *("bushing", "curve", "rope", "spring"),
+    *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
+    *("bushing*", "curve*", "rope*", "spring*"),
 )
-"""How the names of units begin that trees of flexible bodies do without."""
+"""Patterns of the names of units that trees of flexible bodies do without."""
 
 
 def all_units() -> list[Unit]:
@@ -61,7 +62,9 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
     subprocess.CalledProcessError
         If a compiler fails; what it said has been printed.
     """
-    units = [unit for unit in all_units() if not (is_flexible and unit.name.startswith(NOT_OF_FLEXIBLE))]
+    units = all_units()
+    if is_flexible:
+        units = [unit for unit in units if not any(fnmatchcase(unit.name, name) for name in NOT_OF_FLEXIBLE)]
     missing = [unit.name for unit in units if not (folder / file_name(unit)).is_file()]
     if missing:
         build_by_name(batches_of(missing), folder, jobs, say, () if generation is None else ("--for", generation))

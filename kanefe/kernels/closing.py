@@ -40,7 +40,6 @@ from kanefe.kernels.layout import (
     WORK,
     FlexibleTables,
     Tables,
-    no_flexible,
 )
 from kanefe.kernels.openings import openings, rate_of_row
 from kanefe.kernels.outward import sweep_outward
@@ -115,7 +114,7 @@ def _closing_in(workspace: np.ndarray, m: int, n: int, count: int, coordinates: 
 @kernel
 def close(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     loops: Loops,
     drives: np.ndarray,
     share_stiffness: float,
@@ -228,11 +227,11 @@ def close(
 SHARE_IN_METRIC, ENDED_AS = range(2)
 
 
-@entry(Variant(("flexible",)), empty={"flexible": no_flexible})
+@entry(Variant(has_flexible=True))
 def close_state(
     share_stiffness: float,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     loops: Loops,
     drives: RealRows,
     y: Reals,
@@ -243,9 +242,7 @@ def close_state(
     `memory` has as many numbers as `closing_memory_size` tells.
     """
     n, m, k = tables.sizes[COORDINATES], tables.sizes[SPEEDS], tables.sizes[STATES]
-    modes = borders = 0
-    if flexible is not None:
-        modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
+    modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     rows = WORK * len(tables.rows)
     return close(
         tables,
@@ -263,11 +260,9 @@ def close_state(
     )
 
 
-def closing_memory_size(tables: Tables, flexible: FlexibleTables | None, loops: Loops) -> int:
+def closing_memory_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
     """Return how many numbers the memory of `close_state` has."""
-    size = WORK * len(tables.rows)
-    if flexible is not None:
-        size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
+    size = WORK * len(tables.rows) + int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
     return size + close_size(len(loops.rows), speeds, int(tables.sizes[COORDINATES]))
 
@@ -276,7 +271,7 @@ def closing_memory_size(tables: Tables, flexible: FlexibleTables | None, loops: 
 def _answer(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     drives: np.ndarray,
     share_stiffness: float,
     u: np.ndarray,
@@ -297,8 +292,7 @@ def _answer(
     if is_implicit:
         none[:] = 0.0
         stiffen_joints(tables, 0.0, share_stiffness, none, none, at.place, u, at.applied, at.added)
-        if flexible is not None:
-            stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
+        stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
     if not sweep_inward(tables, flexible, at.applied, work, modal, border, is_implicit, at.added):
         return False
     answer_rows(loops, tables, flexible, z, at.applied, work, modal, border, is_implicit, count, kept)

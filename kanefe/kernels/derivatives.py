@@ -15,7 +15,7 @@ from kanefe.kernels.stepping import AT, SLOPE
 COMPLEX_STEP = 1e-30
 
 
-@entry(Variant((), True))
+@entry(Variant(is_complex=True))
 def derivatives(evaluation: Prepared, vectors: ValueRows, directions: RealRows, found: RealRows) -> bool:
     """Write derivatives of dy/dt to the rows of `found`, along the rows of `directions`; tell whether all are finite.
 

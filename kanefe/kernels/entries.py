@@ -1,13 +1,14 @@
 """Kernels that are called from outside: from Python, or by other kernels through prepared calls.
 
-`entry` declares one, with the variants that it is built in: optional parameters that are None leave out their code. A
-scene takes the smallest variant that has what it needs, and empty tables for what it does not.
+`entry` declares one, with the variants that it is built in: with and without the code of flexible bodies, and with
+complex values. It is called in three ways, the later the faster: once; `bound` to what stays the same; or `prepared`,
+with arrays that stay where they are.
 """
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from enum import Enum, auto
 from functools import cached_property
 from typing import Any
@@ -22,7 +23,6 @@ from kanefe.kernels.signatures import (
     INTEGER,
     NUMBER,
     Group,
-    Leaf,
     Part,
     Signature,
     Variant,
@@ -47,10 +47,7 @@ class Entry:
     ----------
     function : function
         With annotations of `kanefe.kernels.arrays`.
-    variants : iterable of Variant
-        From the smallest to the largest.
-    empty : mapping of str to named tuple
-        What stands for None in a variant that takes a table where the scene has none.
+    variants : tuple of Variant
 
     Attributes
     ----------
@@ -58,10 +55,8 @@ class Entry:
     variants : tuple of Variant
     """
 
-    def __init__(
-        self, function: Callable[..., Any], variants: Iterable[Variant], empty: Mapping[str, Callable[[], Any]]
-    ) -> None:
-        self.function, self.variants, self._empty = function, tuple(variants), empty
+    def __init__(self, function: Callable[..., Any], variants: tuple[Variant, ...]) -> None:
+        self.function, self.variants = function, variants
         self.__name__, self.__qualname__ = function.__name__, function.__qualname__
         self.__module__, self.__doc__ = function.__module__, function.__doc__
         self._names = function.__code__.co_varnames[: function.__code__.co_argcount]
@@ -84,19 +79,9 @@ class Entry:
 
         `is_complex`: whether values are complex.
         """
-        given = {name for name, value in zip(self._names, arguments, strict=True) if value is not None}
-        variant = next(v for v in self.variants if v.is_complex == is_complex and self._serves(v, given))
-        taken = [
-            self._empty[name]() if value is None and name in variant.given else value
-            for name, value in zip(self._names, arguments, strict=True)
-        ]
-        return Bound(self, variant, taken)
-
-    def _serves(self, variant: Variant, given: set[str]) -> bool:
-        signature = signature_of(self.function, variant)
-        return all(
-            part is not None or name not in given for name, part in zip(signature.names, signature.parts, strict=True)
-        )
+        given = zip(self._names, arguments, strict=True)
+        has_flexible = any(name == "flexible" and value is not None for name, value in given)
+        return Bound(self, Variant(has_flexible, is_complex), arguments)
 
 
 class Bound:
@@ -106,21 +91,22 @@ class Bound:
     ----------
     entry : Entry
     variant : Variant
-    arguments : list
+    arguments : tuple
         LATER for those that come with each call.
     """
 
-    def __init__(self, entry: Entry, variant: Variant, arguments: list[Any]) -> None:
+    def __init__(self, entry: Entry, variant: Variant, arguments: tuple[Any, ...]) -> None:
         self._entry, self._variant, self._arguments = entry, variant, arguments
         self._signature = signature = signature_of(entry.function, variant)
-        if not IS_COMPILED:
-            return
-        places, numbers = _written(signature, arguments)
-        self._places, self._numbers = places.tobytes(), numbers.tobytes()
-        self._Places, self._Numbers = ctypes.c_int64 * len(places), ctypes.c_double * len(numbers)
-        self._later = [part for part, given in zip(signature.parts, arguments, strict=True) if given is LATER]
-        # of scalars and arrays; of all else as if they were functions
-        self._plan = [(p.at, p.axes, p.kind) if isinstance(p, Leaf) else (0, -1, "") for p in self._later]
+        places = (ctypes.c_int64 * max(signature.place_count, 1))()
+        numbers = (ctypes.c_double * (signature.error_at + 1))()
+        self._later: list[Part] = []
+        for part, value in zip(signature.parts, arguments, strict=True):
+            if value is LATER:
+                self._later.append(part)
+            else:
+                _write(part, value, places, numbers)
+        self._places, self._numbers = places, numbers
 
     @property
     def unit(self) -> Unit:
@@ -132,45 +118,107 @@ class Bound:
 
     def __call__(self, *later: Any) -> Any:
         """Call it with the arguments that were left out; return what the kernel returns."""
-        if not IS_COMPILED:
-            return self._entry.function(*self._all(later))
-        places, numbers = self._Places.from_buffer_copy(self._places), self._Numbers.from_buffer_copy(self._numbers)
-        for (at, axes, kind), part, value in zip(self._plan, self._later, later, strict=True):
-            if axes > 0:
-                places[at] = _address(value, axes, kind)
-                places[at + 1 : at + 1 + axes] = value.shape
-            elif axes == 0:
-                if kind == NUMBER:
-                    numbers[at] = value
-                else:
-                    places[at] = value
-            else:
-                _write(part, value, places, numbers)
-        self._code.call(places, numbers)
-        return _returned(self._signature, numbers)
+        return self.prepared(*later)()
+
+    def prepared(self, *later: Any) -> Call:
+        """Return the call with the arguments that were left out."""
+        places = type(self._places).from_buffer_copy(self._places)
+        numbers = type(self._numbers).from_buffer_copy(self._numbers)
+        for part, value in zip(self._later, later, strict=True):
+            _write(part, value, places, numbers)
+        return Call(self, later, places, numbers)
 
     @cached_property
-    def _code(self) -> MachineCode:
+    def code(self) -> MachineCode:
+        """What is called."""
         return machine_code(self.unit)
 
-    def prepared(self, *later: Any) -> tuple[Prepared, Any]:
-        """Return the call for kernels, and what has to be kept as long as it is used."""
-        arguments = self._all(later)
-        places, numbers = _written(self._signature, arguments) if IS_COMPILED else _blank(self._signature)
+    @property
+    def signature(self) -> Signature:
+        """Where everything is."""
+        return self._signature
+
+    def in_python(self, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
+        """Do in Python what a call does where nothing is compiled: scalars are read when it is called."""
+        signature, rest = self._signature, iter(later)
+        taken = []
+        for part, given in zip(signature.parts, self._arguments, strict=True):
+            value = next(rest) if given is LATER else given
+            if part is not None and not isinstance(part, Group) and part.axes == 0:
+                value = numbers[part.at] if part.is_number else kinds[part.kind](places[part.at])
+            taken.append(value)
+        try:
+            found = self._entry.function(*taken)
+        except ZeroDivisionError:
+            numbers[signature.error_at] = 1.0
+            return
+        if signature.result:
+            numbers[signature.number_count : signature.error_at] = found if len(signature.result) > 1 else [found]
+
+
+class Call:
+    """A call with all its arguments, whose arrays stay where they are: of one thread at a time.
+
+    Attributes
+    ----------
+    places, numbers : ctypes arrays
+        See `kanefe.kernels.signatures`: scalars among them may be written before each call.
+    """
+
+    def __init__(self, bound: Bound, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
+        self._bound, self._later = bound, later  # which keep the memory of the arrays
+        self.places, self.numbers = places, numbers
+        self._given: tuple[Any, ...]
         if IS_COMPILED:
-            return Prepared(self._code.address, places, numbers), arguments
-        from kanefe.kernels.addresses import stand_in
+            self._code, self._given = bound.code.call, (ctypes.byref(places), ctypes.byref(numbers))
+        else:
+            self._code, self._given = bound.in_python, (later, places, numbers)
+        signature = bound.signature
+        self._error, self._found = signature.error_at, slice(signature.number_count, signature.error_at)
+        self._others = [(i, kinds[kind]) for i, kind in enumerate(signature.result) if kind != NUMBER]
 
-        return Prepared(
-            stand_in(_in_python(self._entry.function, self._signature, arguments)), places, numbers
-        ), arguments
+    def __call__(self) -> Any:
+        """Call it; return what the kernel returns."""
+        self._code(*self._given)
+        if self.numbers[self._error]:
+            raise ZeroDivisionError("complex division by zero")
+        found = self.numbers[self._found]
+        for i, kind in self._others:
+            found[i] = kind(found[i])
+        return tuple(found) if len(found) > 1 else found[0] if found else None
 
-    def _all(self, later: tuple[Any, ...]) -> list[Any]:
-        rest = iter(later)
-        return [next(rest) if value is LATER else value for value in self._arguments]
+    def for_kernels(self) -> Prepared:
+        """Return the call as kernels take it; it is to be kept as long as they use that."""
+        if IS_COMPILED:
+            address = self._bound.code.address
+        else:
+            from kanefe.kernels.addresses import stand_in
+
+            address = stand_in(lambda places, numbers: self._bound.in_python(self._later, places, numbers))
+        return Prepared(address, np.frombuffer(self.places, np.int64), np.frombuffer(self.numbers, np.float64))
 
 
 CHARACTERS = {kind: np.dtype(kind).char for kind in ("int64", "float64", "complex128")}
+
+
+def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
+    """Write an argument to its places; where nothing is compiled scalars alone, which are read there."""
+    if part is None:
+        return
+    if isinstance(part, Group):
+        for inner, item in zip(part.parts, value, strict=True):
+            _write(inner, item, places, numbers)
+    elif part.is_number:
+        numbers[part.at] = value
+    elif part.axes == 0:
+        places[part.at] = value
+    elif IS_COMPILED:
+        if part.axes > 0:
+            at = part.at + 1
+            places[part.at] = _address(value, part.axes, part.kind)
+            places[at : at + part.axes] = value.shape
+        else:
+            places[part.at] = value.address
 
 
 def _address(array: np.ndarray, axes: int, kind: str) -> int:
@@ -186,76 +234,12 @@ def _address(array: np.ndarray, axes: int, kind: str) -> int:
     raise TypeError(f"a kernel wants a contiguous {kind} array of {axes} axes, not {array.dtype} {array.shape}")
 
 
-def _blank(signature: Signature) -> tuple[np.ndarray, np.ndarray]:
-    return np.zeros(max(signature.place_count, 1), dtype=np.int64), np.zeros(signature.error_at + 1)
-
-
-def _written(signature: Signature, arguments: list[Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Return places and numbers, with what is given written."""
-    places, numbers = _blank(signature)
-
-    for part, value in zip(signature.parts, arguments, strict=True):
-        if value is not LATER:
-            _write(part, value, places, numbers)
-    return places, numbers
-
-
-def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
-    """Write an argument to its places."""
-    if part is None:
-        return
-    if isinstance(part, Group):
-        for inner, item in zip(part.parts, value, strict=True):
-            _write(inner, item, places, numbers)
-    elif part.axes > 0:
-        places[part.at] = _address(value, part.axes, part.kind)
-        for i, length in enumerate(value.shape):
-            places[part.at + 1 + i] = length
-    elif part.is_number:
-        numbers[part.at] = value
-    else:
-        places[part.at] = value if part.axes == 0 else value.address
-
-
-def _returned(signature: Signature, numbers: Any) -> Any:
-    """Return what a call has left in its numbers."""
-    if numbers[signature.error_at]:
-        raise ZeroDivisionError("complex division by zero")
-    found = numbers[signature.number_count : signature.error_at]
-    for i, kind in enumerate(signature.result):
-        if kind != NUMBER:
-            found[i] = kinds[kind](found[i])
-    return tuple(found) if len(found) > 1 else found[0] if found else None
-
-
 kinds: dict[str, Callable[[Any], Any]] = {INTEGER: int, BOOLEAN: bool}
 
 
-def _in_python(function: Callable[..., Any], signature: Signature, arguments: list[Any]) -> Callable[..., None]:
-    """Return what a prepared call does where nothing is compiled: scalars are read when it is called."""
-
-    def call(places: np.ndarray, numbers: np.ndarray) -> None:
-        taken = []
-        for part, value in zip(signature.parts, arguments, strict=True):
-            if part is not None and not isinstance(part, Group) and part.axes == 0:
-                value = numbers[part.at] if part.is_number else kinds[part.kind](places[part.at])
-            taken.append(value)
-        try:
-            found = function(*taken)
-        except ZeroDivisionError:
-            numbers[signature.error_at] = 1.0
-            return
-        if signature.result:
-            numbers[signature.number_count : signature.error_at] = found
-
-    return call
-
-
-def entry(
-    *variants: Variant, empty: Mapping[str, Callable[[], Any]] | None = None
-) -> Callable[[Callable[..., Any]], Entry]:
+def entry(*variants: Variant) -> Callable[[Callable[..., Any]], Entry]:
     """Declare a kernel that is called from outside."""
-    return lambda function: Entry(function, variants or (Variant(),), empty or {})
+    return lambda function: Entry(function, variants or (Variant(),))
 
 
 class Pointer:

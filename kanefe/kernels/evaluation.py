@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.kernels._numba import expanded, inlined
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.arrays import RealRows, Reals, ValueRows, Values
-from kanefe.kernels.constraints import Loops, hold, hold_size, no_loops
+from kanefe.kernels.constraints import Loops, hold, hold_size
 from kanefe.kernels.elastic import span, total
 from kanefe.kernels.entries import entry
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
@@ -39,10 +39,9 @@ from kanefe.kernels.layout import (
     WORK_DETA,
     FlexibleTables,
     Tables,
-    no_flexible,
 )
 from kanefe.kernels.loads import add_field_loads, add_point_loads
-from kanefe.kernels.loads_between import LoadsBetween, add_loads_between, no_loads_between
+from kanefe.kernels.loads_between import LoadsBetween, add_loads_between
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.signatures import Variant
@@ -104,30 +103,26 @@ class Parts(NamedTuple):
 def workspace_size(
     tables: Tables,
     flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
-    loops: Loops | None,
+    between: LoadsBetween,
+    loops: Loops,
 ) -> int:
     """Return how many numbers the workspace of a scene has."""
     speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
     size = WORK * len(tables.rows) + 2 * speeds + int(tables.sizes[DRIVES])
     if flexible is not None:
         size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
-    if between is not None:
-        size += int(between.workspace_size[0])
-    m = 0 if loops is None else len(loops.rows)
-    return size + m + hold_size(m, speeds)
+    m = len(loops.rows)
+    return size + int(between.workspace_size[0]) + m + hold_size(m, speeds)
 
 
 @expanded
-def workspace_in(memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, loops: Loops | None) -> Workspace:
+def workspace_in(memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, loops: Loops) -> Workspace:
     """Return the parts of a memory of `workspace_size`."""
     rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
-    speeds, modes, borders, m, holds = tables.sizes[SPEEDS] + driven, 0, 0, 0, 0
+    speeds, modes, borders, m = tables.sizes[SPEEDS] + driven, 0, 0, len(loops.rows)
+    holds = hold_size(m, speeds)
     if flexible is not None:
         modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
-    if loops is not None:
-        m = len(loops.rows)
-        holds = hold_size(m, speeds)
     work, rest = memory[:rows].reshape(-1, WORK), memory[rows:]
     modal, border, rest = rest[:modes], rest[modes : modes + borders], rest[modes + borders :]
     applied, added, rest = rest[:speeds], rest[speeds : 2 * speeds], rest[2 * speeds :]
@@ -145,21 +140,12 @@ def parts_of(tables: Tables | PlanarTables, vectors: np.ndarray) -> Parts:
     return Parts(at[:n], at[n:m], at[m:k], slope[n:m], slope[m:k], slope[k:])
 
 
-LOOPS_AND_LOADS = "between", "loops"
-SCENES = (
-    Variant(LOOPS_AND_LOADS),
-    Variant(("flexible", *LOOPS_AND_LOADS)),
-    Variant(("flexible", *LOOPS_AND_LOADS), True),
-)
-"""Which forms of scenes there is code for: to compile more takes longer than an empty table ever does."""
-EMPTY = {"between": no_loads_between, "loops": no_loops, "flexible": no_flexible}
-
 # Of a prepared call of `evaluate` and `evaluate_planar`: its place, and its numbers with what is returned
 IS_IMPLICIT = 0
 AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT, IS_ERROR = range(6)
 
 
-@entry(*SCENES, empty=EMPTY)
+@entry(Variant(), Variant(has_flexible=True), Variant(has_flexible=True, is_complex=True))
 def evaluate(
     is_implicit: bool,
     t: float,
@@ -167,8 +153,8 @@ def evaluate(
     share_stiffness: float,
     tables: Tables,
     flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
-    loops: Loops | None,
+    between: LoadsBetween,
+    loops: Loops,
     drives: RealRows,
     inputs: Reals,
     vectors: ValueRows,
@@ -185,8 +171,10 @@ def evaluate(
     share_damping, share_stiffness : float
         s and r of a linearly implicit evaluation.
     tables : Tables
-    flexible, between, loops : FlexibleTables, LoadsBetween, Loops or None
-        None leaves out their code.
+    flexible : FlexibleTables or None
+        None leaves out the code of flexible bodies.
+    between : LoadsBetween
+    loops : Loops
     drives : ndarray, shape (driven, 3)
         Position, speed and acceleration of the driven coordinates.
     inputs : ndarray
@@ -219,8 +207,8 @@ def evaluate(
 def put_rates(
     tables: Tables,
     flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
-    loops: Loops | None,
+    between: LoadsBetween,
+    loops: Loops,
     drives: np.ndarray,
     t: float,
     inputs: np.ndarray,
@@ -247,7 +235,7 @@ def put_rates(
     if flexible is not None:
         powers[0] += modal_dissipation(flexible, modal, powers)
         powers[1] += add_field_loads(flexible, inputs, work, modal)
-    if between is not None and len(between.loads) > 0:
+    if len(between.loads) > 0:
         taken, given = add_loads_between(between, tables.rows, flexible, t, inputs, z, dz, work, modal, acting)
         powers[0] += taken
         powers[1] += given
@@ -265,7 +253,7 @@ def put_rates(
         put_driving_forces(tables, applied, work, driving)
 
     pivot = 1.0
-    if loops is not None and len(loops.rows) > 0:
+    if len(loops.rows) > 0:
         pivot = hold(
             loops, tables, flexible, drives, z, applied, work, modal, border, du, driving, multipliers, holding,
             is_implicit,

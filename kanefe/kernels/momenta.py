@@ -43,9 +43,8 @@ from kanefe.kernels.layout import (
     M,
     R,
     Tables,
-    no_flexible,
 )
-from kanefe.kernels.loads_between import LoadsBetween, no_loads_between, potential_between
+from kanefe.kernels.loads_between import LoadsBetween, potential_between
 from kanefe.kernels.modal_elimination import coupling_span
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.signatures import Variant
@@ -85,37 +84,10 @@ BALANCE_NUMBERS = 9
 
 
 @kernel
-def put_balance(
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
-    t: float,
-    drives: np.ndarray,
-    inputs: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    acting: np.ndarray,
-    integers: np.ndarray,
-    reals: np.ndarray,
-    vectors: np.ndarray,
-) -> None:
-    """Write the energies of the state AT, and where momenta are kept those, and the rigid motions of the scene."""
-    at, n, m = vectors[AT], tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
-    q, u, z = at[:n], at[n:m], at[m : m + tables.sizes[STATES]]
-    kinetic, elastic, weight, size = _energies(
-        tables, flexible, between, t, drives, inputs, q, u, z, work, modal, acting
-    )
-    reals[KINETIC], reals[ENERGY], reals[ENERGY_SIZE] = kinetic, kinetic + elastic + weight, kinetic + size
-    if integers[KEEPS_MOMENTA]:
-        _put_momenta(tables, flexible, work, modal, reals)
-        _put_rigid_motions(tables, work, integers, reals, vectors)
-
-
-@kernel
 def _energies(
     tables: Tables,
-    flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
+    flexible: FlexibleTables,
+    between: LoadsBetween,
     t: float,
     drives: np.ndarray,
     inputs: np.ndarray,
@@ -129,14 +101,13 @@ def _energies(
     """Sweep a state; return kinetic, elastic and gravity energy, and the sum of the sizes of the latter two's parts."""
     sweep_outward(tables, flexible, drives, q, u, work, modal)
     set_inertia(tables, flexible, work, modal)
-    kinetic, elastic, weight = 0.0, _joint_energy(tables, drives, q), 0.0
-    if between is not None:
-        elastic += potential_between(between, t, inputs, z, work, acting)
+    kinetic, weight = 0.0, 0.0
+    elastic = _joint_energy(tables, drives, q) + potential_between(between, t, inputs, z, work, acting)
     size = abs(elastic)
     for i in range(len(tables.rows)):
         mass, c, v, w, momentum, spin = _momenta_of_row(tables, flexible, i, work, modal)
         kinetic += 0.5 * (dot(v, momentum) + dot(w, spin))
-        if flexible is not None and tables.rows[i, KIND] != INTERFACE and tables.rows[i, FLEXIBLE] >= 0:
+        if tables.rows[i, KIND] != INTERFACE and tables.rows[i, FLEXIBLE] >= 0:
             of_modes, strain = _modal_energies(flexible, tables.rows[i, FLEXIBLE], v, w, matrix(work, i, R), modal)
             kinetic += of_modes
             elastic += strain
@@ -150,14 +121,14 @@ def _energies(
 
 @inlined
 def _momenta_of_row(
-    tables: Tables, flexible: FlexibleTables | None, i: int, work: np.ndarray, modal: np.ndarray
+    tables: Tables, flexible: FlexibleTables, i: int, work: np.ndarray, modal: np.ndarray
 ) -> tuple[float, Numbers, Numbers, Numbers, Numbers, Numbers]:
     """Return mass, first moment, v, w, momentum and angular momentum of a row about its origin, without rotors."""
     h, v, w = matrix(work, i, H), vector(work, i, VELOCITY), vector(work, i, OMEGA)
     mass, c = work[i, M], (h[5], h[6], h[1])
     momentum = plus(times(mass, v), cross(w, c))
     spin = plus(cross(c, v), symmetric_times(symmetric(work, i, J), w))
-    if flexible is not None and tables.rows[i, KIND] != INTERFACE and tables.rows[i, FLEXIBLE] >= 0:
+    if tables.rows[i, KIND] != INTERFACE and tables.rows[i, FLEXIBLE] >= 0:
         body, G = flexible.bodies[tables.rows[i, FLEXIBLE]], matrix(work, i, R)
         coupling, deta = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_DETA)]
         momentum = plus(momentum, rotated(G, project(coupling, 0, deta)))
@@ -200,7 +171,7 @@ def _joint_energy(tables: Tables, drives: np.ndarray, q: np.ndarray) -> float:
 
 @kernel
 def _put_momenta(
-    tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray, reals: np.ndarray
+    tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray, reals: np.ndarray
 ) -> None:
     """Write mass, centre of mass, momenta about it, and the inertia about it as of one rigid body."""
     none, origin = (0.0, 0.0, 0.0), vector(work, 0, POSITION)
@@ -260,12 +231,12 @@ def _put_rigid_motions(
 BALANCE_TIME = 0
 
 
-@entry(Variant(("flexible", "between")), empty={"between": no_loads_between, "flexible": no_flexible})
+@entry(Variant(has_flexible=True))
 def balance(
     t: float,
     tables: Tables,
-    flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
+    flexible: FlexibleTables,
+    between: LoadsBetween,
     drives: RealRows,
     inputs: Reals,
     integers: Integers,
@@ -273,19 +244,28 @@ def balance(
     vectors: RealRows,
     memory: Reals,
 ) -> None:
-    """Write what a method asks for by BALANCE: see `put_balance`.
+    """Write what a method asks for by BALANCE.
 
-    `memory` is of the size of that of an evaluation.
+    The energies of the state AT, and where momenta are kept those, and the rigid motions of the scene. `memory` is of
+    the size of that of an evaluation.
     """
     work, modal, acting = _own(tables, flexible, memory)
-    put_balance(tables, flexible, between, t, drives, inputs, work, modal, acting, integers, reals, vectors)
+    at, n, m = vectors[AT], tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
+    q, u, z = at[:n], at[n:m], at[m : m + tables.sizes[STATES]]
+    kinetic, elastic, weight, size = _energies(
+        tables, flexible, between, t, drives, inputs, q, u, z, work, modal, acting
+    )
+    reals[KINETIC], reals[ENERGY], reals[ENERGY_SIZE] = kinetic, kinetic + elastic + weight, kinetic + size
+    if integers[KEEPS_MOMENTA]:
+        _put_momenta(tables, flexible, work, modal, reals)
+        _put_rigid_motions(tables, work, integers, reals, vectors)
 
 
-@entry(Variant(("flexible", "between")), empty={"between": no_loads_between, "flexible": no_flexible})
+@entry(Variant(has_flexible=True))
 def balances_of_states(
     tables: Tables,
-    flexible: FlexibleTables | None,
-    between: LoadsBetween | None,
+    flexible: FlexibleTables,
+    between: LoadsBetween,
     times: Reals,
     drives: RealBlocks,
     inputs: RealRows,
@@ -325,7 +305,7 @@ def balances_of_states(
 
 @kernel
 def _momenta_about_origin(
-    tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray
+    tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray
 ) -> tuple[Numbers, Numbers]:
     """Return linear momentum, and angular momentum about N's origin with that of rotors."""
     momentum, spin = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -339,11 +319,7 @@ def _momenta_about_origin(
 
 
 @expanded
-def _own(
-    tables: Tables, flexible: FlexibleTables | None, memory: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _own(tables: Tables, flexible: FlexibleTables, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the parts of a memory for rows, modes and loads between frames."""
-    rows, modes = WORK * len(tables.rows), 0
-    if flexible is not None:
-        modes = flexible.sizes[MODAL_SIZE]
+    rows, modes = WORK * len(tables.rows), flexible.sizes[MODAL_SIZE]
     return memory[:rows].reshape(-1, WORK), memory[rows : rows + modes], memory[rows + modes :]

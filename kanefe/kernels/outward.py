@@ -228,7 +228,7 @@ def _interface(
     put_matrix(work, i, TANGENT, T)
 
 
-@entry(Variant(), Variant(("flexible",)))
+@entry(Variant(), Variant(has_flexible=True))
 def motions_of_rows(
     tables: Tables,
     flexible: FlexibleTables | None,

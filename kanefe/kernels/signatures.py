@@ -24,19 +24,19 @@ class Variant(NamedTuple):
 
     Attributes
     ----------
-    given : tuple of str
-        Optional parameters that are not None.
+    has_flexible : bool
+        Whether there is code of flexible bodies: without, the parameter of their tables is None.
     is_complex : bool
         Whether values are complex.
     """
 
-    given: tuple[str, ...] = ()
+    has_flexible: bool = False
     is_complex: bool = False
 
     @property
     def label(self) -> str:
         """For names of files."""
-        return "_".join((*self.given, *(("complex",) if self.is_complex else ())))
+        return "_".join((*("flexible",) * self.has_flexible, *("complex",) * self.is_complex))
 
 
 class Leaf(NamedTuple):
@@ -135,7 +135,7 @@ def signature_of(function: Callable[..., Any], variant: Variant) -> Signature:
     for name in names:
         hint = hints[name]
         if is_optional(hint):
-            if name not in variant.given:
+            if not variant.has_flexible:
                 parts.append(None)
                 continue
             (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)

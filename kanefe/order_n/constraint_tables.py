@@ -26,7 +26,7 @@ from kanefe.kernels.constraint_rows import (
     ROLLING_ROW,
     SCREW_ROW,
 )
-from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops
+from kanefe.kernels.constraints import CONSTRAINT_INTEGERS, Loops, no_loops
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.kernels.tolerances import LARGEST_STEP
 from kanefe.order_n.seats import Seats
@@ -34,11 +34,11 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
 
-def loop_tables(builder: Seats) -> Loops | None:
-    """Return the tables of the rows of all constraints, or None where there are none."""
+def loop_tables(builder: Seats) -> Loops:
+    """Return the tables of the rows of all constraints."""
     model = builder.model
     if not model.constraints:
-        return None
+        return no_loops()
     integers, markers, numbers = [], [], []
     length = scene_length(model)
     speeds: list[int] = []

@@ -8,7 +8,7 @@ from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.kernels.addresses import addresses
 from kanefe.kernels.force_elements.given import given
 from kanefe.kernels.force_elements.places import SIGNATURE
-from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, load_workspace_size
+from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, load_workspace_size, no_loads_between
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.loads.base import LoadKernel
 from kanefe.order_n.seats import Seats
@@ -79,11 +79,11 @@ def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
     return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 9)
 
 
-def loads_between(builder: Seats) -> LoadsBetween | None:
-    """Return the tables of loads between frames, or None where there are none."""
+def loads_between(builder: Seats) -> LoadsBetween:
+    """Return the tables of loads between frames."""
     model = builder.model
     if not model.loads:
-        return None
+        return no_loads_between()
     integers, addresses_of, rows, markers = [], [], list[int](), list[np.ndarray]()
     pool: list[float] = []
     for load, states in zip(model.loads, model.load_states, strict=True):

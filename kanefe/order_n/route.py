@@ -6,45 +6,42 @@ proportional to the number of bodies. Objects are read-only after they are made:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, cast, overload
+from typing import Any, NoReturn
 
 import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import SimulationError
-from kanefe.frames import Matrix, Vector, cross
+from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.bent import bent_too_far
 from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
 from kanefe.kernels._numba import IS_COMPILED
-from kanefe.kernels.arrays import Prepared
 from kanefe.kernels.closing import CLOSED, close_state, closing_memory_size
-from kanefe.kernels.constraints import Loops
 from kanefe.kernels.derivatives import derivatives
-from kanefe.kernels.drives import Drives
 from kanefe.kernels.entries import LATER, Bound
 from kanefe.kernels.evaluation import evaluate, workspace_size
 from kanefe.kernels.filling import filler
-from kanefe.kernels.integration import Scene, integrate
-from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables
-from kanefe.kernels.loads_between import COMPLEX, LoadsBetween
+from kanefe.kernels.integration import integrate
+from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, no_flexible
+from kanefe.kernels.loads_between import COMPLEX
 from kanefe.kernels.momenta import balance
-from kanefe.kernels.outward import motion_memory_size, motions_of_rows
-from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, PUSH_STIFFNESS, SLOPE, STATE, TIME_AT, Run
+from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.kernels.units import expect
 from kanefe.loads.functions import SPENT
+from kanefe.order_n.compiled_run import CompiledRun
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.drive_tables import drive_tables
 from kanefe.order_n.load_tables import loads_between
-from kanefe.order_n.seats import Seat, Seats
+from kanefe.order_n.moving_frames import MotionsKernel, MovingFrames
+from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
+from kanefe.order_n.seats import Seats
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables import TableBuilder
 from kanefe.tree.model_data import WORKS, ModelData
-from kanefe.tree.placed import Placed
 from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
@@ -53,29 +50,8 @@ GROWN = 1e100
 
 NO_DRIVES = np.zeros((0, 3))
 
-NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
-
-
-class Going(NamedTuple):
-    """The run that went on last: what is prepared for it serves until it ends.
-
-    Attributes
-    ----------
-    vectors : ndarray
-        Of the run.
-    evaluation : Bound
-    inputs : ndarray
-    integrate : Bound
-        Takes a `Run`.
-    kept : object
-        Arrays whose addresses it has.
-    """
-
-    vectors: np.ndarray
-    evaluation: Bound
-    inputs: np.ndarray
-    integrate: Bound
-    kept: Any
+NOT_IMPLICIT = 0.0, 0.0
+"""Shares of an evaluation that is not linearly implicit."""
 
 
 class OrderN(LiteralRoute):
@@ -94,19 +70,21 @@ class OrderN(LiteralRoute):
         self.reason = "all parts of the scene have kernels"
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
-        self.between = loads_between(builder)
-        self.loops = loop_tables(builder)
-        self._size = model.coordinate_count + model.free_count + model.state_count + WORKS
-        self._workspace_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
+        self.between, self.loops = loads_between(builder), loop_tables(builder)
+        self.has_loops = bool(model.constraints)
+        self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
         self.places: Seats = builder
         self.inputs = builder.inputs
-        self._constants = self.inputs.constants if self.inputs.is_constant else None
+        self._inputs_stay = self.inputs.is_constant and not self.inputs.held
         parts = tuple(self.inputs.compiled())
         self._has_compiled_loads = bool(parts)
-        self._fill = filler(parts)
+        self.fill = filler(parts)
         self._drives = model.drives
-        self._motions = drive_tables(model)
-        self._going: Going | None = None
+        self.motion_tables = drive_tables(model)
+        self._frames = MotionsKernel(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return OrderN, (self.model,)  # tables have addresses, which are those of a process
 
     def lacks(self, form: Form) -> str:
         """Return why there are no substructures."""
@@ -121,7 +99,7 @@ class OrderN(LiteralRoute):
     def is_autonomous(self) -> bool:
         """Whether no Python function is called in a run, so that whole runs can be compiled."""
         calls_python = not self.inputs.is_constant and not self._has_compiled_loads
-        return not calls_python and self._motions is not None
+        return not calls_python and self.motion_tables is not None
 
     def drives(self, t: float) -> np.ndarray:
         """Return position, speed and acceleration of the driven coordinates, (driven, 3)."""
@@ -135,7 +113,7 @@ class OrderN(LiteralRoute):
     def values(self, t: float, y: Vector) -> np.ndarray:
         """Return the values of all loads at a state that begins with q, u and z."""
         layout = self.inputs
-        if layout.is_constant and not layout.held:
+        if self._inputs_stay:
             return layout.constants
         values = layout.begun(self.parts(y)[2])
         for where, load in layout.of_time:
@@ -152,7 +130,7 @@ class OrderN(LiteralRoute):
 
     def state(self, t: float, y: Vector) -> SceneState:
         """Return what functions of the user see of a state that begins with q, u and z."""
-        return SceneState(self.model, t, *self.parts(y), frames=_Frames(self, t, y))
+        return SceneState(self.model, t, *self.parts(y), frames=MovingFrames(self._frames, t, y))
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """Return what is computed of all states of a run at once."""
@@ -175,11 +153,14 @@ class OrderN(LiteralRoute):
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        vectors = np.empty((2, self._size))
-        vectors[AT, : len(y)] = y
-        vectors[AT, len(y) :] = 0.0
-        weakest = self.sweep(t, vectors)
-        return vectors[SLOPE], weakest
+        kernel = self._rates_kernel(False)
+        call = kernel.take()
+        call.at[: len(y)] = y
+        call.at[len(y) :] = 0.0
+        weakest = self._sweep(call, t, False, NOT_IMPLICIT)
+        rates = call.slope.copy()
+        kernel.give_back(call)
+        return rates, weakest
 
     def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
         """Write a linearly implicit evaluation: see `sweep`.
@@ -199,21 +180,31 @@ class OrderN(LiteralRoute):
             vectors[AT] = asked
         return weakest
 
-    def sweep(self, t: float, vectors: np.ndarray, share_damping: float = 0.0, share_stiffness: float = 0.0) -> float:
-        """Write dy/dt of the state in the first row of vectors to the second; return the smallest pivot, see above.
+    def sweep(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+        """Write a linearly implicit evaluation to the second of four vectors; return the smallest pivot, see above.
 
-        With four rows or more the evaluation is linearly implicit: see `kanefe.kernels.implicit` for the shares and
-        for the two rows of pushes.
+        The first is the state; see `kanefe.kernels.implicit` for the shares and for the other two, the pushes.
         """
-        y = vectors[AT]
-        inputs, drives = self.values(t, y), self.drives(t)
-        done, weakest = self._evaluate(drives, t, inputs, vectors, (share_damping, share_stiffness))
+        kernel = self._rates_kernel(True)
+        call = kernel.take()
+        call.vectors[:] = vectors
+        weakest = self._sweep(call, t, True, (share_damping, share_stiffness))
+        vectors[SLOPE] = call.slope
+        kernel.give_back(call)
+        return weakest
+
+    def _sweep(self, call: RatesCall, t: float, is_implicit: bool, shares: tuple[float, float]) -> float:
+        if not self._inputs_stay:
+            call.inputs[:] = self.values(t, call.at.copy())  # functions of the user may keep what they see
+        if self._drives:
+            call.drives[:] = self.drives(t)
+        done, weakest = call(t, is_implicit, shares)
         if done == NO_INERTIA:
-            if self.loops is not None:  # what has no inertia by itself may be held by a loop
+            if self.has_loops:  # what has no inertia by itself may be held by a loop
                 return 0.0
-            self._explain(t, y)
+            self.explain(t, call.at)
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
-            self.values(t, y)
+            self.values(t, call.at)
         return weakest
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
@@ -236,12 +227,12 @@ class OrderN(LiteralRoute):
         vectors[AT] = y
         inputs = self.values(t, y)
         found = np.empty((len(directions), len(y)))
-        memory = np.empty(self._workspace_size, dtype=complex)
-        scene = False, t, 0.0, 0.0, *self._scene
-        call, _kept = evaluate.bound(*scene, self.drives(t), inputs, vectors, memory, is_complex=True).prepared()
+        memory = np.empty(self.memory_size, dtype=complex)
+        scene = False, t, 0.0, 0.0, self.tables, self.elastic, self.between, self.loops, self.drives(t), inputs
+        call = evaluate.bound(*scene, vectors, memory, is_complex=True).prepared()
         along = np.ascontiguousarray(directions, dtype=float)
-        if not derivatives.bound(call, vectors, along, found, is_complex=True)():
-            self._explain(t, y)
+        if not derivatives.bound(call.for_kernels(), vectors, along, found, is_complex=True)():
+            self.explain(t, y)
         return found
 
     @property
@@ -249,12 +240,12 @@ class OrderN(LiteralRoute):
         """Whether all kernels of the scene take complex numbers, from which exact derivatives come."""
         given = self.tables.rows[self.tables.rows[:, KIND] == GIVEN]
         of_links = bool(np.all(given[:, COMPLEX_FUNCTION] != 0))
-        return of_links and (self.between is None or bool(np.all(self.between.addresses[:, COMPLEX] != 0)))
+        return of_links and bool(np.all(self.between.addresses[:, COMPLEX] != 0))
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.momenta`."""
-        t, scene = float(run.reals[TIME_AT]), (self.tables, self.flexible, self.between)
-        memory = np.empty(self._workspace_size)
+        t, scene = float(run.reals[TIME_AT]), (self.tables, self.elastic, self.between)
+        memory = np.empty(self.memory_size)
         balance(t, *scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)
 
     def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
@@ -262,12 +253,12 @@ class OrderN(LiteralRoute):
 
         The literal route finds it where something has no inertia of its own, and names the loops that stay open.
         """
-        if self.loops is None:
+        if not self.has_loops:
             return y
         if stiffness is None and self.model.free_count:
             closed = np.array(y, dtype=float)
-            memory = np.empty(closing_memory_size(self.tables, self.flexible, self.loops))
-            ended, _ = self._closing(share, self.drives(t), closed, memory)
+            memory = np.empty(closing_memory_size(self.tables, self.elastic, self.loops))
+            ended, _ = self.closing(share, self.drives(t), closed, memory)
             if ended == CLOSED:
                 return closed
         return super().projected(t, y, stiffness, share)
@@ -285,92 +276,45 @@ class OrderN(LiteralRoute):
         self.drives(t)
         self.values(t, y)
 
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
-        """Go on with a run without leaving compiled code; return what its method wants that is not to be had there.
+    def compiled_run(
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+    ) -> CompiledRun:
+        """Return a run that stays in compiled code, of a method with that memory; the scene is autonomous.
 
-        The scene is autonomous. `is_implicit`, `is_balanced`: whether the method asks for linearly implicit
-        evaluations, and for energy and momenta.
-
-        Raises
-        ------
-        SimulationError
-            If the mass matrix is singular; the message names the speeds without inertia.
+        `is_implicit`, `is_balanced`: whether the method asks for linearly implicit evaluations, and for energy and
+        momenta.
         """
-        command, _ = self._integrate(run, vectors, is_implicit, is_balanced)
-        if command == NO_INERTIA:
-            y = vectors[AT]
-            self._explain(float(run.reals[TIME_AT]), y)
-        return command
+        return CompiledRun(self, self._rates_kernel(is_implicit, is_balanced), integers, reals, vectors, is_balanced)
 
     @property
-    def _scene(self) -> tuple[Tables, FlexibleTables | None, LoadsBetween | None, Loops | None]:
-        return self.tables, self.flexible, self.between, self.loops
+    def elastic(self) -> FlexibleTables:
+        """The tables of flexible bodies, empty where there are none."""
+        return no_flexible() if self.flexible is None else self.flexible
 
-    def _evaluate(
-        self, drives: np.ndarray, t: float, inputs: np.ndarray, vectors: np.ndarray, shares: tuple[float, float]
-    ) -> tuple[int, float]:
-        """Call the kernel that evaluates the rates once."""
-        memory, is_implicit = np.empty(self._workspace_size), len(vectors) > PUSH_STIFFNESS
-        return self._evaluation(is_implicit, t, *shares, drives, inputs, vectors, memory)  # type: ignore[no-any-return]
-
-    def _integrate(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> tuple[int, float]:
-        """Call the kernel that goes on with a run."""
-        return self._go_on_by(self._evaluation, self._workspace_size, run, vectors, is_balanced)
-
-    def _go_on_by(
-        self, evaluation: Bound, size: int, run: Run, vectors: np.ndarray, is_balanced: bool
-    ) -> tuple[int, float]:
-        """Go on with a run by a kernel of evaluations with a memory of that size."""
-        going = self._going
-        if going is None or going.vectors is not vectors or going.evaluation is not evaluation:
-            scene, kept = self._scene_of(evaluation, size, run, vectors, is_balanced)
-            going = Going(vectors, evaluation, scene.inputs, integrate.bound(scene, LATER, vectors), kept)
-            self._going = going
-        going.inputs[:] = self.inputs.begun(self.parts(vectors[STATE])[2])  # controllers hold what is in STATE
-        return going.integrate(run)  # type: ignore[no-any-return]
-
-    def _scene_of(
-        self, evaluation: Bound, size: int, run: Run, vectors: np.ndarray, is_balanced: bool
-    ) -> tuple[Scene, Any]:
-        """Return what a run needs of the scene, and what has to be kept as long."""
-        drives, inputs = np.empty((len(self._drives), 3)), np.empty_like(self.inputs.constants)
-        closed, asked = np.empty(self._size), np.empty(self._size)
-        evaluated, kept = evaluation.prepared(False, 0.0, 0.0, 0.0, drives, inputs, vectors, np.empty(size))
-        closing = balanced = NOT_CALLED
-        if self.loops is not None:
-            memory = np.empty(closing_memory_size(self.tables, self.flexible, self.loops))
-            closing, kept_too = self._closing.prepared(0.0, drives, closed, memory)
-            kept = kept + kept_too
-        if is_balanced:
-            memory, tables = np.empty(self._workspace_size), (self.tables, self.flexible, self.between)
-            bound = balance.bound(0.0, *tables, drives, inputs, run.integers, run.reals, vectors, memory)
-            balanced, kept_too = bound.prepared()
-            kept = kept + kept_too
-        has_loops, motions = self.loops is not None, cast(Drives, self._motions)  # of an autonomous scene
-        scene = Scene(evaluated, closing, balanced, has_loops, drives, motions, self._fill, inputs, closed, asked)
-        return scene, kept
+    def _rates_kernel(self, is_implicit: bool, is_balanced: bool = False) -> RatesKernel:
+        """Return the kernel that evaluates the rates, in a run with the balance or else."""
+        return self._in_space
 
     @cached_property
-    def _evaluation(self) -> Bound:
-        return self._expected(evaluate.bound(LATER, LATER, LATER, LATER, *self._scene, LATER, LATER, LATER, LATER))
+    def _in_space(self) -> RatesKernel:
+        scene = self.tables, self.flexible, self.between, self.loops
+        return self._kernel_of(evaluate.bound(LATER, LATER, LATER, LATER, *scene, *(LATER,) * 4), self.memory_size)
 
-    def _expected(self, evaluation: Bound) -> Bound:
-        """Have what most runs of the scene need built with its evaluation, where it is not."""
+    def _kernel_of(self, evaluation: Bound, memory_size: int) -> RatesKernel:
+        """Return a kernel of rates, which is built with what most runs of the scene need, where it is not."""
         if IS_COMPILED:
-            closing = () if self.loops is None else (self._closing.unit,)
+            closing = (self.closing.unit,) if self.has_loops else ()
             expect((evaluation.unit, integrate.unit(integrate.variants[0]), *closing))
-        return evaluation
+        model = self.model
+        size = model.coordinate_count + model.free_count + model.state_count + WORKS
+        return RatesKernel(evaluation, memory_size, size, len(self._drives), self.inputs.constants)
 
     @cached_property
-    def _closing(self) -> Bound:
-        return close_state.bound(LATER, self.tables, self.flexible, self.loops, LATER, LATER, LATER)
+    def closing(self) -> Bound:
+        """What closes loops: see `close_state`."""
+        return close_state.bound(LATER, self.tables, self.elastic, self.loops, LATER, LATER, LATER)
 
-    @cached_property
-    def motions(self) -> Bound:
-        """Where all rows are at one time: see `motions_of_rows`."""
-        return motions_of_rows.bound(self.tables, self.flexible, *(LATER,) * 6)
-
-    def _explain(self, t: float, y: Vector) -> None:
+    def explain(self, t: float, y: Vector) -> NoReturn:
         """Raise the error of the literal route for a state at which the sweep failed."""
         q, u, z = self.parts(y)
         if all(np.all(np.abs(x) < GROWN) for x in (q, u)):
@@ -392,40 +336,3 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)
     return ()
-
-
-class _Frames(Sequence[Placed]):
-    """Motion of every body's frame at a state: one sweep when the first is asked for."""
-
-    def __init__(self, route: OrderN, t: float, y: Vector) -> None:
-        self._route, self._t, self._y = route, t, y
-        self._rows: np.ndarray | None = None
-
-    def __len__(self) -> int:
-        return len(self._route.places.seats)
-
-    @overload
-    def __getitem__(self, number: int) -> Placed: ...
-
-    @overload
-    def __getitem__(self, number: slice) -> list[Placed]: ...
-
-    def __getitem__(self, number: int | slice) -> Placed | list[Placed]:
-        route = self._route
-        if isinstance(number, slice):
-            return [self[i] for i in range(*number.indices(len(self)))]
-        if self._rows is None:
-            found = np.empty((1, len(route.tables.rows), 18))
-            none, states = np.zeros((0, route.model.free_count)), np.array(self._y)[None]
-            drives, memory = route.drives(self._t), np.empty(motion_memory_size(route.tables, route.flexible))
-            route.motions(drives[None], states, none, found, drives, memory)
-            self._rows = found[0]
-        return _placed(self._rows, route.places.seats[number])
-
-
-def _placed(work: np.ndarray, seat: Seat) -> Placed:
-    if seat.row < 0:
-        return Placed(seat.axes, seat.place, np.zeros(3), np.zeros(3))
-    p, R, v, w = work[seat.row, :3], work[seat.row, 3:12].reshape(3, 3), work[seat.row, 12:15], work[seat.row, 15:18]
-    lever, A = R @ seat.place, R @ seat.axes
-    return Placed(A, p + lever, A.T @ (v + cross(w, lever)), A.T @ w)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import (
     Matrix,
-    Vector,
     cross,
     euler_parameters_from_matrices,
     euler_parameters_from_matrix,
     multiply,
 )
-from kanefe.kernels.evaluation import workspace_size
 from kanefe.kernels.layout import (
     ABOUT,
     AXES,
@@ -32,48 +30,15 @@ from kanefe.kernels.layout import (
     FlexibleTables,
     Tables,
 )
-from kanefe.kernels.loads_between import LoadsBetween
 from kanefe.kernels.momenta import BALANCE_NUMBERS, balances_of_states
 from kanefe.kernels.outward import motion_memory_size, motions_of_rows
 from kanefe.kernels.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.stepping import AT, DONE, MAP, REALS_OF_METHOD, ROWS_OF_METHOD, SLOPE, STATE, STEPS, Run
-from kanefe.order_n.inputs import InputLayout
+from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.seats import Seat, Seats
 from kanefe.order_n.tables import TableBuilder
-from kanefe.tree.model_data import WORKS, ModelData
-from kanefe.tree.route import Evaluation, FrameMotions
-
-
-class Evaluated(Protocol):
-    """What the sweeps take of a route in order n: see `kanefe.order_n.route.OrderN`."""
-
-    model: ModelData
-    places: Seats
-    inputs: InputLayout
-    tables: Tables
-    flexible: FlexibleTables | None
-    between: LoadsBetween | None
-
-    @property
-    def is_autonomous(self) -> bool:
-        """Whether whole runs stay in compiled code."""
-        ...
-
-    def drives(self, t: float) -> np.ndarray:
-        """Return position, speed and acceleration of the driven coordinates."""
-        ...
-
-    def values(self, t: float, y: Vector) -> np.ndarray:
-        """Return the values of all loads."""
-        ...
-
-    def evaluate(self, t: float, y: Vector) -> Evaluation:
-        """Return the rates at a state."""
-        ...
-
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
-        """Go on with a run in compiled code."""
-        ...
+from kanefe.tree.model_data import WORKS
+from kanefe.tree.route import FrameMotions
 
 
 class Sweeps:
@@ -91,6 +56,9 @@ class Sweeps:
         self._route, self._times = route, times
         self._states = np.ascontiguousarray(states)
         self._turns: dict[int, Matrix] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Sweeps, (self._route, self._times, self._states)  # tables have addresses, which are those of a process
 
     @cached_property
     def _drives(self) -> np.ndarray:
@@ -228,7 +196,8 @@ class Sweeps:
         vectors[STATE] = table[0, STATE_OF:]
         none = np.zeros(0), np.zeros((0, size)), 0
         run = Run(revisit, between_states, integers, reals, table, *none)
-        while route.go_on(run, vectors, False, False) != DONE:  # at a singular position
+        compiled = route.compiled_run(integers, reals, vectors, False, False)
+        while compiled.go_on(run) != DONE:  # at a singular position
             vectors[SLOPE] = route.evaluate(float(table[integers[STEPS], TIME_OF]), vectors[AT].copy()).rates
 
     @cached_property
@@ -238,7 +207,6 @@ class Sweeps:
         inputs = route.inputs.constants[None]
         if route.inputs.between:
             inputs = np.array([route.values(float(t), y) for t, y in zip(self._times, self._states, strict=True)])
-        scene = route.tables, route.flexible, route.between
-        memory = np.empty(workspace_size(*scene, None))
+        scene, memory = (route.tables, route.elastic, route.between), np.empty(route.memory_size)
         balances_of_states(*scene, self._times, self._drives, inputs, self._states, found, memory)
         return found

@@ -77,6 +77,14 @@ class FrameMotions(NamedTuple):
     angular_acceleration: Matrix | None
 
 
+class CompiledRun(Protocol):
+    """A run that stays in compiled code, of one thread at a time."""
+
+    def go_on(self, run: Run) -> int:
+        """Go on; return what the method wants that is not to be had in compiled code."""
+        ...
+
+
 class RunSweeps(Protocol):
     """What a route computes of all states of a run at once."""
 
@@ -210,8 +218,14 @@ class Route(Protocol):
         """Write energies and momenta that a method asks for. Of `Form.SWEEPS`."""
         ...
 
-    def go_on(self, run: Run, vectors: np.ndarray, is_implicit: bool, is_balanced: bool) -> int:
-        """Go on with a run in compiled code, if `is_autonomous`; return what its method wants that is not to be had."""
+    def compiled_run(
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+    ) -> CompiledRun:
+        """Return a run in compiled code, if `is_autonomous`, of a method with that memory.
+
+        `is_implicit`, `is_balanced`: whether the method asks for linearly implicit evaluations, and for energy and
+        momenta.
+        """
         ...
 
     def check_functions(self, t: float, y: Vector) -> None:

@@ -31,7 +31,7 @@ def counted(count: int, out: Any) -> None:
     out[count] = 1.0 / count
 
 
-@entry(Variant(), Variant((), True))
+@entry(Variant(), Variant(is_complex=True))
 def call_either(addresses: Integers, numbers: Reals, workspace: ValueRows) -> None:
     """Call the real or the complex function with workspace[0, 0], as the workspace is."""
     out = workspace[1, 1:3]

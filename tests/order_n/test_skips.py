@@ -184,7 +184,7 @@ def test_planar_scenes_take_the_planar_kernels(monkeypatch: pytest.MonkeyPatch) 
     y = np.array([0.3, -0.2, 1.0, 0.5])
     in_space = OrderN(model)
     expected = in_space.held_rates(0.0, np.concatenate((y, np.zeros(2))))[0][:4]
-    monkeypatch.setattr(OrderN, "_evaluation", refuse)
+    monkeypatch.setattr(OrderN, "_in_space", property(refuse))
     np.testing.assert_allclose(model.rhs(0.0, y), expected, rtol=1e-13)
     with pytest.raises(LookupError):
         OrderN(model).held_rates(0.0, np.concatenate((y, np.zeros(2))))

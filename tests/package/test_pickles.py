@@ -80,6 +80,16 @@ def test_scenes_run_to_the_same_bits_in_another_process(tmp_path: Path) -> None:
     assert done.stdout.splitlines() == [f"{name}: {fingerprint(scene)}" for name, scene in scenes.items()]
 
 
+def test_a_result_that_was_asked_answers_in_another_process(tmp_path: Path) -> None:
+    result = SCENES["springs"]().simulate((0.0, 0.02), rtol=1e-5, output_step=0.01)
+    result.position("bob")  # from tables, which have addresses of this process
+    (tmp_path / "result").write_bytes(pickle.dumps(result))
+    code = "import pickle, sys; print(pickle.load(open(sys.argv[1], 'rb')).energy.total.tobytes().hex())"
+    command = [sys.executable, "-c", code, str(tmp_path / "result")]
+    done = subprocess.run(command, capture_output=True, text=True, env=surroundings(), check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, result.energy.total.tobytes().hex()), done.stderr
+
+
 def test_a_body_that_was_used_comes_back_without_its_factors() -> None:
     body = SCENES["unreduced"]().freeze().bodies[0].flexible.body
     assert isinstance(body, UnreducedBody)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,6 +74,7 @@ from kanefe.tree.scales import coordinate_moves, state_scales
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
+    from kanefe.tree.route import CompiledRun
 
 SMALLEST_STEP = 16.0 * np.finfo(float).eps
 """Of the largest time: below such a step, times lose their digits. A jump of a force or a power leaves an error in
@@ -269,11 +270,9 @@ class KernelStepper:
     def _command(self, run: Run, is_compiled: bool) -> int:
         """Return what the method wants that is no evaluation: evaluations are done here."""
         dynamics, reals, vectors = self.dynamics, self.reals, self.vectors
-        if is_compiled:
-            wants = self._kernels.is_implicit, self._kernels.keeps_balance
-            following: Callable[[], int] = partial(dynamics.go_on, run, vectors, *wants)
-        else:
-            following = next_command.bound(run, vectors)
+        following = (
+            partial(self._compiled_run.go_on, run) if is_compiled else next_command.bound(run, vectors).prepared()
+        )
         while True:
             command = following()
             if command == RATES:
@@ -286,6 +285,11 @@ class KernelStepper:
                 dynamics.balance(run, vectors)
             else:
                 return command
+
+    @cached_property
+    def _compiled_run(self) -> CompiledRun:
+        wants = self._kernels.is_implicit, self._kernels.keeps_balance
+        return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, *wants)
 
     def _answer_nothing(self, error: KanefeError) -> None:
         """Have the step tried again with a smaller one: up to where the equations hold there are such."""

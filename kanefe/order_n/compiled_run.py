@@ -1,0 +1,80 @@
+"""A run of an autonomous scene in compiled code: the calls of its kernels, prepared once for the run."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from kanefe.kernels.arrays import Prepared
+from kanefe.kernels.closing import closing_memory_size
+from kanefe.kernels.drives import Drives
+from kanefe.kernels.entries import LATER, Call
+from kanefe.kernels.integration import Scene, integrate
+from kanefe.kernels.momenta import balance
+from kanefe.kernels.stepping import AT, NO_INERTIA, STATE, TIME_AT, Run
+from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.rates_kernel import RatesKernel
+
+NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
+
+
+class CompiledRun:
+    """A run that stays in compiled code: of one thread at a time, and not to be pickled.
+
+    Parameters
+    ----------
+    route : Evaluated
+        Of an autonomous scene.
+    kernel : RatesKernel
+        That the run takes.
+    integers, reals, vectors : ndarray
+        Memory of its method.
+    is_balanced : bool
+        Whether the method asks for energy and momenta.
+    """
+
+    def __init__(
+        self,
+        route: Evaluated,
+        kernel: RatesKernel,
+        integers: np.ndarray,
+        reals: np.ndarray,
+        vectors: np.ndarray,
+        is_balanced: bool,
+    ) -> None:
+        self._route, self._vectors = route, vectors
+        drives, inputs = np.empty((len(route.model.drives), 3)), np.empty_like(route.inputs.constants)
+        closed, asked = np.empty(vectors.shape[1]), np.empty(vectors.shape[1])
+        self._kept: list[Call] = []  # of which the kernels know the addresses
+        evaluated = self._for_kernels(kernel.prepared(drives, inputs, vectors))
+        closing = balanced = NOT_CALLED
+        if route.has_loops:
+            memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
+            closing = self._for_kernels(route.closing.prepared(0.0, drives, closed, memory))
+        if is_balanced:
+            tables, memory = (route.tables, route.elastic, route.between), np.empty(route.memory_size)
+            bound = balance.bound(0.0, *tables, drives, inputs, integers, reals, vectors, memory)
+            balanced = self._for_kernels(bound.prepared())
+        motions = cast(Drives, route.motion_tables)  # of an autonomous scene
+        scene = Scene(evaluated, closing, balanced, route.has_loops, drives, motions, route.fill, inputs, closed, asked)
+        self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
+
+    def _for_kernels(self, call: Call) -> Prepared:
+        self._kept.append(call)
+        return call.for_kernels()
+
+    def go_on(self, run: Run) -> int:
+        """Go on without leaving compiled code; return what the method wants that is not to be had there.
+
+        Raises
+        ------
+        SimulationError
+            If the mass matrix is singular; the message names the speeds without inertia.
+        """
+        route, vectors = self._route, self._vectors
+        self._inputs[:] = route.inputs.begun(route.parts(vectors[STATE])[2])  # controllers hold what is in STATE
+        command, _ = self._integrate(run)
+        if command == NO_INERTIA:
+            route.explain(float(run.reals[TIME_AT]), vectors[AT])
+        return command  # type: ignore[no-any-return]

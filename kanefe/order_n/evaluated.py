@@ -1,0 +1,92 @@
+"""What runs, frames and sweeps over states take of a route in order n."""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn, Protocol
+
+import numpy as np
+
+from kanefe.frames import Vector
+from kanefe.kernels.constraints import Loops
+from kanefe.kernels.drives import Drives
+from kanefe.kernels.entries import Bound
+from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.loads_between import LoadsBetween
+from kanefe.order_n.inputs import InputLayout
+from kanefe.order_n.seats import Seats
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.route import CompiledRun, Evaluation
+
+
+class Evaluated(Protocol):
+    """A scene as tables of the kernels, and questions to it: see `kanefe.order_n.route.OrderN`.
+
+    Attributes
+    ----------
+    model : ModelData
+    places : Seats
+        Where frames sit in the rows.
+    inputs : InputLayout
+    tables, flexible, between, loops : named tuples
+        For the kernels; `flexible` is None where all bodies are rigid.
+    motion_tables : Drives or None
+        Of driven coordinates; None if one is a Python function.
+    fill : function (t, y, inputs)
+        Writes values of loads that are compiled functions.
+    has_loops : bool
+    memory_size : int
+        Numbers that an evaluation in space writes on its way.
+    """
+
+    model: ModelData
+    places: Seats
+    inputs: InputLayout
+    tables: Tables
+    flexible: FlexibleTables | None
+    between: LoadsBetween
+    loops: Loops
+    motion_tables: Drives | None
+    fill: Any
+    has_loops: bool
+    memory_size: int
+
+    @property
+    def elastic(self) -> FlexibleTables:
+        """The tables of flexible bodies, empty where there are none."""
+        ...
+
+    @property
+    def closing(self) -> Bound:
+        """What closes loops: see `kanefe.kernels.closing.close_state`."""
+        ...
+
+    @property
+    def is_autonomous(self) -> bool:
+        """Whether whole runs stay in compiled code."""
+        ...
+
+    def parts(self, y: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return q, u and z of a state."""
+        ...
+
+    def drives(self, t: float) -> np.ndarray:
+        """Return position, speed and acceleration of the driven coordinates."""
+        ...
+
+    def values(self, t: float, y: Vector) -> np.ndarray:
+        """Return the values of all loads."""
+        ...
+
+    def evaluate(self, t: float, y: Vector) -> Evaluation:
+        """Return the rates at a state."""
+        ...
+
+    def compiled_run(
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+    ) -> CompiledRun:
+        """Return a run in compiled code."""
+        ...
+
+    def explain(self, t: float, y: Vector) -> NoReturn:
+        """Raise the error of the literal route for a state at which the sweep failed."""
+        ...
