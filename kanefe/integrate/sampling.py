@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from kanefe.frames import Vector, euler_parameters_from_matrix, rotation_vector
 from kanefe.loads.controller import Controller, Reading
 from kanefe.tree.scene_state import SceneState
 
-Read = Callable[[float, Vector, SceneState], float]
+Read = Callable[[float, Vector, Callable[[], SceneState]], float]
 
 END_SHARE = 1e-9
 """Of the time between samples: one that would be as near to the end of a run has nothing left to drive."""
@@ -69,7 +69,8 @@ class Sampler:
 
     def sampled(self, t: float, y: Vector) -> Vector:
         """Return the state with the drives as they are from time t (s) on, after what is to be sampled there."""
-        state, y = self._model.route.state(t, y), y.copy()
+        route, before, y = self._model.route, y, y.copy()
+        state = cache(lambda: route.state(t, before))  # joints are read without it
         for one in self._controllers:
             values = one.at(t, self._stop, y, state)
             if values is not None:
@@ -104,7 +105,7 @@ class _Sampled:
         sample = self._time if self._time < stop - END_SHARE * self.controller.every else math.inf
         return min(sample, self._late[0][0] if self._late else math.inf)
 
-    def at(self, t: float, stop: float, y: Vector, state: SceneState) -> Vector | None:
+    def at(self, t: float, stop: float, y: Vector, state: Callable[[], SceneState]) -> Vector | None:
         """Sample if that is due; return the drives that begin to act now, None if there are none."""
         acting: Vector | None = None
         while self._late and self._late[0][0] <= t:
@@ -157,25 +158,25 @@ def _reader(model: Model, reading: Reading) -> Read:
         at = int(body.coordinates[i])
         if at >= 0:
             return lambda t, y, state: float(y[at])
-        return lambda t, y, state: float(state.joint_coordinates(reading.body)[i])
+        return lambda t, y, state: float(state().joint_coordinates(reading.body)[i])
     if reading.what == "joint_speeds":
         speed = int(body.speeds[i])
         if speed < model.free_count:
             return lambda t, y, state: float(y[n + speed])
-        return lambda t, y, state: float(state.joint_speeds(reading.body)[i])
+        return lambda t, y, state: float(state().joint_speeds(reading.body)[i])
     if reading.what == "modal_coordinates":
-        return lambda t, y, state: float(state.modal_coordinates(reading.body)[i])
+        return lambda t, y, state: float(state().modal_coordinates(reading.body)[i])
     if reading.what == "modal_speeds":
-        return lambda t, y, state: float(state.modal_speeds(reading.body)[i])
+        return lambda t, y, state: float(state().modal_speeds(reading.body)[i])
     if reading.what == "deflection":
         frame = model.flexible_terms(reading.body).body.interface(reading.interface)
-        return lambda t, y, state: float(frame.displacements(state.modal_coordinates(reading.body)[None])[0, i])
+        return lambda t, y, state: float(frame.displacements(state().modal_coordinates(reading.body)[None])[0, i])
     vector = partial(_VECTORS[reading.what], model, reading)
 
-    def read(t: float, y: Vector, state: SceneState) -> float:
-        value = vector(t, y, state)
+    def read(t: float, y: Vector, state: Callable[[], SceneState]) -> float:
+        value = vector(t, y, state())
         if reading.is_own:
-            value = state.rotation(reading.body, reading.interface).T @ value
+            value = state().rotation(reading.body, reading.interface).T @ value
         return float(value[i])
 
     return read

@@ -58,6 +58,9 @@ SEEN_BY_RADAU = 10.0
 LEAST_OF_RADAU, LEAST_BESIDE_KINKS = 100.0, 400.0
 """Steps at least; where forces have kinks."""
 
+MANY_SAMPLES = 50.0
+"""Of controllers, from which on Radau's method has more Jacobians to make than steps to spare."""
+
 MUCH = 40.0
 """Times the work of Radau's method: what the explicit one may take where stops and friction act all the time."""
 
@@ -93,8 +96,9 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     order-n sweep, and steps over vibrations. It lets what is hardly damped grow where its steps are some radians of it,
     so that it hands over where they would be; Radau's method, or the explicit one where that is less work, follows
     vibrations from the start where they are larger than the tolerance or the run lasts few of their periods. Radau's
-    method also where something stiff is outside the sweep (springs between frames, controllers) or begins at once
-    (stops, dry friction), and where that is too much work generalised-alpha.
+    method also where something stiff is outside the sweep (springs between frames, functions of the state) or begins at
+    once (stops, dry friction), and where that is too much work generalised-alpha; not under sampled controllers, at
+    whose samples it would begin anew.
     """
     own = serving(model, *own_methods())
     if len(own) == 1:
@@ -133,6 +137,9 @@ def _by_vibrations(
     is_loose = rtol is None or rtol >= LOOSE_RTOL
     if is_loose and all_damped(model):
         return Suited("extrapolation", reason)
+    every = min((controller.every for controller in model.controllers), default=math.inf)
+    if stop - start > MANY_SAMPLES * every and all_damped(model):
+        return Suited("extrapolation", f"{reason}, and controllers have every method begin anew each {every:g} s")
     found = vibrations(dynamics, start, stop - start)
     undamped = float(found.frequencies[found.ratios < LEAST_DAMPING].min(initial=math.inf))
     if is_loose and undamped == math.inf:

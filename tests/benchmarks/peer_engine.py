@@ -40,7 +40,7 @@ def arguments(given: Sequence[str] | None = None) -> argparse.Namespace:
 def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
     # numpy reads the number of threads when it is imported, which these do
-    from benchmarks import against_peers, own_figures, start_up
+    from benchmarks import against_peers, own_figures, sampled_arm, start_up
     from benchmarks.new_process import BrokenProcess
     from kanefe.errors import KanefeError
     from kanefe_fem.bench.peer_process import NoPeers, Peers, peer_python
@@ -56,7 +56,8 @@ def measured(options: argparse.Namespace) -> list[Figure]:
         except failures as failure:
             figures.extend(_skipped(goals, failure))
 
-    with_peers = {g: goals for g, goals in against_peers.GROUPS.items() if options.only in g.__name__}
+    every = against_peers.GROUPS | sampled_arm.GROUPS
+    with_peers = {g: goals for g, goals in every.items() if options.only in g.__name__}
     if with_peers:
         try:
             with Peers(peer_python(options.env or default_environment()), SERVER) as peers:

@@ -24,6 +24,7 @@ import exudyn.itemInterface as items  # noqa: E402
 import pinocchio  # noqa: E402
 import scipy.sparse as sp  # noqa: E402
 from exudyn.FEM import FEMinterface, ObjectFFRFreducedOrderInterface  # noqa: E402
+from peer_arm import solve_arm  # noqa: E402
 
 Answer = dict[str, Any]
 
@@ -59,8 +60,13 @@ class Runs:
         self.solves[name] = lambda steps, h: _solve_flexible(body, velocity, omega, steps, h)
         return {"hertz": (np.sqrt(np.abs(fem.eigenValues[6 : 6 + modes])) / (2 * np.pi)).tolist()}
 
+    def build_arm(self, name: str, arm: Answer) -> Answer:
+        """Take what the arm with a sampled controller is made of; it is built for each run, as its end is its state."""
+        self.solves[name] = lambda steps, h: solve_arm(arm, steps, h)
+        return {}
+
     def solve(self, name: str, steps: int, h: float) -> Answer:
-        """Run a scene from its start with the classical Runge-Kutta method of order 4."""
+        """Run a scene from its start: the arm implicitly, others with the classical Runge-Kutta method of order 4."""
         return self.solves[name](steps, h)
 
     def call(self, name: str, count: int) -> Answer:

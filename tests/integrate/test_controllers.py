@@ -11,6 +11,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.kane.state import State
+from steel_beams import steel_bar
 
 EVERY, MASS = 0.02, 2.0
 READS = ("joint_coordinates cart", "joint_speeds cart")
@@ -171,3 +172,23 @@ def test_a_result_says_what_share_of_the_time_users_functions_took() -> None:
     for name, calls in (("controllers", 5), ("Python functions", result.statistics["evaluations"])):
         assert parts[name] >= 1e-3 * calls
         assert f"{name} {parts[name]:.3g} ({parts[name] / result.statistics['seconds']:.0%})" in str(result)
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-6, 1e-8])
+def test_auto_has_no_jacobians_made_anew_at_each_sample(rtol: float) -> None:
+    scene = steel_bar(reduction=kf.CraigBampton(modes=12), damping=kf.ModalDamping(0.05))
+
+    def level(t: float, reads: np.ndarray, memory: dict) -> float:
+        return -20.0 * reads[0] - 0.5 * reads[1]
+
+    reads = ("joint_coordinates bar", "joint_speeds bar")
+    scene.add_controller("level", level, every=1e-3, reads=reads, drives="motor bar")
+    run, fine = (
+        scene.simulate((0.0, 0.2), method=method, rtol=r, output_step=0.2)
+        for method, r in (("auto", rtol), ("dop853", 1e-9))
+    )
+    assert run.statistics["method"] == "extrapolation"
+    assert "controllers have every method begin anew each 0.001 s" in run.statistics["reason"] or rtol == 1e-5
+    assert run.statistics["jacobians"] == 0
+    # the bar falls by 5 cm; a hundred runs from sample to sample, each with errors of rtol
+    np.testing.assert_allclose(run.joint_coordinates("bar"), fine.joint_coordinates("bar"), atol=100 * rtol)

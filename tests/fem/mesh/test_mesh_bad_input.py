@@ -229,7 +229,7 @@ class TestFiles:
                 read_mesh(tmp_path / name)
             shown(error, name)
 
-    @pytest.mark.parametrize("suffix", [".vtu", ".inp", ".xdmf", ".vtk", ".foo"])
+    @pytest.mark.parametrize("suffix", [".vtu", ".inp", ".xdmf", ".vtk", ".fem", ".f3grid", ".foo"])
     @pytest.mark.parametrize("content", [b"", b"\x00\x01garbage\n\n", b"<VTKFile"])
     def test_garbage_through_meshio(self, tmp_path, suffix, content):
         path = tmp_path / f"bad{suffix}"
