@@ -136,6 +136,9 @@ def _products(model: Model) -> Callable[[int], None]:
     """Return a compiled loop of the nine products with eta and three with deta, on the arrays of the first body."""
     import numba
 
+    from kanefe.kernels._numba import dispatcher
+
+    product = dispatcher(transposed_product)
     flexible = model.route.flexible
     k = int(flexible.bodies[0, COUNT])
     start = int(flexible.bodies[0, POOL]) + POOL_STIFFNESS + 13 * k
@@ -146,8 +149,8 @@ def _products(model: Model) -> Callable[[int], None]:
     @numba.njit(error_model="numpy")
     def loop(matrices, eta, deta, of_eta, of_deta, count):  # type: ignore[no-untyped-def]
         for _ in range(count):
-            transposed_product(matrices, 0, eta, of_eta)
-            transposed_product(matrices, 6 * len(eta), deta, of_deta)
+            product(matrices, 0, eta, of_eta)
+            product(matrices, 6 * len(eta), deta, of_deta)
             # what depends on the last round cannot be taken out of the loop
             eta[0] += 1e-300 * of_deta[0]
             deta[0] += 1e-300 * of_eta[0]
