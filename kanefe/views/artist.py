@@ -10,6 +10,7 @@ import atexit
 import contextlib
 import os
 import queue
+import signal
 import subprocess
 import sys
 import tempfile
@@ -57,7 +58,7 @@ class Artist:
             return
         for stream in (process.stdin, process.stdout, self._errors):
             if stream is not None:
-                with contextlib.suppress(OSError):  # a broken pipe
+                with _unheard(), contextlib.suppress(OSError):  # a broken pipe
                     stream.close()
         process.kill()
         process.wait()
@@ -88,8 +89,9 @@ class Artist:
         late = threading.Timer(SECONDS, process.kill)
         late.start()
         try:
-            process.stdin.write(f"{folder}\n")
-            process.stdin.flush()
+            with _unheard():
+                process.stdin.write(f"{folder}\n")
+                process.stdin.flush()
             return process.stdout.readline().strip() == DONE
         except (OSError, ValueError):  # it has ended
             return False
@@ -104,6 +106,22 @@ class Artist:
         self._errors.seek(0)
         lines = self._errors.read().decode(errors="replace").strip().splitlines()
         return lines[-1] if lines else "it stopped without a word"
+
+
+@contextlib.contextmanager
+def _unheard() -> Iterator[None]:
+    """Keep the signal of a broken pipe from this thread: Python ignores it, PETSc ends the process on it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
+    try:
+        yield
+    finally:
+        if signal.SIGPIPE not in before:
+            if signal.SIGPIPE in signal.sigpending():
+                signal.sigwait({signal.SIGPIPE})
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 ARTIST = Artist()
