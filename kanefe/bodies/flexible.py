@@ -13,8 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sp
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.bodies.nodal_moments import NodalMoments
@@ -22,6 +20,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
 from kanefe.storage.pickled import PickledByFields
+from kanefe.storage.scipy_later import scipy, sp
 
 if TYPE_CHECKING:
     from kanefe.report import Report

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, rigid_motion
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.storage.pickled import PickledByFields
+from kanefe.storage.scipy_later import sp
 
 
 @dataclass(frozen=True, eq=False)

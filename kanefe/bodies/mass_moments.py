@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.frames import axial, cross, skew
+from kanefe.storage.scipy_later import sp
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.bodies.mass_moments import add_quadratic_terms, leading_quadratic
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.frames import skew
+from kanefe.storage.scipy_later import sp
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,13 +12,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.fe_model.model import TRANSLATIONS
 from kanefe.frames import Vector, numbers
+from kanefe.storage.scipy_later import sp, spla
 
 Field = Callable[[np.ndarray], Any] | Sequence[Sequence[float]] | np.ndarray
 """A function of places (P, 3) in G that gives vectors (P, 3), or a vector of each node (n, 3)."""

@@ -7,14 +7,13 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.inertia_field import InertiaField
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.storage.scipy_later import sp, spla
 from kanefe.storage.serialise import NOT_SAVED
 
 LISTED_FREQUENCIES = 12

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError, SingularStiffness
+from kanefe.storage.scipy_later import sp, spla
 
 
 class Factorisation(Protocol):

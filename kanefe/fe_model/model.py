@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.storage.scipy_later import sp
 
 TRANSLATIONS = ("x", "y", "z")
 

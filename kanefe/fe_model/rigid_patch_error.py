@@ -16,7 +16,6 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from scipy.spatial import cKDTree
 
 from kanefe.fe_model.interface import Interface, as_interface
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, FiniteElementModel, NodeGroup
@@ -136,6 +135,8 @@ def _nearest(model: FiniteElementModel, patch: np.ndarray) -> np.ndarray:
     """Return the nodes nearest to a patch, in ascending order."""
     least, each, most = _AROUND
     count = max(min(max(least, each * len(patch)), most, int(_SHARE * len(model.nodes))), len(patch))
+    from scipy.spatial import cKDTree  # which few bodies need, and takes long to import
+
     distance = cKDTree(model.nodes[patch]).query(model.nodes)[0]
     distance[patch] = -1.0
     return np.sort(np.argpartition(distance, count - 1)[:count])

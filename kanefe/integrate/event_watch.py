@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
@@ -153,6 +152,8 @@ class EventWatch:
         ends = function(a), function(b)
         if ends[0] * ends[1] > 0.0:  # at one of the ends, but for round-off
             return a if abs(ends[0]) < abs(ends[1]) else b
+        from scipy.optimize import brentq  # which takes longer to import than a short run
+
         return float(brentq(function, a, b, xtol=self._tolerance(b), rtol=4 * EPSILON))
 
 
@@ -204,6 +205,8 @@ def _dips(
         c = curve.coef
         if c[2] <= 0.0 or abs(c[1]) >= 2.0 * c[2] or c[0] - c[1] ** 2 / (4.0 * c[2]) > LEAST_DIP * np.abs(v).max():
             continue
+        from scipy.optimize import minimize_scalar
+
         width = float(t[2] - t[0])
         low = minimize_scalar(
             lambda x, sign=sign: sign * function(float(x)), bounds=(t[0], t[2]), method="bounded",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import DIFFERENCE, Dynamics
@@ -11,6 +10,7 @@ from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents
+from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, state_scales
 
 ROUNDS = 4

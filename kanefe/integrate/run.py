@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
@@ -140,8 +141,19 @@ def _checkpoints(
 
 def _progress_bar(wanted: bool | None, span: float) -> Any:
     """Return a progress bar in simulated seconds; a silent one off a terminal."""
+    if not (sys.stderr.isatty() if wanted is None else wanted):
+        return _SilentBar()
     from tqdm import tqdm
 
-    shown = sys.stderr.isatty() if wanted is None else wanted
     layout = "{desc}: {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
-    return tqdm(total=span, desc="simulate", disable=not shown, bar_format=layout, leave=False)
+    return tqdm(total=span, desc="simulate", bar_format=layout, leave=False)
+
+
+class _SilentBar(AbstractContextManager["_SilentBar"]):
+    n = 0.0
+
+    def update(self, seconds: float) -> None:
+        """Say nothing."""
+
+    def __exit__(self, *error: object) -> None:
+        return None

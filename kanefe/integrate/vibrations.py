@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
@@ -17,6 +16,7 @@ from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents
 from kanefe.kernels.stepping import AT, PUSH_STIFFNESS, SLOPE
+from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies
 
 FIRST_SHARE = 0.05

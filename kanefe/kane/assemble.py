@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
@@ -15,6 +14,7 @@ from kanefe.kane.inertia import flexible_inertia, rigid_inertia
 from kanefe.kane.interactions import add_interactions
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state
 from kanefe.kane.state import State, once
+from kanefe.storage.scipy_later import scipy
 from kanefe.tree.model_data import FlexibleTerms, ModelData
 
 Inertia = Callable[[FlexibleTerms, FrameMotion, Vector, Vector, Vector], tuple[Matrix, Vector]]

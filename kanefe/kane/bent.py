@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.fe_model.model import ROTATIONS
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
+from kanefe.storage.scipy_later import scipy
 from kanefe.tree.model_data import FlexibleTerms, ModelData
 
 LEAST = 0.1

@@ -11,13 +11,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import RADIAN, Constraint, CouplerRow, MarkerMotion, MarkerRow, Row
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, once
+from kanefe.storage.scipy_later import scipy
 
 PIVOT_TOLERANCE = 1e-13
 """Share of the entry of M that it comes from, up to which a pivot is round-off and not inertia."""

@@ -25,7 +25,7 @@ from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.loads.checks import check_start
 from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
-from kanefe.tree.route import CompiledRun, Evaluation, Form, Obstacle, RunSweeps
+from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 
@@ -162,7 +162,7 @@ class LiteralRoute:
 
     def compiled_run(
         self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
-    ) -> CompiledRun:
+    ) -> PreparedRun:
         """Refused: nothing is compiled."""
         raise TypeError("the literal route is not compiled")
 

@@ -12,10 +12,7 @@ import hashlib
 import os
 import platform
 import re
-import shutil
-import subprocess
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -25,7 +22,6 @@ from typing import Any, NamedTuple, Protocol
 
 from kanefe.kernels._numba import timed
 from kanefe.kernels._numba_objects import SUPPORT
-from kanefe.kernels.side_by_side import batches_of, build_by_name, processors_here
 from kanefe.storage.files import cache_folder, write_whole
 
 PACKAGE = Path(__file__).parent
@@ -131,6 +127,10 @@ def expect(units: Iterable[Unit]) -> None:
         if _is_kept(unit) and (unit.module, unit.name) not in _loaded and path_of(unit) is None
     ]  # fmt: skip
     if missing and _can_keep():
+        import subprocess
+
+        from kanefe.kernels.side_by_side import batches_of, build_by_name, processors_here
+
         names = batches_of([unit.name for unit in missing])
         with timed(), suppress(OSError, subprocess.SubprocessError):  # then each is built for this process alone
             build_by_name(names, own_folder(), processors_here(), _tell)
@@ -143,6 +143,8 @@ def _tell(text: str) -> None:
 @cache
 def _can_keep() -> bool:
     """Return whether there is a compiler to link files of units with, and somewhere to put them."""
+    import shutil
+
     if shutil.which(_linker()) is None:
         return False
     try:
@@ -179,20 +181,32 @@ def stamp(module: str) -> str:
     """Return what names the files of kernels that a module of kernels is made from."""
     found, wanted = set(ALWAYS), [module]
     while wanted:
-        name = wanted.pop().removeprefix("kanefe.kernels").lstrip(".").replace(".", "/")
-        path = f"{name}.py" if (PACKAGE / f"{name}.py").is_file() else f"{name}/__init__.py".lstrip("/")
+        path = _path_in_package(wanted.pop())
         if path not in found and path not in NEVER:
             found.add(path)
-            wanted += IMPORT.findall(_text(path))
-    whole = hashlib.sha256()
-    for path in sorted(found):
-        whole.update(f"{path} {hashlib.sha256(_text(path).encode()).hexdigest()}\n".encode())
-    return whole.hexdigest()[:16]
+            wanted += _source(path).imports
+    lines = [f"{path} {_source(path).digest}\n" for path in sorted(found)]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()[:16]
 
 
 @cache
-def _text(path: str) -> str:
-    return (PACKAGE / path).read_text(encoding="utf-8")
+def _path_in_package(module: str) -> str:
+    name = module.removeprefix("kanefe.kernels").lstrip(".").replace(".", "/")
+    return f"{name}.py" if os.path.isfile(f"{PACKAGE}/{name}.py") else f"{name}/__init__.py".lstrip("/")
+
+
+class _Source(NamedTuple):
+    """A file of kernels: a digest of it, and the modules of kernels that it imports."""
+
+    digest: str
+    imports: tuple[str, ...]
+
+
+@cache
+def _source(path: str) -> _Source:
+    with open(f"{PACKAGE}/{path}", encoding="utf-8") as file:
+        text = file.read()
+    return _Source(hashlib.sha256(text.encode()).hexdigest(), tuple(dict.fromkeys(IMPORT.findall(text))))
 
 
 @cache
@@ -246,6 +260,9 @@ def write_unit(path: Path, made: ObjectCode) -> None:
     FileError
         If the file cannot be written.
     """
+    import subprocess
+    import tempfile
+
     with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
         of_numba, support, whole = (Path(folder) / name for name in ("unit.o", "support.c", "unit.so"))
         of_numba.write_bytes(made.code)

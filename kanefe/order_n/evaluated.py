@@ -15,7 +15,7 @@ from kanefe.kernels.loads_between import LoadsBetween
 from kanefe.order_n.inputs import InputLayout
 from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.route import CompiledRun, Evaluation
+from kanefe.tree.route import Evaluation, PreparedRun
 
 
 class Evaluated(Protocol):
@@ -83,7 +83,7 @@ class Evaluated(Protocol):
 
     def compiled_run(
         self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
-    ) -> CompiledRun:
+    ) -> PreparedRun:
         """Return a run in compiled code."""
         ...
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.frames import Matrix
 from kanefe.loads.field_load import FieldLoad
+from kanefe.storage.scipy_later import scipy
 from kanefe.tree.model_data import FlexibleTerms
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.results.quantities import XYZ
+from kanefe.storage.scipy_later import sp
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
 

@@ -7,15 +7,14 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import partial
-from importlib import metadata
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.storage.saved_classes import word_of
+from kanefe.storage.scipy_later import sp
 
 PIECE = 1 << 20
 
@@ -79,6 +78,8 @@ def code_stamp(*folders: Path) -> str:
 
 def installed_versions(*names: str) -> dict[str, str]:
     """Return the versions of those of some distributions that are installed, without importing them."""
+    from importlib import metadata
+
     found = {}
     for name in names:
         try:

@@ -12,9 +12,9 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.storage.saved_classes import class_of, word_of
+from kanefe.storage.scipy_later import sp
 
 NOT_SAVED = {"saved": False}
 """``field(metadata=NOT_SAVED)`` marks a field that a file leaves out; it has to have a default."""

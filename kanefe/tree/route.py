@@ -77,7 +77,7 @@ class FrameMotions(NamedTuple):
     angular_acceleration: Matrix | None
 
 
-class CompiledRun(Protocol):
+class PreparedRun(Protocol):
     """A run that stays in compiled code, of one thread at a time."""
 
     def go_on(self, run: Run) -> int:
@@ -220,7 +220,7 @@ class Route(Protocol):
 
     def compiled_run(
         self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
-    ) -> CompiledRun:
+    ) -> PreparedRun:
         """Return a run in compiled code, if `is_autonomous`, of a method with that memory.
 
         `is_implicit`, `is_balanced`: whether the method asks for linearly implicit evaluations, and for energy and

@@ -20,13 +20,13 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.fe_model.factorise import Factorisation
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import constrained_solver, singular_mass
 from kanefe.kane.constraints import ConstrainedSolver, Rates
 from kanefe.kane.kinematics import FrameMotion
+from kanefe.storage.scipy_later import scipy
 from kanefe.unreduced.condensed import Condensed, Member
 
 NO_MULTIPLIERS = np.zeros(0)

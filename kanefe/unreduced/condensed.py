@@ -13,8 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sp
 
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.marker import Marker
@@ -25,6 +23,7 @@ from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State
 from kanefe.loads.field_load import FieldLoad
+from kanefe.storage.scipy_later import scipy, sp
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse.linalg as spla
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.kinematics import FrameMotion
+from kanefe.storage.scipy_later import spla
 from kanefe.tree.scene_state import SceneState
 from kanefe.unreduced.condensed import FrozenMoments, Member
 

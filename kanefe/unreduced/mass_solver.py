@@ -7,9 +7,9 @@ products do. They are needed at the start of a run only, where factors of M woul
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.errors import SimulationError
+from kanefe.storage.scipy_later import sp
 
 TOLERANCE = 1e-13
 LARGEST_ITERATIONS = 2000

@@ -77,6 +77,22 @@ def test_importing_loads_nothing_heavy(package: str) -> None:
     assert not loaded & {"numpy", "scipy", "typer", "tqdm", "meshio"}
 
 
+def test_a_run_of_rigid_bodies_does_without_scipy() -> None:
+    done = python(
+        "import sys\n"
+        "import kanefe as kf\n"
+        "scene = kf.System(gravity=(0, 0, -9.81))\n"
+        "arm = scene.add_rigid_body('arm', 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute('y'))\n"
+        "scene.add_rigid_body('rod', 1.0, 0.1, parent=arm, at=(1, 0, 0), joint=kf.Revolute('z'))\n"
+        "model = scene.freeze()\n"
+        "assert model.rhs(0.0, model.initial_state).any()\n"
+        "for method in ('auto', 'dopri5'): scene.simulate((0.0, 0.01), method=method).position('rod')\n"
+        "print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    )
+    assert done.returncode == 0, done.stderr
+    assert not set(done.stdout.split()) & {"scipy", "tqdm"}
+
+
 def test_public_names_load_nothing_heavy_either() -> None:
     done = python(
         "import sys, kanefe\n"

@@ -18,13 +18,15 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.special import zeta
 
 from kanefe.errors import ModelError
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 
 if TYPE_CHECKING:
     from kanefe_fem.beams.stiffness_section import StiffnessSection
+
+ZETA_OF_5 = 1.03692775514337
+"""Riemann's function: the sum of n^-5."""
 
 
 @dataclass(frozen=True)
@@ -364,7 +366,7 @@ def _rectangle_torsion(long: float, short: float) -> float:
     """Return Saint-Venant's series for the torsion constant of a rectangle in m4."""
     # sum over odd n of tanh(n pi a / 2 b) / n^5: the part with tanh = 1 is 31/32 zeta(5), and what is left falls
     # like exp(-n pi), so that seven terms are exact in double precision.
-    total = 31.0 / 32.0 * float(zeta(5.0))
+    total = 31.0 / 32.0 * ZETA_OF_5
     for n in range(1, 14, 2):
         total += (math.tanh(n * math.pi * long / (2.0 * short)) - 1.0) / n**5
     return long * short**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * short / long * total)

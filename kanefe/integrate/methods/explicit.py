@@ -73,6 +73,11 @@ def tableau(
     return Tableau(table, len(c), len(extra), len(errors), len(dense), order)
 
 
+def weights(of_first: float, start: int = 2, *others: float) -> tuple[float, ...]:
+    """Return weights of stages: of the first one, and of those from number `start` on."""
+    return (of_first, *(0.0,) * (start - 2), *others)
+
+
 def explicit_method(name: str, about: str, coefficients: Callable[[], Tableau], order: int, **options: Any) -> Method:
     """Return the row of an explicit method.
 

@@ -13,7 +13,6 @@ from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.equations.model import Model
 from kanefe.errors import KanefeError
@@ -27,6 +26,7 @@ from kanefe.kane.assemble import accelerations, constrained_solver, equations, m
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
+from kanefe.storage.scipy_later import scipy
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Form
 from kanefe.tree.scales import displacement_scales

@@ -74,7 +74,7 @@ from kanefe.tree.scales import coordinate_moves, state_scales
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-    from kanefe.tree.route import CompiledRun
+    from kanefe.tree.route import PreparedRun
 
 SMALLEST_STEP = 16.0 * np.finfo(float).eps
 """Of the largest time: below such a step, times lose their digits. A jump of a force or a power leaves an error in
@@ -287,7 +287,7 @@ class KernelStepper:
                 return command
 
     @cached_property
-    def _compiled_run(self) -> CompiledRun:
+    def _compiled_run(self) -> PreparedRun:
         wants = self._kernels.is_implicit, self._kernels.keeps_balance
         return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, *wants)
 

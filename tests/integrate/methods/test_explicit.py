@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from scipy.integrate import DOP853, RK45
 
 from kanefe.integrate.methods.compiled import Compiled
+from kanefe.integrate.methods.explicit import tableau
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.kernels.steppers.explicit_steps import DENSE, ESTIMATES, EXTRA, ORDER, STAGES
@@ -173,3 +175,17 @@ def test_tighter_tolerances_bring_smaller_errors(name: str) -> None:
         found.append(abs(run.coordinates - exact()).max())
     assert found[0] > 5.0 * found[1] > 25.0 * found[2]
     assert found[2] < 1e-6  # a thousand times rtol, as at the other tolerances
+
+
+def test_coefficients_are_those_of_scipy() -> None:
+    theirs, ours = DOP853, METHODS["dop853"].stepper.load().table
+    assert (
+        ours.tobytes() == table_of(theirs, [theirs.E5, theirs.E3], theirs.D, theirs.A_EXTRA, theirs.C_EXTRA).tobytes()
+    )
+    theirs, ours = RK45, METHODS["dopri5"].stepper.load().table
+    assert ours.tobytes() == table_of(theirs, [theirs.E], [theirs.P[:, 3]]).tobytes()
+
+
+def table_of(method: Any, errors: Any, dense: Any, extra: Any = (), extra_c: Any = ()) -> np.ndarray:
+    rest = {"extra": extra, "extra_c": extra_c, "dense": dense}
+    return tableau(method.A, method.B, method.C, order=1, errors=errors, **rest).table
