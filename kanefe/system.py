@@ -14,9 +14,9 @@ from kanefe.equations.planar_inertia import check_planar_inertias
 from kanefe.equations.start import model_at_start
 from kanefe.scene.bodies import BodyMethods
 from kanefe.scene.constraints import ConstraintMethods
+from kanefe.scene.contacts import ContactMethods
 from kanefe.scene.controllers import ControllerMethods
 from kanefe.scene.field_loads import FieldLoadMethods
-from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import three
 from kanefe.scene.tree_text import tree_text
 from kanefe.tree.freeze import build_model
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from kanefe.result import Result
 
 
-class System(BodyMethods, LoadMethods, FieldLoadMethods, ConstraintMethods, ControllerMethods):
+class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, ControllerMethods):
     """A scene of rigid and flexible bodies in a tree.
 
     Parameters

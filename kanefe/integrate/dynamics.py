@@ -88,9 +88,10 @@ class Dynamics:
         return rates
 
     def tangent_derivatives(self, t: float, y: Vector) -> Matrix:
-        """Return derivatives of the rates of speeds and quadratures by tangents, then by speeds.
+        """Return derivatives of the rates of speeds, states and quadratures by tangents, then by speeds and states.
 
-        Shape (free + quadratures, 2 free). A tangent is a change of the coordinates in the direction of a speed, of a
+        Shape (free + states + quadratures, 2 free + states); states that stay between events are left out of the
+        second. A tangent is a change of the coordinates in the direction of a speed, of a
         rotation the rotation vector in the moving frame.
         """
         n = self.model.coordinate_count
@@ -103,9 +104,10 @@ class Dynamics:
 
     @cached_property
     def _tangents(self) -> Matrix:
-        """Directions of the state in which tangents and speeds are, (2 free, state); those of rotations left out."""
+        """Directions of tangents, speeds and moving states, (2 free + states, state); those of rotations left out."""
         n, m = self.model.coordinate_count, self.model.free_count
-        directions = np.eye(2 * m, n + m + self.model.state_count + WORKS, k=n - m)
+        moving = self.model.state_count if self.model.states_move else 0
+        directions = np.eye(2 * m + moving, n + m + self.model.state_count + WORKS, k=n - m)
         directions[:m] = 0.0
         for turns, at, speed in coordinate_moves(self.model):
             if not turns:

@@ -10,6 +10,7 @@ import numpy as np
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.integrate.events import Event
+from kanefe.integrate.load_events import EventOfLoad
 from kanefe.integrate.stepper import StepFailure, Stepper
 
 INTERIOR = np.arange(1, 5) / 4.0
@@ -57,6 +58,13 @@ class EventWatch:
     def __init__(self, model: Model, events: Sequence[Event], span: float) -> None:
         self._model, self.events = model, tuple(events)
         self._span = span
+        self._watching = model.route.watching
+        columns = {} if self._watching is None else self._watching.columns
+        self._compiled = {
+            i: columns[event.number].start + event.index
+            for i, event in enumerate(self.events)
+            if isinstance(event, EventOfLoad) and event.number in columns
+        }
         self._values = np.zeros(len(self.events))
         self._noise = np.zeros(len(self.events))
         self._ways = np.zeros(len(self.events))
@@ -65,7 +73,7 @@ class EventWatch:
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
         """Take in a state from which the run goes on, after what has just happened there."""
-        self._values = self._values_at(t, y)
+        self._values = self._values_of(np.array([t]), y[None])[0]
         for i, event in enumerate(self.events):
             if event not in happened or abs(self._values[i]) > self._noise[i]:
                 self._noise[i] = 0.0
@@ -79,12 +87,12 @@ class EventWatch:
         places = INTERIOR if not self._noise.any() and self._values.all() else np.append(FIRST_PLACES, INTERIOR)
         times = t0 + h * places
         times = np.append(np.unique(times[(times > t0) & (times < stepper.t)]), stepper.t)
-        rows = [self._values_at(t, y) for t, y in zip(times, stepper.states(times), strict=True)]
-        table = np.vstack((self._values, rows))
+        table = np.vstack((self._values, self._values_of(times, stepper.states(times))))
         times = np.append(t0, times)
         self._check_short_ways(table)
         found: list[tuple[float, Event]] = []
-        for i, event in enumerate(self.events):
+        for i in np.flatnonzero(~_is_quiet(times, table)).tolist():
+            event = self.events[i]
             function = self._along(stepper, event)
             for bracket in _brackets(times, table[:, i], event.direction, self._noise[i], function):
                 found.append((self._root(function, *bracket), event))
@@ -135,13 +143,28 @@ class EventWatch:
         for i, event in enumerate(self.events):
             self.times[event.name] = snapshot[f"times {i}"].tolist()
 
-    def _values_at(self, t: float, y: np.ndarray) -> np.ndarray:
-        state = seen(self._model, t, y)
-        return np.array([event.value(t, state) for event in self.events])
+    def _values_of(self, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Return the values of all functions at times and states, shape (times, events)."""
+        found = np.empty((len(times), len(self.events)))
+        if self._compiled and self._watching is not None:
+            found[:, list(self._compiled)] = self._watching.values(times, states)[:, list(self._compiled.values())]
+        if len(self._compiled) < len(self.events):
+            for row, t, y in zip(found, times.tolist(), states, strict=True):
+                state = seen(self._model, t, y)
+                for i, event in enumerate(self.events):
+                    if i not in self._compiled:
+                        row[i] = event.value(t, state)
+        return found
 
     def _along(self, stepper: Stepper, event: Event) -> Callable[[float], float]:
+        column = self._compiled.get(self.events.index(event))
+
         def function(t: float) -> float:
-            return event.value(t, seen(self._model, t, stepper.states(np.array([t]))[0]))
+            times = np.array([t])
+            states = stepper.states(times)
+            if column is not None and self._watching is not None:
+                return float(self._watching.values(times, states)[0, column])
+            return event.value(t, seen(self._model, t, states[0]))
 
         return function
 
@@ -196,15 +219,10 @@ def _dips(
     """
     found = []
     after = times[0]
-    for k in range(first, len(times) - 2):
-        t, v = times[k : k + 3], values[k : k + 3]
-        sign = np.sign(v[0])
-        if t[0] < after or not sign or np.any(np.sign(v) != sign):
+    for k in (first + np.flatnonzero(_may_dip(times[first:], values[first:]))).tolist():
+        if times[k] < after:
             continue
-        curve = np.polynomial.Polynomial.fit(t, sign * v, 2, domain=[t[0], t[2]])
-        c = curve.coef
-        if c[2] <= 0.0 or abs(c[1]) >= 2.0 * c[2] or c[0] - c[1] ** 2 / (4.0 * c[2]) > LEAST_DIP * np.abs(v).max():
-            continue
+        t, sign = times[k : k + 3], np.sign(values[k])
         from scipy.optimize import minimize_scalar
 
         width = float(t[2] - t[0])
@@ -216,3 +234,29 @@ def _dips(
             found.append(((float(t[0]), float(low.x), float(t[2])), float(sign)))
             after = t[2]
     return found
+
+
+def _is_quiet(times: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Return of each column of a table whether all its samples are of one sign and come nowhere near zero."""
+    signs = np.sign(table)
+    quiet = (signs[0] != 0.0) & (signs == signs[0]).all(axis=0)
+    return np.asarray(quiet & ~_may_dip(times[:, None], table).any(axis=0))
+
+
+def _may_dip(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return of each three samples whether they are of one sign and their parabola comes near zero between them."""
+    if len(times) < 3:
+        return np.zeros((0, *values.shape[1:]), dtype=bool)
+    signs = np.sign(values)
+    is_one = (signs[:-2] == signs[1:-1]) & (signs[1:-1] == signs[2:]) & (signs[:-2] != 0.0)
+    v0, v1, v2 = (signs[:-2] * part for part in (values[:-2], values[1:-1], values[2:]))
+    x = (
+        2.0 * (times[1:-1] - times[:-2]) / (times[2:] - times[:-2]) - 1.0
+    )  # the parabola is a + b x + c x^2 over -1 .. 1
+    b = 0.5 * (v2 - v0)
+    c = (0.5 * (v0 + v2) + b * x - v1) / (1.0 - x * x)
+    a = 0.5 * (v0 + v2) - c
+    largest = np.maximum(np.maximum(v0, v1), v2)
+    is_bent = is_one & (c > 0.0) & (np.abs(b) < 2.0 * c)
+    lowest = a - b**2 / (4.0 * np.where(is_bent, c, 1.0))
+    return np.asarray(is_bent & (lowest <= LEAST_DIP * largest))

@@ -25,11 +25,14 @@ class EventOfLoad(Event):
     of : LoadEvent
     where : slice
         Of the load's states in a state (q, u, z).
+    index : int
+        Of the event among those of its load.
     """
 
     number: int = field(kw_only=True)
     of: LoadEvent = field(kw_only=True)
     where: slice = field(kw_only=True)
+    index: int = field(kw_only=True)
 
     @property
     def acts(self) -> bool:
@@ -61,9 +64,10 @@ def events_of_loads(model: ModelData) -> tuple[Event, ...]:
     found: list[Event] = []
     for number, (load, states) in enumerate(zip(model.loads, model.load_states, strict=True)):
         where = slice(first + states.start, first + states.stop)
-        for event in load.events:
+        for index, event in enumerate(load.events):
             name, function = f"{load.name} {event.name}", _Function(number, event)
-            found.append(EventOfLoad(name, function, event.direction, number=number, of=event, where=where))
+            place = EventOfLoad(name, function, event.direction, number=number, of=event, where=where, index=index)
+            found.append(place)
     return tuple(found)
 
 

@@ -105,14 +105,18 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
         return Suited(own[0], f"the only one for {model.route.reason}")
     span, dynamics = stop - start, Dynamics(model)
     outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
+    sudden = [load for load in model.loads if load.acts_at_once]
+    if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
+        return Suited("radau5", f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once")
     if not _is_stiff(max(rate, outside), span):
         return Suited("dop853", "no stiff elastic modes")
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
     if _is_stiff(rate, span):
         reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {span:g} s"
     if model.states_move:
-        name = serving(model, "extrapolation", "dop853")[0] if all_damped(model) else "dop853"
-        return Suited(name, f"{reason}, and internal states of loads are followed")
+        by_sweeps = serving(model, "extrapolation", "dop853")[0] if all_damped(model) else "dop853"
+        few = model.free_count + model.state_count <= MOST_SPEEDS and serving(model, "radau5")
+        return Suited("radau5" if few else by_sweeps, f"{reason}, and internal states of loads are followed")
     names = [STOPS] if model.has_stops else []
     names += ["springs between frames"] if model.loads else []
     names += [obstacle.kind for obstacle in model.route.obstacles]

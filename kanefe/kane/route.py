@@ -25,7 +25,7 @@ from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.loads.checks import check_start
 from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
-from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps
+from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps, WatchedEvents
 from kanefe.tree.scene_state import SceneState
 
 
@@ -137,6 +137,11 @@ class LiteralRoute:
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """None: each state is asked by itself."""
+        return None
+
+    @property
+    def watching(self) -> WatchedEvents | None:
+        """None: functions of events are called from Python."""
         return None
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

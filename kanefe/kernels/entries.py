@@ -71,8 +71,11 @@ class Entry:
     def unit(self, variant: Variant) -> Unit:
         """Return what is built for a variant."""
         name = f"{self.__name__}-{variant.label}".rstrip("-")
-        source = wrapper_source(signature_of(self.function, variant))
-        return Unit(name, self.__module__, lambda: compiled_entry(self.function, *source))
+
+        def compile_() -> Any:
+            return compiled_entry(self.function, *wrapper_source(signature_of(self.function, variant)))
+
+        return Unit(name, self.__module__, compile_)
 
     def bound(self, *arguments: Any, is_complex: bool = False) -> Bound:
         """Return it with arguments that stay the same; in the place of others is LATER.

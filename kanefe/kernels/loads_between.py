@@ -87,7 +87,7 @@ def add_loads_between(
     for n in range(len(between.loads)):
         first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
         out = workspace[END_NUMBERS * count :]
-        _evaluate(between, n, t, inputs, states, work, workspace[: END_NUMBERS * count], out)
+        evaluate_load(between, n, t, inputs, states, work, workspace[: END_NUMBERS * count], out)
         taken += out[TAKEN]
         given += out[GIVEN]
         for i in range(count):
@@ -109,13 +109,13 @@ def potential_between(
     energy = 0.0 * work[0, 0]
     for n in range(len(between.loads)):
         ends = END_NUMBERS * between.loads[n, END_COUNT]
-        _evaluate(between, n, t, inputs, states, work, workspace[:ends], workspace[ends:])
+        evaluate_load(between, n, t, inputs, states, work, workspace[:ends], workspace[ends:])
         energy += workspace[ends + POTENTIAL]
     return energy
 
 
 @kernel
-def _evaluate(
+def evaluate_load(
     between: LoadsBetween,
     n: int,
     t: float,

@@ -151,11 +151,15 @@ class LoadKernel(NamedTuple):
     complex_ : function, int or None
         The same for complex numbers (pairs of real and imaginary part; `numbers` and `t` stay real), from which exact
         derivatives come; None: derivatives of the scene are by differences.
+    watch : function, int or None
+        A function of the same signature that writes to `out` the values of the functions of its `events`, in their
+        order; None: they are called from Python.
     """
 
     real: Callable[..., None] | int
     numbers: Vector
     complex_: Callable[..., None] | int | None = None
+    watch: Callable[..., None] | int | None = None
 
 
 class LoadEvent(NamedTuple):
@@ -200,6 +204,8 @@ class Load(ABC):
     needs_rotation : bool
         Whether it looks at the axes of its ends or gives moments: a scene refuses nodes of a mesh that have no rotation
         of their own then.
+    acts_at_once : bool
+        Whether it may become stiff in the middle of a run, as a contact does: its tangent at the start does not tell.
 
     Examples
     --------
@@ -228,6 +234,7 @@ class Load(ABC):
     kind: ClassVar[str] = "load"
     columns: ClassVar[tuple[str, ...]] = ()
     needs_rotation: ClassVar[bool] = True
+    acts_at_once: ClassVar[bool] = False
 
     @abstractmethod
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:

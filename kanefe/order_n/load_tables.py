@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.kernels.addresses import addresses
 from kanefe.kernels.force_elements.given import given
-from kanefe.kernels.force_elements.places import SIGNATURE
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
 from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, load_workspace_size, no_loads_between
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.loads.base import LoadKernel
@@ -81,24 +83,43 @@ def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
 
 def loads_between(builder: Seats) -> LoadsBetween:
     """Return the tables of loads between frames."""
-    model = builder.model
-    if not model.loads:
-        return no_loads_between()
-    integers, addresses_of, rows, markers = [], [], list[int](), list[np.ndarray]()
-    pool: list[float] = []
-    for load, states in zip(model.loads, model.load_states, strict=True):
+    kernels = []
+    for load in builder.model.loads:
         kernel = load.kernel or LoadKernel(given, np.array((float(load.input_count),)), given)
+        kernels.append((addresses(kernel.real, kernel.complex_, SIGNATURE), kernel.numbers))
+    return _tables(builder, range(len(kernels)), kernels)
+
+
+def watched_loads(builder: Seats, chosen: Sequence[int]) -> LoadsBetween:
+    """Return the same of some loads, whose functions write what their events look at."""
+    kernels = []
+    for number in chosen:
+        kernel = builder.model.loads[number].kernel
+        if kernel is not None and kernel.watch is not None:
+            kernels.append((addresses(kernel.watch, None, WATCH_SIGNATURE), kernel.numbers))
+    return _tables(builder, chosen, kernels)
+
+
+def _tables(
+    builder: Seats, chosen: Sequence[int], kernels: Sequence[tuple[tuple[int, int], np.ndarray]]
+) -> LoadsBetween:
+    if not chosen:
+        return no_loads_between()
+    model = builder.model
+    integers, rows, markers = [], list[int](), list[np.ndarray]()
+    pool: list[float] = []
+    for number, (_, constants) in zip(chosen, kernels, strict=True):
+        load, states = model.loads[number], model.load_states[number]
         first, count = max(builder.inputs.of(load), 0), len(load.ends)
         integers.append((len(rows), count, len(pool), first, states.start, states.stop - states.start))
-        addresses_of.append(addresses(kernel.real, kernel.complex_, SIGNATURE))
-        pool += kernel.numbers.tolist()
+        pool += constants.tolist()
         for marker in load.ends:
             row, numbers = builder.marker_numbers(marker)
             rows.append(row)
             markers.append(numbers)
     return LoadsBetween(
         loads=np.array(integers, dtype=np.int64).reshape(-1, LOAD_INTEGERS),
-        addresses=np.array(addresses_of, dtype=np.int64).reshape(-1, 2),
+        addresses=np.array([found for found, _ in kernels], dtype=np.int64).reshape(-1, 2),
         rows=np.array(rows, dtype=np.int64),
         markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
         numbers=np.array(pool, dtype=float),

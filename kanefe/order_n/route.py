@@ -41,6 +41,7 @@ from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
 from kanefe.order_n.seats import Seats
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables import TableBuilder
+from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
@@ -135,6 +136,11 @@ class OrderN(LiteralRoute):
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """Return what is computed of all states of a run at once."""
         return Sweeps(self, times, states)
+
+    @cached_property
+    def watching(self) -> Watching:
+        """What computes what events of loads look at, of those that have kernels for it."""
+        return Watching(self)
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; where something has only loops to hold it, those of the literal route."""

@@ -13,6 +13,7 @@ from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.channels import Channels, RunChannels
+from kanefe.results.contact_history import ContactHistory, contact_history
 from kanefe.results.quantities import (
     CENTRES,
     DRIVES,
@@ -195,6 +196,15 @@ class Reader:
     def load(self, name: str) -> np.ndarray:
         """Return what a load between frames tells, such as the tension of a spring, (T, columns): see `loads`."""
         return self.read("load", name)
+
+    def contact(self, name: str) -> ContactHistory:
+        """Return what a contact did: its forces, depth, slip, the work of its friction, and whether it stuck.
+
+        Examples
+        --------
+        ``result.contact("skid").slip[-1]``, ``result.contact("skid").normal.max()``
+        """
+        return contact_history(self.read("load", name), self.loads[name], name)
 
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None

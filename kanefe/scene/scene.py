@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from kanefe.loads.controller import Controller
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
+
+if TYPE_CHECKING:
+    from kanefe.fe_model.places import PlaceLike
 
 
 @dataclass(eq=False)
@@ -143,6 +146,45 @@ class FlexibleMember(Frame):
     def node(self, number: int) -> Frame:
         """Return a frame that moves with a node of the mesh, to carry a load or the end of a spring."""
         return Frame(self.system, self.number, self.name, self.body.node_frame(number))
+
+    def patch(self, place: PlaceLike, most: int = 16) -> Patch:
+        """Return points of the body's outside that touch surfaces: see `System.add_contact`.
+
+        Parameters
+        ----------
+        place : Place or function of nodes (n, 3) -> bool (n,)
+            `OnPlane`, `Near`, `InBox` or `InCylinder`, in the axes of the mesh.
+        most : int
+            Of more nodes those are taken that lie furthest from each other, each with the area that it is nearest to.
+
+        Raises
+        ------
+        ModelError
+            If there is no node on the outside of the body in the place.
+
+        Examples
+        --------
+        ``scene.add_contact("foot", arm.patch(kf.OnPlane((0, 0, -1), (0, 0, 1))), floor, normal=kf.HuntCrossley(1e7))``
+        """
+        from kanefe.fe_model.contact_points import contact_points
+
+        body, label = self.body, f"a patch of {self.name!r}"
+        numbers_of, shares = contact_points(body.nodes, body.cells, place, most, label)
+        return Patch(tuple(self.node(int(number)) for number in numbers_of), tuple(shares.tolist()))
+
+
+class Patch(NamedTuple):
+    """Points that touch surfaces together.
+
+    Attributes
+    ----------
+    frames : tuple of Frame
+    shares : tuple of float
+        Of the stiffness of the contact; together 1.
+    """
+
+    frames: tuple[Frame, ...]
+    shares: tuple[float, ...]
 
 
 class Scene:

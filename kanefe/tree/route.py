@@ -107,6 +107,22 @@ class RunSweeps(Protocol):
         ...
 
 
+class WatchedEvents(Protocol):
+    """Events of loads whose functions are computed in compiled code.
+
+    Attributes
+    ----------
+    columns : dict of int to slice
+        Of the values of each such load, by its number in the model.
+    """
+
+    columns: dict[int, slice]
+
+    def values(self, times: np.ndarray, states: Matrix) -> Matrix:
+        """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
+        ...
+
+
 class Route(Protocol):
     """The questions that all routes answer. States are ``y = (q, u, z, ...)``; what follows z is not looked at.
 
@@ -196,6 +212,11 @@ class Route(Protocol):
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """Return what is computed of all states of a run at once; None where each is asked by itself."""
+        ...
+
+    @property
+    def watching(self) -> WatchedEvents | None:
+        """What computes what events of loads look at, where that is compiled."""
         ...
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

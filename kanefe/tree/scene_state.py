@@ -282,7 +282,13 @@ class SceneState:
 
     def load_ends(self, number: int) -> list[End]:
         """Return the motion of the ends of a load between frames, by its number in the model."""
-        return [self.placed_marker(marker).end for marker in self.model.loads[number].ends]
+        if number not in self._ends:
+            self._ends[number] = [self.placed_marker(marker).end for marker in self.model.loads[number].ends]
+        return self._ends[number]
+
+    @cached_property
+    def _ends(self) -> dict[int, list[End]]:
+        return {}
 
     def placed_marker(self, marker: Marker) -> Placed:
         """Return the motion of a marker; it may also be on the nodes of a mesh and on the ground."""

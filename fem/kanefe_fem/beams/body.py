@@ -224,9 +224,9 @@ def straight_beam(
 def beam_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, Any],
-    *,
     reduction: Any = None,
     damping: Any = None,
+    *,
     stiffening: StiffeningLevel = "none",
     lines: Sequence[str] | None = None,
 ) -> FlexibleBody:

@@ -43,8 +43,8 @@ class Kernels:
     Attributes
     ----------
     advance, interpolate : Pointer
-    rows, rows_per_speed, reals : int
-        Rows of vectors that it takes, further ones for every speed, and reals.
+    rows, rows_per_speed, rows_per_state, reals : int
+        Rows of vectors that it takes, further ones for every speed and every internal state, and reals.
     integers : dict of int to int
         Its own integers at the start.
     table : ndarray
@@ -66,6 +66,7 @@ class Kernels:
     rows: int
     reals: int
     rows_per_speed: int = 0
+    rows_per_state: int = 0
     integers: dict[int, int]
     table: Matrix = field(default_factory=lambda: np.zeros((1, 1)))
     is_implicit: bool = False

@@ -115,7 +115,8 @@ class KernelStepper:
         moves = coordinate_moves(model)
         self.integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
         self.reals = np.zeros(kernels.reals)
-        self.vectors = np.zeros((kernels.rows + kernels.rows_per_speed * m, n + m + model.state_count + WORKS))
+        rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
+        self.vectors = np.zeros((rows, n + m + model.state_count + WORKS))
         integers, reals = self.integers, self.reals
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP:] = np.array(moves, dtype=np.int64).ravel()

@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.frames import Matrix
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels, Memory
-from kanefe.integrate.methods.method import Method, kept_states
+from kanefe.integrate.methods.method import Method
 
 
 def radau_iia() -> Matrix:
@@ -47,27 +47,36 @@ def _first_step(memory: Memory) -> float:
     return 0.0
 
 
+def _follow_states(memory: Memory) -> None:
+    """Have internal states of loads that move between events solved for with the speeds."""
+    from kanefe.kernels.steppers.radau_polynomial import FOLLOWED
+
+    model = memory.dynamics.model
+    memory.integers[FOLLOWED] = model.state_count if model.states_move else 0
+
+
 @cache
 def _kernels() -> Kernels:
     from kanefe.kernels.steppers import radau, radau_polynomial
     from kanefe.kernels.stepping import JACOBIAN_ROW
 
-    rows, rows_per_speed = radau_polynomial.rows_needed()
+    rows, rows_per_speed, rows_per_state = radau_polynomial.rows_needed()
     return Kernels(
         advance=radau.advance_radau,
         interpolate=radau_polynomial.interpolate_radau,
         rows=rows,
         rows_per_speed=rows_per_speed,
+        rows_per_state=rows_per_state,
         reals=radau_polynomial.REALS,
         integers={JACOBIAN_ROW: radau_polynomial.JACOBIAN_ROWS},
         table=radau_iia(),
         of_tolerance=of_order_three,
+        prepare=_follow_states,
         first_step=_first_step,
     )
 
 
 METHOD = Method(
-    serves=kept_states,
     name="radau5",
     about="Radau IIA with the exact Jacobian: stiff scenes, vibrations followed",
     stepper=Compiled(_kernels),

@@ -14,3 +14,6 @@ WRENCH = 6
 
 # Kinds of the arguments of the function: t, numbers, inputs, ends, states, out
 SIGNATURE = (NUMBER, NUMBERS, NUMBERS, VALUES, VALUES, VALUES)
+
+# The same of a function that writes what events of a load look at, for real numbers alone
+WATCH_SIGNATURE = (NUMBER, *[NUMBERS] * 5)

@@ -83,8 +83,9 @@ STAGES = 3
 
 
 # Integers of the method: node and iteration in work; whether no step has been accepted since the start, the last try
-# was rejected, the Jacobian is that of this state, is wanted, and a step's polynomial is there to extrapolate
-NODE, ITERATION, IS_FIRST, WAS_REJECTED, IS_FRESH, IS_WANTED, HAS_POLYNOMIAL = range(OF_METHOD, OF_METHOD + 7)
+# was rejected, the Jacobian is that of this state, is wanted, and a step's polynomial is there to extrapolate; how many
+# internal states of loads are followed as speeds are
+NODE, ITERATION, IS_FIRST, WAS_REJECTED, IS_FRESH, IS_WANTED, HAS_POLYNOMIAL, FOLLOWED = range(OF_METHOD, OF_METHOD + 8)
 
 
 # Reals of the method: step of the factors (0: none) and of the polynomial, sizes of the last two corrections, rate of
@@ -98,9 +99,9 @@ REALS = REALS_OF_METHOD + 8
 
 
 # Rows of the method: rates at the start of the step, changes Z at the nodes, the same transformed, rates at the nodes,
-# Z of the last accepted step, error, workspace: a complex vector of the state and two of the speeds, rates of
-# rotations with which the matrices were made, the Jacobian (derivatives of the speeds' and quadratures' rates by
-# tangents, then by speeds); and the factors
+# Z of the last accepted step, error, workspace: a complex vector of the state and one of the speeds, rates of
+# rotations with which the matrices were made, the Jacobian (derivatives of the rates of speeds, states and quadratures
+# by tangents, then by speeds and states); and the factors
 START = ROWS_OF_METHOD
 
 
@@ -132,10 +133,10 @@ JACOBIAN_ROWS = TURNS + 1
 NODES, T, INVERSE, WEIGHTS, EIGENVALUES = 0, 1, 1 + STAGES, 1 + 2 * STAGES, 2 + 2 * STAGES
 
 
-def rows_needed() -> tuple[int, int]:
-    """Return how many rows of vectors the method takes: so many, and so many for every speed.
+def rows_needed() -> tuple[int, int, int]:
+    """Return how many rows of vectors the method takes: so many, and so many for every speed and internal state.
 
-    A row has at least two numbers for every speed, and two more: one for each row of the Jacobian, and two for three
-    squares of factors with their pivots.
+    A row has two numbers for every speed, one for every state, and two more: one for each row of the Jacobian, and
+    for three squares of factors with their pivots two for each speed and three for each state.
     """
-    return JACOBIAN_ROWS + 2, 3
+    return JACOBIAN_ROWS + 2, 3, 4

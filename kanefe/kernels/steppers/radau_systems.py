@@ -4,6 +4,7 @@
 
 Coordinates follow the speeds, ``dq/dt = T(q) u``, and are eliminated by hand, so that matrices have the size of the
 speeds. With tangents z of the rotations, ``dq = T z``, and dR/dt = f(q, u) of speeds and quadratures,
+internal states of loads that move, which have no coordinates, counting as speeds,
 
     (g - f_u - f_z Z) du = r_u + f_z z_r,    Z = (g - w~/2) / (g^2 + w^2/4) of a rotation, 1 / g else.
 """
@@ -14,7 +15,7 @@ import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.lu import factorise, solve
-from kanefe.kernels.steppers.radau_polynomial import EIGENVALUES, FACTORED, JACOBIAN_ROWS, ROOM, TURNS
+from kanefe.kernels.steppers.radau_polynomial import EIGENVALUES, FACTORED, FOLLOWED, JACOBIAN_ROWS, ROOM, TURNS
 from kanefe.kernels.stepping import (
     COORDINATES,
     FACTORISATIONS,
@@ -31,7 +32,13 @@ from kanefe.kernels.vectors import copy
 @inlined
 def _first_factor(integers: np.ndarray, vectors: np.ndarray) -> int:
     """Return where among all numbers of the vectors the factors are: m x m real, m pivots, m x m complex, m pivots."""
-    return (JACOBIAN_ROWS + integers[SPEEDS] + 2) * vectors.shape[1]
+    return (JACOBIAN_ROWS + _size(integers) + 2) * vectors.shape[1]
+
+
+@inlined
+def _size(integers: np.ndarray) -> int:
+    """Return how many unknowns the systems have: speeds, and states that are followed."""
+    return int(integers[SPEEDS] + integers[FOLLOWED])
 
 
 @inlined
@@ -50,10 +57,10 @@ def _turned(g: complex, w: np.ndarray, speed: int, a: tuple) -> tuple:
 @kernel
 def _assemble(integers: np.ndarray, vectors: np.ndarray, g: complex, A: np.ndarray) -> None:
     """Write ``g - f_u - f_z Z``."""
-    m, w = integers[SPEEDS], vectors[TURNS]
-    for i in range(m):
-        by_tangents, by_speeds = vectors[JACOBIAN_ROWS + i, :m], vectors[JACOBIAN_ROWS + i, m : 2 * m]
-        for j in range(m):
+    m, size, w = integers[SPEEDS], _size(integers), vectors[TURNS]
+    for i in range(size):
+        by_tangents, by_speeds = vectors[JACOBIAN_ROWS + i, :m], vectors[JACOBIAN_ROWS + i, m : m + size]
+        for j in range(size):
             A[i, j] = -by_speeds[j]
         A[i, i] += g
         for row in range(integers[MAP_SIZE]):
@@ -128,36 +135,35 @@ def _solve(
     A: np.ndarray,
     pivots: np.ndarray,
     z: np.ndarray,
-    du: np.ndarray,
     r: np.ndarray,
 ) -> None:
-    """Replace r, of the length of the state, by ``(g - J)^-1 r``; A holds factors, z and du are workspace."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    q = vectors[STATE]
+    """Replace r, of the length of the state, by ``(g - J)^-1 r``; A holds factors, z is workspace."""
+    n, m, size = integers[COORDINATES], integers[SPEEDS], _size(integers)
+    q, du = vectors[STATE], r[n : n + size]
     _divide(integers, vectors, g, r)
     _tangents(integers, q, r, z)
-    for i in range(m):
-        du[i] = r[n + i]
+    for i in range(size):
         for j in range(m):
             du[i] += vectors[JACOBIAN_ROWS + i, j] * z[j]
     solve(A, pivots, du)
-    copy(du, r[n : n + m])
     _follow(integers, vectors, g, du, r)
     _tangents(integers, q, r, z)
-    for i in range(m, len(r) - n):  # quadratures
+    for i in range(size, len(r) - n):  # quadratures, and states that stay
         row = vectors[JACOBIAN_ROWS + i]
         total = r[n + i]
         for j in range(m):
-            total += row[j] * z[j] + row[m + j] * du[j]
+            total += row[j] * z[j]
+        for j in range(size):
+            total += row[m + j] * du[j]
         r[n + i] = total / g
 
 
 @kernel
 def factorise_systems(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> bool:
     """Make the factors for the step; tell whether there are any."""
-    m, h = integers[SPEEDS], reals[STEP]
-    n = integers[COORDINATES]
+    n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
     copy(vectors[STATE, n : n + m], vectors[TURNS, :m])
+    m = _size(integers)
     memory = vectors.reshape(-1)[_first_factor(integers, vectors) :]
     A = memory[: m * m].reshape(m, m)
     _assemble(integers, vectors, table[EIGENVALUES, 0] / h, A)
@@ -174,10 +180,10 @@ def factorise_systems(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarr
 @kernel
 def solve_real(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, r: np.ndarray) -> None:
     """Replace r by the solution of the real system."""
-    m = integers[SPEEDS]
+    m = _size(integers)
     memory, g = vectors.reshape(-1)[_first_factor(integers, vectors) :], table[EIGENVALUES, 0] / reals[FACTORED]
-    z, du = vectors[ROOM + 2, :m], vectors[ROOM + 3, :m]
-    _solve(integers, vectors, g, memory[: m * m].reshape(m, m), memory[m * m :], z, du, r)
+    z = vectors[ROOM + 2, : integers[SPEEDS]]
+    _solve(integers, vectors, g, memory[: m * m].reshape(m, m), memory[m * m :], z, r)
 
 
 @kernel
@@ -185,14 +191,14 @@ def solve_complex(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, a: np.ndarray, b: np.ndarray
 ) -> None:
     """Replace ``a + i b`` by the solution of the complex system."""
-    m, size = integers[SPEEDS], len(a)
+    m, size = _size(integers), len(a)
     memory = vectors.reshape(-1)[_first_factor(integers, vectors) + m * m + m :]
     g = complex(table[EIGENVALUES, 1] / reals[FACTORED], table[EIGENVALUES, 2] / reals[FACTORED])
     B = memory[: 2 * m * m].view(np.complex128).reshape(m, m)
     r = vectors[ROOM : ROOM + 2].reshape(-1).view(np.complex128)
-    z, du = vectors[ROOM + 2, : 2 * m].view(np.complex128), vectors[ROOM + 3, : 2 * m].view(np.complex128)
+    z = vectors[ROOM + 2, : 2 * integers[SPEEDS]].view(np.complex128)
     for i in range(size):
         r[i] = complex(a[i], b[i])
-    _solve(integers, vectors, g, B, memory[2 * m * m :], z, du, r)
+    _solve(integers, vectors, g, B, memory[2 * m * m :], z, r)
     for i in range(size):
         a[i], b[i] = r[i].real, r[i].imag

@@ -1,0 +1,8 @@
+"""Contact and friction: shapes, laws, and the load that presses them together."""
+
+from kanefe.contact import shapes as shapes
+from kanefe.contact.friction_laws import Coulomb as Coulomb
+from kanefe.contact.normal_laws import Hertz as Hertz
+from kanefe.contact.normal_laws import HuntCrossley as HuntCrossley
+from kanefe.contact.normal_laws import KelvinVoigt as KelvinVoigt
+from kanefe.contact.normal_laws import Restitution as Restitution

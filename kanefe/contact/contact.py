@@ -1,0 +1,283 @@
+"""Contacts: probes of some frames press on a surface, and slide on it or stick to it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kanefe.contact.contact_events import Watched
+from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.normal_laws import NormalLaw
+from kanefe.contact.shapes import Probe, Shape
+from kanefe.contact.touch import Touch
+from kanefe.errors import SimulationWarning
+from kanefe.frames import Vector, cross
+from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+
+OPEN, STICKS, SLIPS = range(3)
+
+DEEP = 1e-3
+"""Depth at the start that is told, m: what rests is less deep."""
+
+ON_ITS_AXIS = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Contact(Load):
+    """A contact between a surface and probes: points, balls and rings fixed in other frames.
+
+    Its internal states are the path that it slid and the work of its friction (J), where it has any; lambda, where its
+    normal law has a restitution; then of each probe the stretch of its anchor's spring in the axes of the surface, and
+    1 while it sticks, where that is to be known.
+
+    Attributes
+    ----------
+    name : str
+    ends : tuple of Frame
+        That of the surface, then those of the probes.
+    shape : Shape
+        Of the surface.
+    probes : tuple of (int, Probe)
+        Each with the number of its end.
+    normal : NormalLaw
+    friction : Coulomb or None
+    belt : ndarray, shape (3,)
+        Velocity of the surface in its own axes, m/s.
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    shape: Shape
+    probes: tuple[tuple[int, Probe], ...]
+    normal: NormalLaw
+    friction: Coulomb | None
+    belt: np.ndarray
+
+    kind = "contact"
+    columns = (
+        *(f"force {c} [N]" for c in "xyz"), "normal [N]", "tangential [N]",
+        "penetration [m]", "slip [m]", "work [J]", "status [1]",
+    )  # fmt: skip
+    needs_rotation = False
+    acts_at_once = True
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Whether it takes energy from the scene or gives it."""
+        return True
+
+    @property
+    def begins(self) -> int:
+        """Where the states of the first probe are."""
+        return (0 if self.friction is None else 2) + (self.normal.restitution is not None)
+
+    @property
+    def each(self) -> int:
+        """How many states a probe has."""
+        return 0 if self.friction is None else 3 + self.friction.has_memory
+
+    @property
+    def initial_states(self) -> Vector:
+        """At rest, unstretched, held."""
+        states = np.zeros(self.begins + self.each * len(self.probes))
+        if self.each == 4:
+            states[self.begins + 3 :: 4] = 1.0
+        return states
+
+    @property
+    def has_rates(self) -> bool:
+        """Those of its anchors."""
+        return self.friction is not None
+
+    def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
+        """Return what each probe does."""
+        surface = ends[0]
+        found = []
+        for i, (number, probe) in enumerate(self.probes):
+            end = ends[number]
+            centre = end.p + end.A @ probe.point
+            phi, n = self._distance(surface, centre)
+            if probe.ring > 0.0:
+                axis = end.A @ probe.axis
+                down = (axis @ n) * axis - n
+                length = float(np.linalg.norm(down))
+                if length > ON_ITS_AXIS:
+                    centre = centre + probe.ring / length * down
+                    phi, n = self._distance(surface, centre)
+            depth, point = probe.radius - phi, centre - probe.radius * n
+            at = self.begins + self.each * i
+            if depth <= 0.0:
+                found.append(self._left(Touch(depth, number, point, n), surface, probe, states[at : at + 3]))
+                continue
+            v = end.v + cross(end.w, point - end.p) - surface.v - cross(surface.w, point - surface.p)
+            rate = -float(v @ n)
+            damping = self.normal.damping
+            if self.normal.restitution is not None:
+                damping = damping + states[self.begins - 1]
+            press, elastic, potential = self.normal.pressed(depth, rate, probe.share, damping)
+            touch = Touch(depth, number, point, n, press, elastic, potential, rate)
+            found.append(
+                touch if self.friction is None else self._held(touch, self.friction, surface, probe, v, states[at:])
+            )
+        return found
+
+    def _distance(self, surface: End, x: Vector) -> tuple[float, Vector]:
+        phi, n = self.shape.distance(surface.A.T @ (x - surface.p))
+        return phi, surface.A @ n
+
+    def _left(self, touch: Touch, surface: End, probe: Probe, stretch: Vector) -> Touch:
+        """Return a probe that does not touch: its anchor follows it."""
+        if self.friction is None:
+            return touch
+        k, c = self._anchor(self.friction, probe)
+        w = surface.A @ stretch
+        return touch._replace(stretch=w, stretch_rate=-k / c * w, potential=0.5 * k * float(w @ w))
+
+    def _held(self, touch: Touch, law: Coulomb, surface: End, probe: Probe, v: Vector, states: Vector) -> Touch:
+        """Return a probe that touches with what friction does to it."""
+        n, A = touch.normal, surface.A
+        belt = A @ self.belt
+        carried = belt - (belt @ n) * n
+        along = v + touch.rate * n - carried
+        k, c = self._anchor(law, probe)
+        w = A @ states[:3]
+        pull = k * (w - (w @ n) * n) + c * along
+        size, most, kept = float(np.linalg.norm(pull)), 0.0, 1.0
+        mu, across = law.coefficients
+        if mu != across:
+            first = A @ law.axis
+            first = first - (first @ n) * n
+            first = first / np.linalg.norm(first)
+            size, mu = float(np.hypot(pull @ first / mu, pull @ cross(n, first) / across)), 1.0
+        is_held = not law.has_memory or states[3] > 0.5
+        most = mu * (law.static_ratio if is_held else 1.0) * touch.press
+        if size > 0.0:
+            if is_held or law.stribeck_speed == 0.0:
+                kept = min(1.0, most / size)
+            else:
+                kept = 1.0 - c * law.slip_speed(size, touch.press, c) / size
+        drag = kept * pull
+        rate = (drag - k * w) / c
+        potential = touch.potential + 0.5 * k * float(w @ w)
+        reserve = size - most
+        if not is_held and law.stribeck_speed > 0.0:
+            reserve = size * (1.0 - kept)
+        return touch._replace(
+            potential=potential, along=along, carried=carried, pull=pull, drag=drag, stretch=w, stretch_rate=rate,
+            reserve=reserve,
+        )  # fmt: skip
+
+    def _anchor(self, law: Coulomb, probe: Probe) -> tuple[float, float]:
+        return probe.share * float(law.stiffness or 0.0), probe.share * float(law.damping or 0.0)
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return the forces on the surface and on what touches it (Eq. 11)."""
+        wrenches, rates = np.zeros((len(ends), 6)), np.zeros(len(states))
+        potential = taken = given = 0.0
+        for i, touch in enumerate(self.touches(ends, states)):
+            force = touch.press * touch.normal - touch.drag
+            potential += touch.potential
+            taken += (touch.press - touch.elastic) * touch.rate
+            for number, sign in ((touch.end, 1.0), (0, -1.0)):
+                wrenches[number, :3] += sign * force
+                wrenches[number, 3:] += sign * cross(touch.point - ends[number].p, force)
+            if self.friction is None:
+                continue
+            probe = self.probes[i][1]
+            k, c = self._anchor(self.friction, probe)
+            taken += touch.drag @ touch.along - k * (touch.stretch @ touch.stretch_rate)
+            given -= touch.drag @ touch.carried
+            at = self.begins + self.each * i
+            rates[at : at + 3] = ends[0].A.T @ touch.stretch_rate
+            if touch.depth > 0.0:
+                slip = touch.along - touch.stretch_rate
+                rates[0] += probe.share * float(np.linalg.norm(touch.pull - touch.drag)) / c
+                rates[1] += touch.drag @ slip
+        return Action(wrenches, potential, taken, given, rates)
+
+    def started(self, t: float, ends: Sequence[End]) -> Contact:
+        """Return it; what begins deep in the surface is told."""
+        deepest = max(self.touches(ends, self.initial_states), key=lambda touch: touch.depth)
+        if deepest.depth > DEEP:
+            warnings.warn(
+                f"contact {self.name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
+                "it will be thrown out. Remedy: place it outside, or start from a rest, kf.equilibrium",
+                SimulationWarning,
+                stacklevel=2,
+            )
+        return self
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return force on what touches, its normal and tangential size, depth, slip, work of friction and status."""
+        touches = self.touches(ends, states)
+        pressed = [touch for touch in touches if touch.depth > 0.0]
+        drag = -sum((touch.drag for touch in pressed), np.zeros(3))
+        force = sum((touch.press * touch.normal for touch in pressed), np.zeros(3))
+        status = OPEN
+        if pressed:
+            status = SLIPS if self.friction is None or max(touch.reserve for touch in pressed) > 0.0 else STICKS
+        slid = (0.0, 0.0) if self.friction is None else (states[0], states[1])
+        depth = max(touch.depth for touch in touches)
+        normal = sum(touch.press for touch in pressed)
+        return np.array((*(force + drag), normal, np.linalg.norm(drag), depth, *slid, status))
+
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
+        """Return stiffness and damping of what presses, and of what sticks."""
+        rows, stiffness, damping = [], [], []
+        for i, touch in enumerate(self.touches(ends, states)):
+            if touch.depth <= 0.0:
+                continue
+            probe, law = self.probes[i][1], self.normal
+            directions = [(touch.normal, touch.elastic * law.exponent / touch.depth, 0.0)]
+            if self.friction is not None and touch.reserve <= 0.0:
+                k, c = self._anchor(self.friction, probe)
+                first = cross(touch.normal, np.eye(3)[int(np.argmin(np.abs(touch.normal)))])
+                first = first / np.linalg.norm(first)
+                directions += [(first, 0.0, c), (cross(touch.normal, first), 0.0, c)]
+            for along, k, c in directions:
+                row = np.zeros((len(ends), 6))
+                for number, sign in ((touch.end, 1.0), (0, -1.0)):
+                    row[number, :3] += sign * along
+                    row[number, 3:] += sign * cross(touch.point - ends[number].p, along)
+                rows.append(row.ravel())
+                stiffness.append(k)
+                damping.append(c)
+        if not rows:
+            return None
+        return Tangent(np.array(rows), np.array(stiffness), np.array(damping))
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: see `kanefe.kernels.force_elements.contact`."""
+        from kanefe.kernels.force_elements.contact import contact, contact_watch
+
+        law, friction = self.normal, self.friction
+        of_friction = [0.0] * 9
+        if friction is not None:
+            of_friction = [
+                *friction.coefficients, friction.static_ratio, friction.stribeck_speed,
+                float(friction.stiffness or 0.0), float(friction.damping or 0.0), *friction.axis,
+            ]  # fmt: skip
+        probes = [
+            (float(end), *probe.point, probe.radius, probe.share, probe.ring, *probe.axis) for end, probe in self.probes
+        ]
+        head: list[float] = [
+            len(self.probes), len(self.ends), 0.0, friction is not None, friction is not None and friction.has_memory,
+            law.restitution is not None, law.kind, law.stiffness, law.exponent, law.damping, *of_friction, *self.belt,
+        ]  # fmt: skip
+        head[2] = len(head) + 10 * len(probes)
+        numbers = np.concatenate((head, np.ravel(probes), (float(self.shape.kind),), self.shape.numbers))
+        return LoadKernel(contact, numbers, contact, contact_watch)
+
+    def with_ends(self, ends: tuple[Any, ...]) -> Contact:
+        """Return the same contact between other frames."""
+        return replace(self, ends=ends)
+
+    @property
+    def events(self) -> tuple[LoadEvent, ...]:
+        """When it touches and lifts, slips and sticks."""
+        return Watched(self).events()

@@ -1,0 +1,134 @@
+"""Moments of a contact: it touches and lifts, slips and sticks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, Protocol
+
+from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.normal_laws import NormalLaw, Restitution
+from kanefe.contact.touch import Touch
+from kanefe.frames import Vector, cross
+from kanefe.loads.base import End, LoadEvent
+
+AT_THE_LIMIT = 1e-9
+"""Of the normal force: probes this near to slipping or sticking do it with the first."""
+
+
+class Touching(Protocol):
+    """What is watched: see `kanefe.contact.contact.Contact`."""
+
+    @property
+    def probes(self) -> Sequence[Any]:
+        """Its probes."""
+        ...
+
+    @property
+    def normal(self) -> NormalLaw:
+        """Its normal law."""
+        ...
+
+    @property
+    def friction(self) -> Coulomb | None:
+        """Its friction."""
+        ...
+
+    @property
+    def begins(self) -> int:
+        """Where the states of the first probe are."""
+        ...
+
+    @property
+    def each(self) -> int:
+        """How many states a probe has."""
+        ...
+
+    def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
+        """Return what each probe does."""
+        ...
+
+
+class Watched:
+    """What the events of a contact look at, found once for all of them at a state.
+
+    Parameters
+    ----------
+    contact : Touching
+    """
+
+    def __init__(self, contact: Touching) -> None:
+        self.contact = contact
+        self._last: tuple[Sequence[End], list[Touch]] | None = None
+
+    def __reduce__(self) -> tuple[type, tuple[Touching]]:
+        return Watched, (self.contact,)
+
+    def events(self) -> tuple[LoadEvent, ...]:
+        """Return them. At a touch the step ends, so that none goes through a surface and out again."""
+        friction = self.contact.friction
+        found = [LoadEvent("touch", self.depth, 1, self.impact), LoadEvent("lift", self.depth, -1)]
+        if friction is not None:
+            slip, stick = (partial(self.changed, to) if friction.has_memory else None for to in (0.0, 1.0))
+            found += [LoadEvent("slip", self.above, 1, slip), LoadEvent("stick", self.below, -1, stick)]
+        return tuple(found)
+
+    def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
+        """Return what each probe does."""
+        last = self._last
+        if last is None or last[0] is not ends:
+            last = self._last = ends, self.contact.touches(ends, states)
+        return last[1]
+
+    def depth(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return the depth of the deepest probe, m."""
+        return max(touch.depth for touch in self.touches(ends, states))
+
+    def above(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return a number that rises above zero where a probe slips that was held; below zero where none touches."""
+        touches = self.touches(ends, states)
+        held = zip(touches, self._held(states), strict=True)
+        pressed = [touch.reserve for touch, is_held in held if touch.depth > 0.0 and is_held]
+        return max(pressed) if pressed else min(touch.depth for touch in touches) * self.contact.normal.stiffness
+
+    def below(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return a number that falls below zero where a probe sticks that slipped; above zero where none touches."""
+        touches = self.touches(ends, states)
+        pressed = [(touch, held) for touch, held in zip(touches, self._held(states), strict=True) if touch.depth > 0.0]
+        if not pressed:
+            return -max(touch.depth for touch in touches) * self.contact.normal.stiffness
+        if self.contact.each < 4:
+            return max(touch.reserve for touch, _ in pressed)
+        return min((touch.reserve for touch, is_held in pressed if not is_held), default=1.0)
+
+    def impact(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the states to go on with: of a restitution lambda as of the speed at which what touches arrives."""
+        law, after = self.contact.normal, states.copy()
+        if not isinstance(law, Restitution):
+            return after
+        nearest = max(self.touches(ends, states), key=lambda touch: touch.depth)
+        end, surface = ends[nearest.end], ends[0]
+        v = end.v + cross(end.w, nearest.point - end.p) - surface.v - cross(surface.w, nearest.point - surface.p)
+        after[self.contact.begins - 1] = law.damping_at(-float(v @ nearest.normal))
+        return after
+
+    def changed(self, to: float, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the states in which those probes that are at their limit slip (0) or stick (1) from now on."""
+        contact, after = self.contact, states.copy()
+        sign = 1.0 if to == 0.0 else -1.0
+        concerned = [
+            (i, sign * touch.reserve, touch.press)
+            for i, (touch, is_held) in enumerate(zip(self.touches(ends, states), self._held(states), strict=True))
+            if touch.depth > 0.0 and is_held == (to == 0.0)
+        ]
+        extreme = max((reserve for _, reserve, _ in concerned), default=0.0)
+        for i, reserve, press in concerned:
+            if reserve >= min(extreme, -AT_THE_LIMIT * press):
+                after[contact.begins + contact.each * i + 3] = to
+        return after
+
+    def _held(self, states: Vector) -> list[bool]:
+        """Return of each probe whether it is held, where that is remembered; else that each may slip."""
+        if self.contact.each < 4:
+            return [True] * len(self.contact.probes)
+        return [bool(flag > 0.5) for flag in states[self.contact.begins + 3 :: 4]]

@@ -1,0 +1,119 @@
+"""Friction of contacts: Coulomb's law with an anchor, that holds what it holds for ever."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.contact.shapes import direction
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+
+MOST_TRIALS = 60
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Dry friction: a point that sticks hangs on a spring and damper from its anchor, which moves only when it slips.
+
+    With w the stretch of that spring, v the velocity along the surface and ``p = k w + c v``, what acts is p as far as
+    ``|p| <= mu N``, and else mu N along p; ``dw/dt = (force - k w) / c``. So w follows the motion exactly while the
+    point sticks, and nothing creeps.
+
+    Parameters
+    ----------
+    mu : float or (float, float)
+        Coefficient while it slips; two: along `along` and across it.
+    static : float, optional
+        Coefficient at which it begins to slip; default: the same.
+    stribeck_speed : float
+        The speed (m/s) over which mu falls from `static` to `mu`, as ``exp(-(v / stribeck_speed)^2)``; 0: at once.
+    stiffness : float, optional
+        k of all points together, N/m; default: that of a normal law that is a straight line.
+    damping : float, optional
+        c of all points together, N s/m; default: a tenth of what is critical for the masses of the two bodies.
+    along : "x", "y", "z" or array_like, shape (3,)
+        The direction of the first of two coefficients, in the axes of the surface.
+
+    Raises
+    ------
+    ModelError
+        If a coefficient is negative, `static` is below `mu`, or a number is none.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> kf.Coulomb(0.6, static=0.8).static
+    0.8
+    """
+
+    mu: float | tuple[float, float]
+    static: float | None = None
+    stribeck_speed: float = 0.0
+    stiffness: float | None = None
+    damping: float | None = None
+    along: object = "x"
+
+    def __post_init__(self) -> None:
+        mu = numbers(self.mu)
+        if mu.shape not in ((), (2,)) or not np.all(np.isfinite(mu)) or np.any(mu < 0.0):
+            raise ModelError(f"mu of Coulomb must be one number or two, finite and >= 0, not {self.mu!r}")
+        for name in ("static", "stribeck_speed", "stiffness", "damping"):
+            value = getattr(self, name)
+            number = numbers(0.0 if value is None else value)
+            if number.shape != () or not np.isfinite(number) or number < 0.0:
+                raise ModelError(f"{name} of Coulomb must be one number, finite and >= 0, not {value!r}")
+        if self.stiffness == 0.0 or self.damping == 0.0:
+            raise ModelError("stiffness and damping of Coulomb must be > 0: what sticks hangs on them")
+        if self.static is not None and self.static < mu.max():
+            raise ModelError(f"static of Coulomb, {self.static:g}, is below mu, {mu.max():g}. Remedy: the larger first")
+        if self.static is not None and mu.shape == (2,):
+            raise ModelError("Coulomb takes either `static` or two coefficients. Remedy: one coefficient")
+        if self.stribeck_speed and not self.has_memory:
+            raise ModelError("stribeck_speed of Coulomb needs a `static` above mu to fall from")
+        direction(self.along, "along of Coulomb")
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether it slips by another coefficient than it sticks by, so that it has to be known which it does."""
+        return self.static is not None and self.static > numbers(self.mu).max()
+
+    @property
+    def coefficients(self) -> tuple[float, float]:
+        """Of slipping, along and across."""
+        mu = numbers(self.mu)
+        return (float(mu), float(mu)) if mu.shape == () else (float(mu[0]), float(mu[1]))
+
+    @property
+    def static_ratio(self) -> float:
+        """Static over kinetic coefficient, and 1 where there is but one."""
+        largest = max(self.coefficients)
+        return 1.0 if self.static is None or largest == 0.0 else self.static / largest
+
+    def slip_speed(self, pull: float, normal: float, damping: float) -> float:
+        """Return how fast an anchor moves that slips (m/s): the root of ``c s + mu(s) N = pull``, 0 if there is none.
+
+        Newton's method from above, halved where it would leave; mu(s) falls from static to mu.
+        """
+        least = max(self.coefficients)
+        if self.stribeck_speed == 0.0:
+            return max(0.0, (pull - least * normal) / damping)
+        fall, s = (self.static_ratio - 1.0) * least * normal, pull / damping
+        for _ in range(MOST_TRIALS):
+            share = math.exp(-((s / self.stribeck_speed) ** 2))
+            value = damping * s + least * normal + fall * share - pull
+            slope = damping - 2.0 * fall * share * s / self.stribeck_speed**2
+            step = value / slope if slope > 0.0 else 0.5 * s
+            if abs(step) <= 1e-15 * s:
+                break
+            s = max(s - step, 0.5 * s)
+            if s * damping < 1e-12 * pull:
+                return 0.0
+        return s
+
+    @property
+    def axis(self) -> Vector:
+        """The direction of the first coefficient."""
+        return direction(self.along, "along of Coulomb")

@@ -1,0 +1,69 @@
+"""Surfaces of a scene, and which pairs of shapes touch by what."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Plane, Points, Probe, Shape, Sphere, Torus
+from kanefe.errors import ModelError
+
+
+class Surface(NamedTuple):
+    """A shape that sits on a frame of a scene.
+
+    Attributes
+    ----------
+    name : str
+    frame : Frame
+        Its axes are those of the shape.
+    shape : Shape
+    """
+
+    name: str
+    frame: Any
+    shape: Shape
+
+
+TOUCHED: tuple[type[Shape], ...] = (Plane, HeightField, Box, Cylinder, Capsule, Torus, Sphere)
+"""Shapes that others touch, those first that are touched rather than touch."""
+
+BALLS: tuple[type[Shape], ...] = (Sphere, Points)
+"""Shapes whose probes touch all others: points and balls."""
+
+
+def probes_on(one: Shape, other: Shape) -> tuple[Probe, ...] | None:
+    """Return by what a shape touches another, or None where it does so by no fixed number of points and rings.
+
+    Points and balls touch all shapes. Ends of a capsule, rings of a torus and of a cylinder, and corners of a box touch
+    planes exactly, since the lowest place is always one of them.
+    """
+    probes = one.probes()
+    if not probes or isinstance(other, Points):
+        return None
+    if isinstance(one, BALLS) or isinstance(other, Plane):
+        return probes
+    if (
+        isinstance(one, (Capsule, Box))
+        and getattr(other, "inside", False)
+        and isinstance(other, (Box, Cylinder, Sphere))
+    ):
+        return probes  # a room that is convex meets corners first
+    return None
+
+
+def paired(a: Surface, b: Surface, label: str) -> tuple[Surface, Surface, tuple[Probe, ...]]:
+    """Return which of two surfaces touches, which is touched, and by what.
+
+    Raises
+    ------
+    ModelError
+        If neither order is served; the message says which shapes are.
+    """
+    for one, other in ((a, b), (b, a)):
+        probes = probes_on(one.shape, other.shape)
+        if probes is not None:
+            return one, other, probes
+    raise ModelError(
+        f"{label}: {a.shape.title} {a.name!r} and {b.shape.title} {b.name!r} do not touch by points that are known "
+        "beforehand. Remedy: a plane, or balls (Sphere, Points) in the place of one"
+    )

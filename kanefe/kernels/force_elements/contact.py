@@ -1,0 +1,260 @@
+"""Contacts: probes of some frames against a surface, with friction by anchors (Eq. 11)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.bushing import nine
+from kanefe.kernels.force_elements.contact_shapes import distance, norm
+from kanefe.kernels.force_elements.places import (
+    END_NUMBERS,
+    GIVEN,
+    POTENTIAL,
+    SIGNATURE,
+    TAKEN,
+    WATCH_SIGNATURE,
+    WRENCH,
+    WRENCHES,
+    A,
+    P,
+    V,
+    W,
+)
+from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
+
+# Numbers of a contact: see `kanefe.contact.contact.Contact.kernel`
+(
+    PROBES, ENDS, SHAPE, HAS_FRICTION, HAS_MEMORY, HAS_RESTITUTION,
+    LAW, STIFFNESS, EXPONENT, DAMPING,
+    MU_ALONG, MU_ACROSS, STATIC_RATIO, STRIBECK_SPEED, ANCHOR_STIFFNESS, ANCHOR_DAMPING,
+    ALONG,
+) = range(17)  # fmt: skip
+BELT = ALONG + 3
+PROBE = BELT + 3
+# Numbers of a probe
+END, POINT, RADIUS, SHARE, RING, AXIS = 0, 1, 4, 5, 6, 7
+PROBE_NUMBERS = 10
+
+# Internal states: slip, work of friction, lambda of a restitution; then of each probe its anchor and whether it sticks
+SLIP, WORK, IMPACT = range(3)
+MOST_TRIALS = 60
+
+
+@called_by_address(*SIGNATURE)
+def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the forces on the surface, the first end, and on the others, and the rates of the anchors."""
+    has_friction = numbers[HAS_FRICTION] > 0.0
+    rates = WRENCHES + WRENCH * int(numbers[ENDS])
+    k_all, c_all = numbers[ANCHOR_STIFFNESS], numbers[ANCHOR_DAMPING]
+    A_s = nine(ends, A)
+    for i in range(int(numbers[PROBES])):
+        probe = PROBE + PROBE_NUMBERS * i
+        place, share = place_of(numbers, i), numbers[probe + SHARE]
+        depth, normal, point = located(numbers, probe, ends)
+        if depth.real <= 0.0:
+            for j in range(3 if has_friction else 0):
+                stretch = states[place + j]
+                out[rates + place + j] = -k_all / c_all * stretch
+                out[POTENTIAL] += 0.5 * share * k_all * stretch * stretch
+                out[TAKEN] += share * k_all * k_all / c_all * stretch * stretch
+            continue
+        end = END_NUMBERS * int(numbers[probe + END])
+        arm, arm_s = minus(point, three(ends, end + P)), minus(point, three(ends, P))
+        v = velocity(ends, end, arm, arm_s)
+        rate = -dot(v, normal)
+        press, elastic, energy = pressed(numbers, share, depth, rate, states)
+        out[POTENTIAL] += energy
+        out[TAKEN] += (press - elastic) * rate
+        force = times(press, normal)
+        if has_friction:
+            k, c = share * k_all, share * c_all
+            w = rotated(A_s, three(states, place))
+            along, carried, pull = pulled(numbers, A_s, normal, v, rate, w, k, c)
+            is_held = numbers[HAS_MEMORY] == 0.0 or states[place + 3].real > 0.5
+            share_left = kept(numbers, pull, normal, A_s, press, c, is_held)
+            drag = times(share_left, pull)
+            w_rate = times(1.0 / c, minus(drag, times(k, w)))
+            out[POTENTIAL] += 0.5 * k * dot(w, w)
+            out[TAKEN] += dot(drag, along) - k * dot(w, w_rate)
+            out[GIVEN] -= dot(drag, carried)
+            out[rates + SLIP] += share * (1.0 - share_left) * norm(pull) / c
+            out[rates + WORK] += dot(drag, minus(along, w_rate))
+            in_surface = rotated_back(A_s, w_rate)
+            for j in range(3):
+                out[rates + place + j] = in_surface[j]
+            force = minus(force, drag)
+        moment, moment_s = cross(arm, force), cross(arm_s, force)
+        row = WRENCHES + WRENCH * int(numbers[probe + END])
+        for j in range(3):
+            out[row + j] += force[j]
+            out[row + 3 + j] += moment[j]
+            out[WRENCHES + j] -= force[j]
+            out[WRENCHES + 3 + j] -= moment_s[j]
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write what its events look at: see `kanefe.contact.contact_events.Watched`."""
+    deepest = shallowest = first = last = 0.0
+    is_any = has_held = has_slipping = False
+    A_s, has_memory = nine(ends, A), numbers[HAS_MEMORY] > 0.0
+    count = int(numbers[PROBES])
+    for i in range(count):
+        probe = PROBE + PROBE_NUMBERS * i
+        depth, normal, point = located(numbers, probe, ends)
+        deepest = depth if i == 0 else max(deepest, depth)
+        shallowest = depth if i == 0 else min(shallowest, depth)
+        if depth <= 0.0 or numbers[HAS_FRICTION] == 0.0:
+            continue
+        is_any = True
+        place, share = place_of(numbers, i), numbers[probe + SHARE]
+        end = END_NUMBERS * int(numbers[probe + END])
+        arm, arm_s = minus(point, three(ends, end + P)), minus(point, three(ends, P))
+        v = velocity(ends, end, arm, arm_s)
+        rate = -dot(v, normal)
+        press = pressed(numbers, share, depth, rate, states)[0]
+        k, c = share * numbers[ANCHOR_STIFFNESS], share * numbers[ANCHOR_DAMPING]
+        pull = pulled(numbers, A_s, normal, v, rate, rotated(A_s, three(states, place)), k, c)[2]
+        is_held = not has_memory or states[place + 3] > 0.5
+        reserve = above_the_most(numbers, pull, normal, A_s, press, c, is_held)
+        if is_held:
+            first = reserve if not has_held else max(first, reserve)
+            has_held = True
+        if not has_memory:
+            last = first
+        elif not is_held:
+            last = reserve if not has_slipping else min(last, reserve)
+            has_slipping = True
+    out[0] = out[1] = deepest
+    if numbers[HAS_FRICTION] > 0.0:
+        out[2] = first if has_held else shallowest * numbers[STIFFNESS]
+        out[3] = -deepest * numbers[STIFFNESS]
+        if is_any:
+            out[3] = last if has_slipping or not has_memory else 1.0
+
+
+@inlined
+def place_of(numbers: Any, i: int) -> int:
+    """Return the first of the internal states of a probe."""
+    if numbers[HAS_FRICTION] == 0.0:
+        return 0
+    own = 3 if numbers[HAS_RESTITUTION] > 0.0 else 2
+    return own + (4 if numbers[HAS_MEMORY] > 0.0 else 3) * i
+
+
+@kernel
+def located(numbers: Any, probe: int, ends: Any) -> Any:
+    """Return depth, normal and place of a probe."""
+    shape, at = int(numbers[SHAPE]), END_NUMBERS * int(numbers[probe + END])
+    A_s, p_s, A_p = nine(ends, A), three(ends, P), nine(ends, at + A)
+    centre = plus(three(ends, at + P), rotated(A_p, three(numbers, probe + POINT)))
+    found = distance(numbers, shape, rotated_back(A_s, minus(centre, p_s)))
+    normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
+    ring = numbers[probe + RING]
+    if ring > 0.0:
+        axis = rotated(A_p, three(numbers, probe + AXIS))
+        down = minus(times(dot(axis, normal), axis), normal)
+        length = norm(down)
+        if length.real > 1e-9:
+            centre = plus(centre, times(ring / length, down))
+            found = distance(numbers, shape, rotated_back(A_s, minus(centre, p_s)))
+            normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
+    radius = numbers[probe + RADIUS]
+    return radius - phi, normal, minus(centre, times(radius, normal))
+
+
+@inlined
+def velocity(ends: Any, end: int, arm: Numbers, arm_s: Numbers) -> Numbers:
+    """Return the velocity of what touches, seen from what is touched, where they meet."""
+    own = plus(three(ends, end + V), cross(three(ends, end + W), arm))
+    return minus(own, plus(three(ends, V), cross(three(ends, W), arm_s)))
+
+
+@inlined
+def pulled(
+    numbers: Any, A_s: Numbers, normal: Numbers, v: Numbers, rate: Any, w: Numbers, k: float, c: float
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Return the velocity along the surface, that of a belt, and what the spring and damper of an anchor ask for."""
+    belt = rotated(A_s, three(numbers, BELT))
+    carried = minus(belt, times(dot(belt, normal), normal))
+    along = minus(plus(v, times(rate, normal)), carried)
+    return along, carried, plus(times(k, minus(w, times(dot(w, normal), normal))), times(c, along))
+
+
+@inlined
+def pressed(numbers: Any, share: float, depth: Any, rate: Any, states: Any) -> Any:
+    """Return the normal force, its elastic part and the energy of that."""
+    n, damping = numbers[EXPONENT], 0.0 * depth + numbers[DAMPING]
+    if numbers[HAS_RESTITUTION] > 0.0:
+        damping = damping + states[IMPACT if numbers[HAS_FRICTION] > 0.0 else 0]
+    if n == 1.0:
+        power = depth
+    elif n == 1.5:
+        power = depth * np.sqrt(depth)
+    else:
+        power = np.exp(n * np.log(depth))
+    elastic = share * numbers[STIFFNESS] * power
+    if numbers[LAW] > 0.0:
+        force = elastic + share * damping * rate
+    else:
+        force = elastic * (1.0 + damping * rate)
+    if force.real < 0.0:
+        force = 0.0 * force
+    return force, elastic, elastic * depth / (n + 1.0)
+
+
+@inlined
+def weighed(numbers: Any, pull: Numbers, normal: Numbers, A_s: Numbers) -> Any:
+    """Return the size of a pull and the coefficient it is measured by; of two coefficients both as of one."""
+    mu = numbers[MU_ALONG]
+    if numbers[MU_ACROSS] == mu:
+        return norm(pull), mu
+    first = rotated(A_s, three(numbers, ALONG))
+    first = minus(first, times(dot(first, normal), normal))
+    first = times(1.0 / norm(first), first)
+    x, y = dot(pull, first) / mu, dot(pull, cross(normal, first)) / numbers[MU_ACROSS]
+    return np.sqrt(x * x + y * y), 1.0
+
+
+@inlined
+def above_the_most(numbers: Any, pull: Numbers, normal: Numbers, A_s: Numbers, press: Any, c: float, held: bool) -> Any:
+    """Return how far a pull is above what friction can take; of falling friction that slips what is not taken."""
+    size, mu = weighed(numbers, pull, normal, A_s)
+    if held:
+        return size - mu * numbers[STATIC_RATIO] * press
+    if numbers[STRIBECK_SPEED] > 0.0:
+        return size * (1.0 - kept(numbers, pull, normal, A_s, press, c, held))
+    return size - mu * press
+
+
+@kernel
+def kept(numbers: Any, pull: Numbers, normal: Numbers, A_s: Numbers, press: Any, c: float, is_held: bool) -> Any:
+    """Return the share of the pull of an anchor's spring and damper that friction can take, at most 1."""
+    ratio = numbers[STATIC_RATIO]
+    size, mu = weighed(numbers, pull, normal, A_s)
+    one = 0.0 * size + 1.0
+    if size.real <= 0.0:
+        return one
+    if is_held:
+        most = mu * ratio * press
+        return one if size.real <= most.real else most / size
+    speed = numbers[STRIBECK_SPEED]
+    if speed == 0.0:
+        most = mu * press
+        return one if size.real <= most.real else most / size
+    fall, s = (ratio - 1.0) * mu * press, size / c
+    for _ in range(MOST_TRIALS):
+        share = np.exp(-s * s / (speed * speed))
+        value = c * s + mu * press + fall * share - size
+        slope = c - 2.0 * fall * share * s / (speed * speed)
+        step = value / slope if slope.real > 0.0 else 0.5 * s
+        s = s - step if (s - step).real > 0.5 * s.real else 0.5 * s
+        if s.real * c < 1e-12 * size.real:
+            return one
+        if abs(step.real) <= 1e-15 * s.real:
+            break
+    return 1.0 - c * s / size

@@ -1,0 +1,46 @@
+"""Events of loads that have kernels for what they look at: their values in some states from one call."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.frames import Matrix
+from kanefe.kernels.watching import watch_memory_size, watch_states
+from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.load_tables import watched_loads
+
+
+class Watching:
+    """What events of loads look at; several threads may use it.
+
+    Parameters
+    ----------
+    route : Evaluated
+
+    Attributes
+    ----------
+    columns : dict of int to slice
+        Of the values of each load that is watched so, by its number in the model.
+    """
+
+    def __init__(self, route: Evaluated) -> None:
+        self._route = route
+        numbers = [i for i, load in enumerate(route.model.loads) if load.kernel is not None and load.kernel.watch]
+        self._between = watched_loads(route.places, numbers)
+        counts = [len(route.model.loads[i].events) for i in numbers]
+        ends = np.cumsum(counts, dtype=np.int64)
+        self._counts = np.array(counts, dtype=np.int64)
+        self.columns = {i: slice(int(end) - n, int(end)) for i, end, n in zip(numbers, ends, counts, strict=True)}
+
+    def values(self, times: np.ndarray, states: Matrix) -> Matrix:
+        """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
+        route = self._route
+        pairs = list(zip(times.tolist(), states, strict=True))
+        drives = np.array([route.drives(t) for t, _ in pairs]).reshape(len(pairs), -1, 3)
+        inputs = np.array([route.values(t, y) for t, y in pairs]).reshape(len(pairs), -1)
+        found = np.empty((len(pairs), int(self._counts.sum())))
+        memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
+        states = np.ascontiguousarray(states)
+        scene = route.tables, route.flexible, self._between, self._counts
+        watch_states(*scene, np.ascontiguousarray(times), drives, inputs, states, found, memory)
+        return found

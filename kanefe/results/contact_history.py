@@ -1,0 +1,57 @@
+"""What a contact did in a run, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.contact.contact import Contact
+from kanefe.errors import ModelError
+
+STATUS = "open", "sticks", "slips"
+
+
+class ContactHistory(NamedTuple):
+    """What a contact did at the output times.
+
+    Attributes
+    ----------
+    force : ndarray, shape (T, 3)
+        On what touches, in N (the inertial frame), N.
+    normal, tangential : ndarray, shape (T,)
+        Normal force of all points together, and size of the friction, N.
+    penetration : ndarray, shape (T,)
+        Of the deepest point, m; below 0: the gap.
+    slip : ndarray, shape (T,)
+        Path slid so far, the mean of all points by their shares, m.
+    work : ndarray, shape (T,)
+        That sliding has taken so far, J.
+    status : ndarray of str, shape (T,)
+        "open", "sticks" or "slips".
+    """
+
+    force: np.ndarray
+    normal: np.ndarray
+    tangential: np.ndarray
+    penetration: np.ndarray
+    slip: np.ndarray
+    work: np.ndarray
+    status: np.ndarray
+
+
+def contact_history(told: np.ndarray, columns: Sequence[str], name: str) -> ContactHistory:
+    """Return what a load told as that of a contact.
+
+    Raises
+    ------
+    ModelError
+        If the load is none.
+    """
+    if tuple(columns) != Contact.columns:
+        raise ModelError(f"load {name!r} is no contact. Remedy: result.load({name!r})")
+    normal, tangential, penetration, slip, work, status = told[:, 3:].T
+    return ContactHistory(
+        told[:, :3], normal, tangential, penetration, slip, work, np.array(STATUS)[status.astype(int)]
+    )

@@ -1,0 +1,208 @@
+"""Surfaces and contacts of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from math import sqrt
+
+import numpy as np
+
+from kanefe.contact.contact import Contact
+from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.normal_laws import NormalLaw
+from kanefe.contact.shapes import Probe, Shape
+from kanefe.contact.surface import Surface, paired
+from kanefe.errors import ModelError
+from kanefe.frames import Orientation
+from kanefe.scene.loads import LoadMethods
+from kanefe.scene.scene import Frame, Patch, three
+
+SHARE_OF_CRITICAL = 0.1
+
+
+class ContactMethods(LoadMethods):
+    """The part of `System` that adds surfaces and contacts."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._surfaces: dict[str, Surface] = {}
+
+    def add_surface(
+        self,
+        name: str,
+        parent: Frame,
+        shape: Shape,
+        *,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
+    ) -> Surface:
+        """Give a frame a surface, that contacts are made of.
+
+        Parameters
+        ----------
+        name : str
+            Unique among surfaces.
+        parent : Frame
+            The ground, a body, driven or not, an interface of a flexible body, or a frame of one.
+        shape : Shape
+            Of `kanefe.shapes`.
+        at : array_like, shape (3,)
+            Origin of the shape, from that of the parent in its axes, m.
+        orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
+            Of the shape's axes.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the surface.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+        >>> ball = scene.add_rigid_body("ball", 1.0, 4e-4, joint=kf.Free(position=(0, 0, 0.5)))
+        >>> skin = scene.add_surface("skin", ball, kf.shapes.Sphere(0.1))
+        >>> scene.add_contact("drop", skin, floor, normal=kf.HuntCrossley(1e5, damping=0.3), friction=kf.Coulomb(0.4))
+        >>> result = scene.simulate((0.0, 0.5))
+        >>> result.events["drop touch"].round(4)
+        array([0.2856])
+        """
+        label = f"surface {name!r}"
+        self._check_open(label)
+        if not name or not isinstance(name, str):
+            raise ModelError(f"the name of a surface must be a text, not {name!r}")
+        if name in self._surfaces:
+            raise ModelError(f"the scene already has a surface called {name!r}. Remedy: another name")
+        if not isinstance(shape, Shape):
+            raise ModelError(f"the shape of {label} must be one of kanefe.shapes, such as Plane('z'), not {shape!r}")
+        frame = self._check_frame(parent, f"the parent of {label}")
+        self._marker(frame, f"the parent of {label}", needs_rotation=True)
+        self._surfaces[name] = Surface(name, frame.frame(at, orientation), shape)
+        return self._surfaces[name]
+
+    def add_contact(
+        self,
+        name: str,
+        one: Surface | Patch | Frame | Sequence[Frame],
+        other: Surface,
+        *,
+        normal: NormalLaw,
+        friction: Coulomb | None = None,
+        surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Have two things press on each other where they meet, and rub.
+
+        The result has its forces in ``result.contact(name)``, and the times at which it touches, lifts, slips and
+        sticks in ``result.events["<name> touch"]`` and so on.
+
+        Parameters
+        ----------
+        name : str
+            Unique among springs, bushings, contacts and other loads between frames.
+        one : Surface, Patch, Frame or sequence of Frame
+            What touches. A patch of a flexible body (`FlexibleMember.patch`) is its points; so are frames: bodies,
+            nodes, interfaces, frames of them.
+        other : Surface
+            What is touched. Of two surfaces the one that can touch does, whichever comes first.
+        normal : NormalLaw
+            `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together.
+        friction : Coulomb, optional
+        surface_velocity : array_like, shape (3,)
+            Of a belt: how fast the surface of `other` moves along itself, in its axes, m/s.
+
+        Raises
+        ------
+        ModelError
+            Naming what is wrong with the contact. That something begins within a surface is found at freeze.
+        """
+        label = self._new_load(name, "contact")
+        if not isinstance(normal, NormalLaw):
+            raise ModelError(f"normal of {label} must be a law such as kanefe.HuntCrossley(1e6), not {normal!r}")
+        if friction is not None and not isinstance(friction, Coulomb):
+            raise ModelError(f"friction of {label} must be kanefe.Coulomb(...) or None, not {friction!r}")
+        if not isinstance(other, Surface):
+            raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
+        frames, other, probes = self._touching(one, other, label)
+        if any(
+            frame.number == other.frame.number and frame.number >= 0 and not _is_flexible(frame) for frame in frames
+        ):
+            raise ModelError(f"{label}: {frames[0].label} cannot touch itself. Remedy: surfaces of two bodies")
+        for given in (*frames, other.frame):
+            self._check_frame(given, f"a side of {label}")
+        belt = three(surface_velocity, f"surface_velocity of {label}")
+        if friction is not None:
+            friction = self._complete(friction, normal, frames, other.frame, label)
+        elif belt.any():
+            raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
+        self.add(Contact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt))
+
+    def add_contacts(
+        self,
+        among: Sequence[Surface],
+        *,
+        normal: NormalLaw,
+        friction: Coulomb | None = None,
+        ignore: Sequence[tuple[Surface, Surface]] = (),
+    ) -> list[str]:
+        """Add a contact for each pair of surfaces on two bodies; return their names, "<one> on <other>".
+
+        Parameters
+        ----------
+        among : sequence of Surface
+        normal, friction : NormalLaw, Coulomb
+            Of all.
+        ignore : sequence of pairs of Surface
+            That may pass through each other.
+        """
+        left_out = {frozenset((a.name, b.name)) for a, b in ignore}
+        names = []
+        for a, b in combinations(among, 2):
+            if a.frame.number != b.frame.number and frozenset((a.name, b.name)) not in left_out:
+                names.append(f"{a.name} on {b.name}")
+                self.add_contact(names[-1], a, b, normal=normal, friction=friction)
+        return names
+
+    def _touching(
+        self, one: Surface | Patch | Frame | Sequence[Frame], other: Surface, label: str
+    ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...]]:
+        """Return the frames that touch, the surface that is touched, and the probes with the number of their end."""
+        if isinstance(one, Surface):
+            touching, touched, probes = paired(one, other, label)
+            return (touching.frame,), touched, tuple((1, probe) for probe in probes)
+        frames = one.frames if isinstance(one, Patch) else (one,) if isinstance(one, Frame) else tuple(one)
+        if not frames or not all(isinstance(frame, Frame) for frame in frames):
+            raise ModelError(f"{label} needs something that touches, a surface, a patch or frames, not {one!r}")
+        shares = one.shares if isinstance(one, Patch) else (1.0 / len(frames),) * len(frames)
+        return frames, other, tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
+
+    def _complete(
+        self, friction: Coulomb, normal: NormalLaw, frames: Sequence[Frame], surface: Frame, label: str
+    ) -> Coulomb:
+        """Return friction with the stiffness and damping of its anchors."""
+        stiffness = friction.stiffness
+        if stiffness is None:
+            if normal.exponent != 1.0:
+                raise ModelError(
+                    f"{label}: the normal law has no one stiffness that the friction's anchors could take. "
+                    "Remedy: stiffness= of Coulomb"
+                )
+            stiffness = normal.stiffness
+        damping = friction.damping
+        if damping is None:
+            inverse = sum(1.0 / mass for mass in (self._mass(frames[0]), self._mass(surface)) if mass > 0.0)
+            damping = SHARE_OF_CRITICAL * 2.0 * sqrt(stiffness / inverse) if inverse else sqrt(stiffness)
+        return replace(friction, stiffness=stiffness, damping=damping)
+
+    def _mass(self, frame: Frame) -> float:
+        """Return the mass of the body of a frame, kg; 0: of the ground, which counts as without end."""
+        if frame.number < 0:
+            return 0.0
+        entry = self._entries[frame.number]
+        return float(entry.flexible.mass if entry.flexible is not None else entry.rigid.mass if entry.rigid else 0.0)
+
+
+def _is_flexible(frame: Frame) -> bool:
+    return frame.interface_frame is not None

@@ -1,0 +1,176 @@
+"""Contacts: literal and compiled route agree to round-off for all shapes and laws; what contacts refuse."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe import shapes
+
+LAW = kf.HuntCrossley(2e4, damping=0.4)
+GRID = np.linspace(-1.0, 1.0, 9)
+HILLS = 0.1 * np.outer(np.sin(2.0 * GRID), np.cos(GRID))
+
+TOUCHED = {
+    "plane": shapes.Plane((0.2, -0.1, 1.0)),
+    "sphere": shapes.Sphere(0.7),
+    "room of a sphere": shapes.Sphere(0.9, inside=True),
+    "capsule": shapes.Capsule(0.5, 0.8, axis=(1.0, 0.3, 0.0)),
+    "cylinder": shapes.Cylinder(0.6, 1.0),
+    "room of a cylinder": shapes.Cylinder(0.9, 1.4, inside=True),
+    "box": shapes.Box((1.1, 1.0, 0.9)),
+    "room of a box": shapes.Box((1.4, 1.5, 1.6), inside=True),
+    "torus": shapes.Torus(0.5, 0.3, axis="z"),
+    "hills": shapes.HeightField(GRID, GRID, HILLS),
+}
+FRICTION = {
+    "none": None,
+    "one": kf.Coulomb(0.4, stiffness=3e4, damping=20.0),
+    "static": kf.Coulomb(0.3, static=0.5, stiffness=3e4, damping=20.0),
+    "stribeck": kf.Coulomb(0.3, static=0.5, stribeck_speed=0.2, stiffness=3e4, damping=20.0),
+    "two": kf.Coulomb((0.3, 0.5), along=(1.0, 1.0, 0.0), stiffness=3e4, damping=20.0),
+}
+
+
+def scene_of(touched: shapes.Shape, touching: shapes.Shape, normal=LAW, friction=None, belt=(0.0, 0.0, 0.0)):
+    scene = kf.System(gravity=(0, 0, -9.81))
+    table = scene.add_rigid_body("table", 3.0, (0.2, 0.3, 0.4), joint=kf.Free())
+    thing = scene.add_rigid_body("thing", 1.0, (0.1, 0.12, 0.08), com=(0.05, 0, 0), joint=kf.Free())
+    top = scene.add_surface("top", table, touched, at=(0.1, 0, 0), orientation=kf.rotation_about("y", 0.2))
+    skin = scene.add_surface("skin", thing, touching, at=(0, 0.02, 0))
+    scene.add_contact("contact", skin, top, normal=normal, friction=friction, surface_velocity=belt)
+    return scene
+
+
+def random_state(model, seed: int, offset) -> np.ndarray:
+    """Return a state in which the thing is near `offset` from the table; anchors stretched."""
+    rng = np.random.default_rng(seed)
+    q, u, z = model.parts(model.initial_state.copy())
+    q[:] = 0.0
+    for at in (0, 7):
+        e = np.array((1.0, 0, 0, 0)) + 0.3 * rng.standard_normal(4)
+        q[at + 3 : at + 7] = e / np.linalg.norm(e)
+    q[7:10] = offset
+    z[:] = 1e-3 * rng.standard_normal(len(z)) if len(z) else z
+    return np.concatenate((q, rng.standard_normal(len(u)), z, (0.0, 0.0)))
+
+
+def assert_routes_agree(scene, seeds, distances, least: int = 1):
+    model = scene.freeze()
+    assert model.route.name == "order n"
+    seen = 0
+    for seed in seeds:
+        direction = np.random.default_rng(seed + 100).standard_normal(3)
+        direction[2] = abs(direction[2])
+        offset = distances[seed % len(distances)] * direction / np.linalg.norm(direction)
+        y = random_state(model, seed, offset)
+        theirs = model.literal.evaluate(0.0, y).rates
+        np.testing.assert_allclose(model.route.evaluate(0.0, y).rates, theirs, rtol=1e-10, atol=1e-9)
+        ours, literal = model.route.energy(0.0, y), model.literal.energy(0.0, y)
+        assert ours.total == pytest.approx(literal.total, rel=1e-12)
+        seen += bool(abs(theirs[-2]) > 0.0)
+    assert seen >= least, "no state was in contact"
+
+
+@pytest.mark.parametrize("touched", TOUCHED.values(), ids=TOUCHED)
+def test_routes_agree_on_all_that_can_be_touched(touched):
+    assert_routes_agree(
+        scene_of(touched, shapes.Sphere(0.2), friction=FRICTION["one"]), range(30), (0.0, 0.4, 0.7, 0.9, 1.0)
+    )
+
+
+@pytest.mark.parametrize(
+    "touching",
+    [shapes.Capsule(0.2, 0.5), shapes.Cylinder(0.3, 0.4), shapes.Box((0.4, 0.5, 0.6)), shapes.Torus(0.3, 0.1),
+     shapes.Torus(0.3, 0.0), shapes.Points([(0, 0, -0.2), (0.3, 0, -0.2), (0, 0.3, -0.2)], radius=0.05)],
+    ids=["capsule", "cylinder", "box", "tyre", "disc", "points"],
+)  # fmt: skip
+def test_routes_agree_on_all_that_touches_a_plane(touching):
+    assert_routes_agree(scene_of(TOUCHED["plane"], touching, friction=FRICTION["one"]), range(20), (0.1, 0.2, 0.3))
+
+
+@pytest.mark.parametrize("friction", FRICTION.values(), ids=FRICTION)
+@pytest.mark.parametrize(
+    "normal",
+    [LAW, kf.Hertz(3e4, damping=0.2), kf.HuntCrossley(3e4, 0.2, exponent=2.2), kf.KelvinVoigt(3e4, damping=200.0),
+     kf.Restitution(3e4, 0.7)],
+    ids=["hunt-crossley", "hertz", "exponent", "kelvin-voigt", "restitution"],
+)  # fmt: skip
+def test_routes_agree_on_all_laws(normal, friction):
+    belt = (0.3, 0.1, 0.0) if friction is not None else (0.0, 0.0, 0.0)
+    assert_routes_agree(scene_of(TOUCHED["plane"], shapes.Sphere(0.3), normal, friction, belt), range(12), (0.1, 0.2))
+
+
+def test_derivatives_of_the_compiled_route_are_those_of_differences():
+    """The complex step through all of a contact that slips; a step of the root of round-off leaves 1e-6."""
+    model = scene_of(shapes.Cylinder(0.6, 1.0), shapes.Sphere(0.3), kf.Hertz(3e4, 0.2), FRICTION["stribeck"]).freeze()
+    y = random_state(model, 4, (0.1, 0.1, 0.6))
+    assert model.literal.evaluate(0.0, y).rates[-2] != 0.0
+    along = np.random.default_rng(1).standard_normal((3, len(y)))
+    along[:, -2:] = 0.0
+    found = model.route.derivatives(0.0, y, along)
+    h = 1e-6
+    for direction, derivative in zip(along, found, strict=True):
+        ends = [model.route.evaluate(0.0, y + side * h * direction).rates for side in (1.0, -1.0)]
+        wanted = (ends[0] - ends[1]) / (2.0 * h)
+        assert np.abs(derivative - wanted).max() < 1e-6 * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("touched", TOUCHED.values(), ids=TOUCHED)
+def test_normals_are_the_gradients_of_distances(touched):
+    """Of a field of heights the gradient is that of the tangent plane: only its direction is that of the height."""
+    rng = np.random.default_rng(2)
+    for x in rng.uniform(-0.8, 0.8, (20, 3)):
+        phi, normal = touched.distance(x)
+        assert np.linalg.norm(normal) == pytest.approx(1.0, rel=1e-12)
+        h = 1e-6
+        if isinstance(touched, shapes.HeightField):
+            ground = x - (0, 0, phi / normal[2])  # on the surface below
+            slopes = [
+                (touched.distance(ground + e)[0] / touched.distance(ground + e)[1][2]
+                 - touched.distance(ground - e)[0] / touched.distance(ground - e)[1][2]) / (2 * h)
+                for e in h * np.eye(3)
+            ]  # fmt: skip
+            np.testing.assert_allclose(np.array(slopes) / np.linalg.norm(slopes), normal, atol=1e-7)
+            continue
+        gradient = [(touched.distance(x + e)[0] - touched.distance(x - e)[0]) / (2 * h) for e in h * np.eye(3)]
+        np.testing.assert_allclose(gradient, normal, atol=1e-7)
+
+
+def test_a_model_with_contacts_pickles():
+    model = scene_of(TOUCHED["plane"], shapes.Sphere(0.3), kf.Restitution(1e4, 0.5), FRICTION["static"]).freeze()
+    again = pickle.loads(pickle.dumps(model))
+    y = random_state(model, 3, (0, 0, 0.1))
+    np.testing.assert_array_equal(again.route.evaluate(0.0, y).rates, model.route.evaluate(0.0, y).rates)
+
+
+def test_what_is_refused_by_name():
+    with pytest.raises(kf.ModelError, match="mu of Coulomb"):
+        kf.Coulomb(-0.1)
+    with pytest.raises(kf.ModelError, match=r"static of Coulomb, 0\.1, is below mu, 0\.2"):
+        kf.Coulomb(0.2, static=0.1)
+    with pytest.raises(kf.ModelError, match="stiffness of HuntCrossley"):
+        kf.HuntCrossley(-1.0)
+    with pytest.raises(kf.ModelError, match="restitution must be"):
+        kf.Restitution(1e4, 1.5)
+    with pytest.raises(kf.ModelError, match="normal of a plane"):
+        shapes.Plane("w")
+    scene = kf.System()
+    body = scene.add_rigid_body("body", 1.0, 0.1, joint=kf.Free())
+    box, ball = scene.add_surface("box", body, shapes.Box((1, 1, 1))), scene.add_surface("ball", body, shapes.Sphere(1))
+    floor = scene.add_surface("floor", scene.ground, shapes.Box((1, 1, 1)))
+    with pytest.raises(kf.ModelError, match="already has a surface called 'box'"):
+        scene.add_surface("box", body, shapes.Sphere(1))
+    with pytest.raises(kf.ModelError, match="box 'box' and box 'floor' do not touch by points"):
+        scene.add_contact("c", box, floor, normal=LAW)
+    with pytest.raises(kf.ModelError, match="cannot touch itself"):
+        scene.add_contact("c", ball, box, normal=LAW)
+    with pytest.raises(kf.ModelError, match="no friction that it could act by"):
+        scene.add_contact("c", ball, floor, normal=LAW, surface_velocity=(1, 0, 0))
+    with pytest.raises(kf.ModelError, match="no one stiffness"):
+        scene.add_contact("c", ball, floor, normal=kf.Hertz(1e5), friction=kf.Coulomb(0.1))
+    with pytest.raises(kf.ModelError, match="needs a surface that is touched"):
+        scene.add_contact("c", ball, body, normal=LAW)
