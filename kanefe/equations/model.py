@@ -14,7 +14,8 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.tree.model_data import WORKS, FrameKinematics, MechanicalEnergy, ModelData
+from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.told import FrameKinematics, MechanicalEnergy
 
 if TYPE_CHECKING:
     from kanefe.kane.constraint_report import ConstraintReport

@@ -11,6 +11,7 @@ three-dimensional finite element analysis", Int. J. Numer. Methods Eng. 35 (1992
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
@@ -265,18 +266,26 @@ def measures(kind: str, coordinates: np.ndarray, degree: int = 4) -> tuple[np.nd
     degree : int
         Degree of the quadrature; curved facets have no polynomial area, so their measure is as good as this.
     """
-    element = shape(kind)
-    points, weights = quadrature(kind, degree)
-    values, gradients = element.values(points), element.gradients(points)
     size = np.zeros(len(coordinates))
     moment = np.zeros((len(coordinates), 3))
-    for value, gradient, weight in zip(values, gradients, weights, strict=True):
+    for weight, value, stretch in stretches(kind, coordinates, degree):
+        share = weight * stretch
+        size += share
+        moment += share[:, None] * np.einsum("mnx,n->mx", coordinates, value)
+    return size, moment
+
+
+def stretches(kind: str, coordinates: np.ndarray, degree: int) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
+    """Yield at each point of a quadrature its weight, the shape functions, and how much larger each cell is there.
+
+    Arguments as of `measures`; the stretch is the size of a cell by that of the reference shape, (m,).
+    """
+    element = shape(kind)
+    points, weights = quadrature(kind, degree)
+    for value, gradient, weight in zip(element.values(points), element.gradients(points), weights, strict=True):
         jacobian = np.einsum("mnx,na->mxa", coordinates, gradient)
         gram = np.einsum("mxa,mxb->mab", jacobian, jacobian)
-        stretch = weight * np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
-        size += stretch
-        moment += stretch[:, None] * np.einsum("mnx,n->mx", coordinates, value)
-    return size, moment
+        yield weight, value, np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
 
 
 def row_numbers(rows: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.interface import Interface, as_interface
 from kanefe.fe_model.model import Cells, FiniteElementModel, NodeGroup
 from kanefe.fe_model.places import PlaceLike, contained
-from kanefe.fe_model.shapes import FACES, MIDS, corner_kind, quadrature, row_numbers, shape
+from kanefe.fe_model.shapes import FACES, MIDS, corner_kind, row_numbers, shape, stretches
 
 _DEGREE = 4
 """Of the quadrature: exact for two quadratic shapes on straight facets; the area of curved ones is no polynomial."""
@@ -131,16 +131,10 @@ def _measure(nodes: np.ndarray, blocks: Sequence[Cells], members: np.ndarray) ->
     """Return int N_i N_j over blocks of facets or lines, shape (members, members)."""
     total = sp.csr_matrix((len(members), len(members)))
     for block in blocks:
-        element, at = shape(block.kind), np.searchsorted(members, block.nodes)
-        points, weights = quadrature(block.kind, _DEGREE)
-        values = element.values(points)
-        stretches = []
-        for gradient in element.gradients(points):
-            jacobian = np.einsum("mnx,na->mxa", nodes[block.nodes], gradient)
-            gram = np.einsum("mxa,mxb->mab", jacobian, jacobian)
-            stretches.append(np.sqrt(np.maximum(np.linalg.det(gram), 0.0)))
+        at = np.searchsorted(members, block.nodes)
+        weights, values, sizes = zip(*stretches(block.kind, nodes[block.nodes], _DEGREE), strict=True)
         products = np.einsum("q,qi,qj->qij", weights, values, values).reshape(len(weights), -1)
-        entries = np.stack(stretches, axis=1) @ products
+        entries = np.stack(sizes, axis=1) @ products
         count = block.nodes.shape[1]
         rows, columns = np.repeat(at, count, axis=1), np.tile(at, (1, count))
         total += sp.csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())), total.shape)

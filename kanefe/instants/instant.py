@@ -10,13 +10,14 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, numbers
+from kanefe.frames import Vector
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.impulses import struck_speeds
 from kanefe.kane.state import State
 from kanefe.results.channels import RunChannels
 from kanefe.results.reader import Reader
 from kanefe.results.selection import Frames
+from kanefe.scene.scene import three
 
 
 class Instant(Reader):
@@ -149,13 +150,8 @@ class Instant(Reader):
                 f"{known}"
             )
         frame = model.flexible_terms(body).body.interface(interface) if interface else None
-        vectors = []
-        for what, value in (("impulse", impulse), ("point", point), ("moment", moment)):
-            array = numbers(value)
-            if array.shape != (3,) or not np.all(np.isfinite(array)):
-                raise ModelError(f"the {what} of an impulse on {body!r} must be three finite numbers, not {value!r}")
-            vectors.append(array)
-        hit, where, about = vectors
+        given = ("impulse", impulse), ("point", point), ("moment", moment)
+        hit, where, about = (three(value, f"the {what} of an impulse on {body!r}") for what, value in given)
         state = State(model, self.time, self.q, self.u, self.z)
         point_F = where if frame is None else frame.axes @ where
         u = struck_speeds(state, number, frame, point_F, hit, about)

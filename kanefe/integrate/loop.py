@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 import warnings
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,12 @@ from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
-from kanefe.integrate.methods.table import serving
+from kanefe.integrate.pace import Limits, Pace
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations, TellsWorst
+from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations
 from kanefe.integrate.switching import check_switched
 from kanefe.kane.bent import bent_too_far
-from kanefe.kernels._numba import seconds_compiling
 from kanefe.tree.model_data import WORKS
 
 CHUNK = 2000
@@ -32,17 +30,6 @@ CHUNK = 2000
 CHUNK_SECONDS = 0.1
 """How long a go should take: limits, the progress bar, Ctrl-C and checkpoints wait for its end."""
 
-SMALLEST_STEP = 1e-12
-"""Of the span: a run whose steps are smaller on average over a go, or over some steps, does not move."""
-
-SOME_STEPS = 20
-
-PATIENCE, LONGEST = 20.0, 600.0
-"""Seconds after which a run is warned of that would take more than so many at its pace."""
-
-OTHERS = ("radau5", "dop853", "generalised-alpha")
-"""Methods that are named to a run that takes long."""
-
 SOME_SHARE = 0.3
 """Of the time of a run, above which functions of the user are what it waits for."""
 
@@ -50,21 +37,6 @@ COUNTED = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
 """What the statistics of every run tell, zero where a method has no such thing."""
 
 WORKS_NAMES = ("dissipated energy", "work of the loads")
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What ends a run early.
-
-    Attributes
-    ----------
-    steps : int or None
-    seconds : float or None
-        Of the wall clock.
-    """
-
-    steps: int | None = None
-    seconds: float | None = None
 
 
 class RunLoop:
@@ -112,13 +84,11 @@ class RunLoop:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
-        self._start, self._span = stepper.t, float(times[-1]) - stepper.t
-        self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
-        self._is_warned = self.is_interrupted = False
+        self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits)
+        self.is_interrupted = False
         self._chunk = 1 if watch or isinstance(stepper, TellsAccelerations) else 16
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
-        self._mark = (0, stepper.t)
         self._before: dict[str, int | float] = {}
         self.states = np.empty((len(times), len(stepper.state())))
         self.accelerations: np.ndarray | None = None
@@ -153,8 +123,7 @@ class RunLoop:
         now = self._stepper.statistics
         self._before = {name: value - now.get(name, 0) for name, value in progress.statistics.items()}
         self._clock.seconds = dict(progress.seconds)
-        self._mark = (int(now["steps"]), self._stepper.t)
-        self._from = self._stepper.t
+        self._pace.resume()
         self._bar.update(self._stepper.t - self._start)
 
     def go(self, file: CheckpointFile | None = None) -> RunStatus:
@@ -185,7 +154,7 @@ class RunLoop:
         first, stepper = int(self._stepper.statistics["steps"]), self._stepper
         while self.stored < len(self._times):
             steps = int(stepper.statistics["steps"]) - first
-            if (limit := self._limit(steps)) is not None:
+            if (limit := self._pace.limit(steps)) is not None:
                 return self._ended(limit)
             most = self._chunk if self._limits.steps is None else min(self._chunk, self._limits.steps - steps)
             try:
@@ -195,8 +164,8 @@ class RunLoop:
                 if self.accelerations is not None:
                     with self._clock.part("outputs"):
                         self._store_accelerations(stored, self.stored)
-                self._check_progress()
-                self._check_pace()
+                self._pace.check_progress()
+                self._pace.check_pace()
                 if self._watch and (stopped := self._events(self._watch)) is not None:
                     return stopped
             except StepFailure as failure:
@@ -267,43 +236,6 @@ class RunLoop:
         if self.accelerations is not None and isinstance(self._stepper, TellsAccelerations):
             self.accelerations[first:last] = self._stepper.accelerations(self._times[first:last])
 
-    def _check_progress(self) -> None:
-        """Raise a StepFailure if the state is not finite or time stands still."""
-        state = self._stepper.state()
-        if not np.all(np.isfinite(state)):
-            worst = int(np.argmin(np.isfinite(state)))
-            raise StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
-        steps, t = int(self._stepper.statistics["steps"]), self._stepper.t
-        if steps - self._mark[0] >= SOME_STEPS:
-            if t - self._mark[1] < SMALLEST_STEP * self._span * (steps - self._mark[0]) and t < self._times[-1]:
-                raise StepFailure(
-                    f"its steps have become smaller than {SMALLEST_STEP:g} of the span",
-                    "check loads for jumps or growth without bound there, or loosen rtol",
-                    self._stepper.worst if isinstance(self._stepper, TellsWorst) else None,
-                )
-            self._mark = steps, t
-
-    def _elapsed(self) -> float:
-        """Return how many seconds the run has taken; those of compiling are taken once, and do not count."""
-        return time.monotonic() - self._began - (seconds_compiling() - self._compiled)
-
-    def _check_pace(self) -> None:
-        """Warn once of a run that gets on too slowly to be waited for."""
-        elapsed = self._elapsed()
-        if self._is_warned or elapsed < PATIENCE:
-            return
-        self._is_warned = True
-        t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
-        left = elapsed * (self._times[-1] - t) / max(t - self._from, 1e-300)
-        if left > LONGEST:
-            warnings.warn(
-                f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long: "
-                f"at this pace the run takes {_duration(left)} more. Remedy: check loads for noise and jumps, loosen "
-                f"rtol, or another method, such as {self._others()}",
-                SimulationWarning,
-                stacklevel=6,
-            )
-
     def _events(self, watch: EventWatch) -> RunStatus | None:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""
         with self._clock.part("events"):
@@ -333,7 +265,7 @@ class RunLoop:
                 return RunStatus("failed", acting, refusal.reason, refusal.remedy)
             self._stepper.restart(acting, y)
             watch.begin(acting, y, happened)
-            self._mark = int(self._stepper.statistics["steps"]), acting
+            self._pace.mark(acting)
             watch.check_storm(acting, [event for event in happened if event.acts])
         return None
 
@@ -349,21 +281,6 @@ class RunLoop:
         gained = self._model.energy(t, after[:size]).total - self._model.energy(t, y[:size]).total
         after[size if gained < 0.0 else size + 1] += abs(gained)
         return after
-
-    def _limit(self, steps: int) -> RunStatus | None:
-        limits, t = self._limits, self._stepper.t
-        remedy = "a larger limit, or go on from a checkpoint with resume="
-        if limits.steps is not None and steps >= limits.steps:
-            return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", remedy)
-        if limits.seconds is not None and self._elapsed() >= limits.seconds:
-            other = f"{remedy}, or another method, such as {self._others()}"
-            return RunStatus("stopped", t, f"by the limit of {limits.seconds:g} seconds", other)
-        return None
-
-    def _others(self) -> str:
-        """Return methods that could be tried in place of this one."""
-        here = self._stepper.name.rpartition(", then ")[2]
-        return " or ".join(repr(name) for name in serving(self._model, *OTHERS) if name != here) or "'auto'"
 
     def _failed(self, failure: StepFailure) -> RunStatus:
         named = f"; the worst is {self._name(failure.component)}" if failure.component is not None else ""
@@ -425,7 +342,3 @@ class RunLoop:
                 if is_first:
                     raise
                 warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=4)
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds / 3600.0:.2g} h" if seconds > 2 * 3600.0 else f"{seconds / 60.0:.2g} min"

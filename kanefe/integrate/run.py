@@ -19,8 +19,9 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.load_events import events_of_loads
-from kanefe.integrate.loop import Limits, RunLoop
+from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
+from kanefe.integrate.pace import Limits
 from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.trajectory import Trajectory

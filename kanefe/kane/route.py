@@ -24,9 +24,10 @@ from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.loads.checks import check_start
-from kanefe.tree.model_data import WORKS, MechanicalEnergy, ModelData
+from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps, WatchedEvents
 from kanefe.tree.scene_state import SceneState
+from kanefe.tree.told import MechanicalEnergy
 
 
 class LiteralRoute:

@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.linear.eigenvalues import OfEigenvalues
 from kanefe.linear.hill import hill_motions
 from kanefe.linear.modes import RIGID
 from kanefe.linear.periodic_motion import motion_around
@@ -28,7 +29,7 @@ TOLD_SHARE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
-class FloquetModes:
+class FloquetModes(OfEigenvalues):
     """Motions ``x = Re(exp(lambda t) sum_k v_k exp(i k W t))`` beside a motion with the period 2 pi / W.
 
     Each vibrates at several frequencies at once, those of its harmonics, ``Im lambda / 2 pi + k / period``. Which of
@@ -63,28 +64,6 @@ class FloquetModes:
     def multipliers(self) -> np.ndarray:
         """Factor of each mode from one period to the next, ``exp(lambda period)``; of size above one it grows."""
         return np.asarray(np.exp(self.eigenvalues * self.period))
-
-    @property
-    def frequencies(self) -> Vector:
-        """Frequencies of the largest harmonics, Hz."""
-        return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
-
-    @property
-    def damping_ratios(self) -> Vector:
-        """``-Re lambda / |lambda|``; negative: the mode grows. Zero of rigid motions."""
-        size = np.abs(self.eigenvalues)
-        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=~self.is_rigid))
-
-    @property
-    def grows(self) -> np.ndarray:
-        """Whether each mode grows with time."""
-        noise = 1e-9 * np.abs(self.eigenvalues).max(initial=0.0)
-        return np.asarray(~self.is_rigid & (self.eigenvalues.real > noise))
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether no mode grows; rigid motions count as neither."""
-        return not bool(self.grows.any())
 
     @property
     def state_names(self) -> tuple[str, ...]:

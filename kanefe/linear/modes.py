@@ -10,6 +10,7 @@ import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.azimuth import rate_weights
+from kanefe.linear.eigenvalues import OfEigenvalues
 from kanefe.linear.shapes import Shapes
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state_space import StateSpace
@@ -22,7 +23,7 @@ SYMMETRIC = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Modes(Shapes):
+class Modes(OfEigenvalues, Shapes):
     """Modes ``x = Re(v exp(lambda t))`` of a linearised scene, lowest frequency first; ``print`` shows a table.
 
     One of each pair of conjugate eigenvalues is listed, that with a positive imaginary part; real eigenvalues each by
@@ -49,35 +50,9 @@ class Modes(Shapes):
         return self.linearisation.small
 
     @property
-    def frequencies(self) -> Vector:
-        """Frequencies at which the modes oscillate, |Im lambda| / 2 pi, Hz."""
-        return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
-
-    @property
     def natural_frequencies(self) -> Vector:
         """``|lambda| / 2 pi``, Hz: the frequencies without damping, where damping is proportional."""
         return np.asarray(np.abs(self.eigenvalues) / (2.0 * np.pi))
-
-    @property
-    def damping_ratios(self) -> Vector:
-        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: the mode grows. Zero of rigid motions."""
-        size = np.abs(self.eigenvalues)
-        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=~self.is_rigid))
-
-    @property
-    def grows(self) -> np.ndarray:
-        """Whether each mode grows with time."""
-        return np.asarray(~self.is_rigid & (self.eigenvalues.real > self._noise))
-
-    @property
-    def _noise(self) -> float:
-        """Decay or growth that is round-off, 1/s."""
-        return 1e-9 * float(np.abs(self.eigenvalues).max(initial=0.0))
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether no mode grows; rigid motions count as neither."""
-        return not bool(self.grows.any())
 
     @property
     def state_names(self) -> tuple[str, ...]:

@@ -29,23 +29,19 @@ class RatesKernel:
         Driven coordinates.
     constants : ndarray
         Values of loads, those written that never change.
-
-    Attributes
-    ----------
-    evaluation : Bound
     """
 
     def __init__(
         self, evaluation: Bound, memory_size: int, state_size: int, driven: int, constants: np.ndarray
     ) -> None:
-        self.evaluation = evaluation
+        self._evaluation = evaluation
         self._memory_size, self._state_size, self._driven, self._constants = memory_size, state_size, driven, constants
         self._idle: list[RatesCall] = []
         self.give_back = self._idle.append
 
     def prepared(self, drives: np.ndarray, inputs: np.ndarray, vectors: np.ndarray) -> Call:
         """Return a call with arrays that stay where they are."""
-        return self.evaluation.prepared(False, 0.0, 0.0, 0.0, drives, inputs, vectors, np.empty(self._memory_size))
+        return self._evaluation.prepared(False, 0.0, 0.0, 0.0, drives, inputs, vectors, np.empty(self._memory_size))
 
     def take(self) -> RatesCall:
         """Return a call that nobody else uses until it is handed to `give_back`."""

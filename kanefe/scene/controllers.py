@@ -14,7 +14,7 @@ from kanefe.loads.controller import Controller, Held, Reading
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
 from kanefe.scene.scene import Scene
-from kanefe.scene.targets import AXES, Named, Target, asked_for, joint_entry, target_of
+from kanefe.scene.targets import Named, Target, asked_for, axes_of, joint_entry, target_of
 
 READS = {
     "position": "m",
@@ -143,7 +143,7 @@ class ControllerMethods(Scene):
             listed = ", ".join(frame.name for frame in entry.interfaces) or "none"
             raise ModelError(f"{role} {target.name!r}: a deflection is that of an interface. There are: {listed}")
         unit = READS[target.what]
-        return [reading(title, unit, i, is_own) for title, i, is_own in _axes(target, role)]
+        return [reading(title, unit, i, is_own) for title, i, is_own in axes_of(target, role)]
 
     def _drives(self, label: str, name: str, text: object) -> list[tuple[str, Target, tuple[int, bool]]]:
         """Return name, target, and component and axes of each drive that one text asks for."""
@@ -164,7 +164,7 @@ class ControllerMethods(Scene):
                 f"{role} {text!r}: a flexible body is loaded at its interfaces. Remedy: '{target.what} "
                 f"{entry.name}/interface'; it has: {listed}"
             )
-        return [(f"{title} [{DRIVES[target.what]}]", target, (i, own)) for title, i, own in _axes(target, role)]
+        return [(f"{title} [{DRIVES[target.what]}]", target, (i, own)) for title, i, own in axes_of(target, role)]
 
     def _hold(self, name: str, number: int, label: str, target: Target, made: tuple[int, bool]) -> None:
         """Add the load that one drive of a controller is."""
@@ -178,18 +178,6 @@ class ControllerMethods(Scene):
         held = Held(name, number, (float(axis[0]), float(axis[1]), float(axis[2])))
         load = PointLoad(label, held, target.what == "torque", np.zeros(3), is_own, takes_state=True)
         entry.loads.append((load, target.interface))
-
-
-def _axes(target: Target, role: str) -> list[tuple[str, int, bool]]:
-    """Return name, axis and whether it is the frame's own, of what a target asks for: one axis, or three."""
-    if not target.axis:
-        return [(f"{target.name} {axis}", i, False) for axis, i in AXES.items()]
-    plain = target.axis.removesuffix("'")
-    if plain not in AXES:
-        raise ModelError(
-            f"{role} {target.name!r}: {target.axis!r} is no axis. Remedy: x, y or z of N, x', y' or z' of the frame"
-        )
-    return [(target.name, AXES[plain], target.axis.endswith("'"))]
 
 
 def _asked(named: Named, what: str, label: str) -> Sequence[tuple[str, str]]:

@@ -101,20 +101,24 @@ def target_of(bodies: Sequence[NamedBody], name: str, text: object, kinds: Mappi
     )
 
 
-def axis_vector(target: Target, axes: np.ndarray, role: str) -> list[tuple[str, Vector]]:
-    """Return names and directions in N of what a target asks for: one axis, or three.
+def axes_of(target: Target, role: str) -> list[tuple[str, int, bool]]:
+    """Return name, axis and whether it is the frame's own, of what a target asks for: one axis, or three.
 
-    ``x`` is along N, ``x'`` along the frame's own axes as they are in the state of the analysis.
+    ``x`` is along N, ``x'`` along the frame's own axes.
     """
     if not target.axis:
-        return [(f"{target.name} {axis}", np.eye(3)[i]) for axis, i in AXES.items()]
+        return [(f"{target.name} {axis}", i, False) for axis, i in AXES.items()]
     plain = target.axis.removesuffix("'")
     if plain not in AXES:
         raise ModelError(
             f"{role} {target.name!r}: {target.axis!r} is no axis. Remedy: x, y or z of N, x', y' or z' of the frame"
         )
-    own = target.axis.endswith("'")
-    return [(target.name, axes[:, AXES[plain]] if own else np.eye(3)[AXES[plain]])]
+    return [(target.name, AXES[plain], target.axis.endswith("'"))]
+
+
+def axis_vector(target: Target, axes: np.ndarray, role: str) -> list[tuple[str, Vector]]:
+    """Return names and directions in N of what a target asks for, with the frame's axes as they are in the state."""
+    return [(name, axes[:, i] if is_own else np.eye(3)[i]) for name, i, is_own in axes_of(target, role)]
 
 
 def joint_entry(

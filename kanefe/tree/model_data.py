@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector
 from kanefe.joints import Joint, Motion
 from kanefe.loads.base import Load
 from kanefe.loads.controller import Controller
@@ -34,42 +33,6 @@ from kanefe.storage.pickled import PickledByFields
 
 WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
-
-
-class MechanicalEnergy(NamedTuple):
-    """Energies of a state in J; `gravity` is zero with every centre of mass at N's origin."""
-
-    kinetic: float
-    elastic: float
-    gravity: float
-
-    @property
-    def total(self) -> float:
-        """Their sum."""
-        return self.kinetic + self.elastic + self.gravity
-
-
-class FrameKinematics(NamedTuple):
-    """Where a frame F is and how it moves.
-
-    Attributes
-    ----------
-    position : ndarray, shape (3,)
-        In N, m.
-    rotation : ndarray, shape (3, 3)
-        A_NF.
-    velocity, angular_velocity : ndarray, shape (3,)
-        In components of F, m/s and rad/s.
-    partial_velocities, partial_angular_velocities : ndarray, shape (3, free)
-        V and W: the Jacobian of the two by the free speeds, in components of F.
-    """
-
-    position: Vector
-    rotation: Matrix
-    velocity: Vector
-    angular_velocity: Vector
-    partial_velocities: Matrix
-    partial_angular_velocities: Matrix
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,9 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.base import Load
-from kanefe.tree.model_data import MechanicalEnergy, ModelData
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
+from kanefe.tree.told import MechanicalEnergy
 
 if TYPE_CHECKING:
     from kanefe.kernels.stepping import Run

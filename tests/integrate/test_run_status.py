@@ -183,8 +183,8 @@ def test_a_run_that_would_take_days_is_warned_of(monkeypatch: pytest.MonkeyPatch
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         straight_line().simulate((0.0, 1.0))
-    monkeypatch.setattr("kanefe.integrate.loop.PATIENCE", 0.0)
-    monkeypatch.setattr("kanefe.integrate.loop.LONGEST", 0.0)
+    monkeypatch.setattr("kanefe.integrate.pace.PATIENCE", 0.0)
+    monkeypatch.setattr("kanefe.integrate.pace.LONGEST", 0.0)
     expected = (
         r"steps of scripted are 0\.0078 s long: at this pace the run takes .* min more\. Remedy: check loads"
         r".* another method, such as 'radau5' or 'dop853'"
@@ -198,10 +198,10 @@ def test_a_run_that_would_take_days_is_warned_of(monkeypatch: pytest.MonkeyPatch
 def test_time_of_compiling_is_no_pace(monkeypatch: pytest.MonkeyPatch) -> None:
     choice = Choice("scripted", "for the test", lambda dynamics: ScriptedStepper(2.0**-7), {})
     monkeypatch.setattr("kanefe.integrate.run.choose", lambda *arguments: choice)
-    monkeypatch.setattr("kanefe.integrate.loop.PATIENCE", 0.0)
-    monkeypatch.setattr("kanefe.integrate.loop.LONGEST", 0.0)
+    monkeypatch.setattr("kanefe.integrate.pace.PATIENCE", 0.0)
+    monkeypatch.setattr("kanefe.integrate.pace.LONGEST", 0.0)
     compiled = itertools.count(step=1000)  # each look at it a thousand seconds later
-    monkeypatch.setattr("kanefe.integrate.loop.seconds_compiling", lambda: next(compiled))
+    monkeypatch.setattr("kanefe.integrate.pace.seconds_compiling", lambda: next(compiled))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         straight_line().simulate((0.0, 1.0))

@@ -11,6 +11,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.places import InCylinder, OnPlane, PlaceLike
 from kanefe.fe_model.shapes import row_numbers, shape
+from kanefe.frames import numbers
 from kanefe_fem.mesh.mesh import Mesh
 
 _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
@@ -229,7 +230,7 @@ def _check(
 ) -> None:
     """Refuse lengths that are not positive and finite, and counts that are not whole and at least 1."""
     for name, given in lengths.items():
-        values = np.asarray(given, dtype=float)
+        values = numbers(given)
         bad = not np.isfinite(values).all() or (name not in signed and (values <= 0.0).any())
         if bad or (length is not None and values.shape != (length,)):
             raise ModelError(f"{who}: {name}={given!r}. Remedy: finite lengths in m, above zero")

@@ -185,3 +185,9 @@ def test_an_input_of_abaqus_has_the_parts_that_its_sections_name(tmp_path: Path)
     with pytest.raises(MeshError, match=r"read_mesh\(..., cells='"):
         read_mesh(path)
     assert list(read_mesh(path, cells="Set-1").cells) == ["Set-1"]
+
+
+@pytest.mark.parametrize("size", ["long", (1.0, 0.1), (1.0, 0.1, 0.0), (1.0, 0.1, float("nan")), (1.0, 0.1, "thick")])
+def test_a_box_has_three_edges(size):
+    with pytest.raises(ModelError, match=r"^box_mesh: size=.* Remedy: finite lengths in m, above zero"):
+        box_mesh(size, (1, 1, 1))

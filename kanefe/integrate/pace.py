@@ -1,0 +1,129 @@
+"""How a run gets on: limits that end it, a warning where it takes too long, and an end where it stands still."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import SimulationWarning
+from kanefe.integrate.methods.table import serving
+from kanefe.integrate.status import RunStatus
+from kanefe.integrate.stepper import StepFailure, Stepper, TellsWorst
+from kanefe.kernels._numba import seconds_compiling
+
+SMALLEST_STEP = 1e-12
+"""Of the span: a run whose steps are smaller on average over a go, or over some steps, does not move."""
+
+SOME_STEPS = 20
+
+PATIENCE, LONGEST = 20.0, 600.0
+"""Seconds after which a run is warned of that would take more than so many at its pace."""
+
+OTHERS = ("radau5", "dop853", "generalised-alpha")
+"""Methods that are named to a run that takes long."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What ends a run early.
+
+    Attributes
+    ----------
+    steps : int or None
+    seconds : float or None
+        Of the wall clock.
+    """
+
+    steps: int | None = None
+    seconds: float | None = None
+
+
+class Pace:
+    """How a run gets on.
+
+    Parameters
+    ----------
+    model : Model
+    stepper : Stepper
+        At the start.
+    end : float
+        s.
+    limits : Limits
+    """
+
+    def __init__(self, model: Model, stepper: Stepper, end: float, limits: Limits) -> None:
+        self._model, self._stepper, self._end, self._limits = model, stepper, end, limits
+        self._span = end - stepper.t
+        self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
+        self._is_warned = False
+        self._mark = (0, stepper.t)
+
+    def resume(self) -> None:
+        """Go on from where the stepper now is, after a checkpoint."""
+        self._from = self._stepper.t
+        self.mark(self._from)
+
+    def mark(self, t: float) -> None:
+        """Look from time t (s) on at whether the run moves."""
+        self._mark = int(self._stepper.statistics["steps"]), t
+
+    def check_progress(self) -> None:
+        """Raise a StepFailure if the state is not finite or time stands still."""
+        state = self._stepper.state()
+        if not np.all(np.isfinite(state)):
+            worst = int(np.argmin(np.isfinite(state)))
+            raise StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
+        steps, t = int(self._stepper.statistics["steps"]), self._stepper.t
+        if steps - self._mark[0] >= SOME_STEPS:
+            if t - self._mark[1] < SMALLEST_STEP * self._span * (steps - self._mark[0]) and t < self._end:
+                raise StepFailure(
+                    f"its steps have become smaller than {SMALLEST_STEP:g} of the span",
+                    "check loads for jumps or growth without bound there, or loosen rtol",
+                    self._stepper.worst if isinstance(self._stepper, TellsWorst) else None,
+                )
+            self._mark = steps, t
+
+    def _elapsed(self) -> float:
+        """Return how many seconds the run has taken; those of compiling are taken once, and do not count."""
+        return time.monotonic() - self._began - (seconds_compiling() - self._compiled)
+
+    def check_pace(self) -> None:
+        """Warn once of a run that gets on too slowly to be waited for."""
+        elapsed = self._elapsed()
+        if self._is_warned or elapsed < PATIENCE:
+            return
+        self._is_warned = True
+        t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
+        left = elapsed * (self._end - t) / max(t - self._from, 1e-300)
+        if left > LONGEST:
+            warnings.warn(
+                f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long: "
+                f"at this pace the run takes {_duration(left)} more. Remedy: check loads for noise and jumps, loosen "
+                f"rtol, or another method, such as {self._others()}",
+                SimulationWarning,
+                stacklevel=6,
+            )
+
+    def limit(self, steps: int) -> RunStatus | None:
+        """Return the status of a run that a limit ends after so many steps; None if it goes on."""
+        limits, t = self._limits, self._stepper.t
+        remedy = "a larger limit, or go on from a checkpoint with resume="
+        if limits.steps is not None and steps >= limits.steps:
+            return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", remedy)
+        if limits.seconds is not None and self._elapsed() >= limits.seconds:
+            other = f"{remedy}, or another method, such as {self._others()}"
+            return RunStatus("stopped", t, f"by the limit of {limits.seconds:g} seconds", other)
+        return None
+
+    def _others(self) -> str:
+        """Return methods that could be tried in place of this one."""
+        here = self._stepper.name.rpartition(", then ")[2]
+        return " or ".join(repr(name) for name in serving(self._model, *OTHERS) if name != here) or "'auto'"
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds / 3600.0:.2g} h" if seconds > 2 * 3600.0 else f"{seconds / 60.0:.2g} min"

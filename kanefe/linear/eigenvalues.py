@@ -1,0 +1,48 @@
+"""What eigenvalues tell of modes: frequencies, damping, and which of them grow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.frames import Vector
+
+
+class OfEigenvalues:
+    """Modes that vibrate with ``exp(lambda t)``.
+
+    Attributes
+    ----------
+    eigenvalues : ndarray of complex, shape (modes,)
+        1/s.
+    is_rigid : ndarray of bool, shape (modes,)
+        Whether nothing resists.
+    """
+
+    eigenvalues: np.ndarray
+    is_rigid: np.ndarray
+
+    @property
+    def frequencies(self) -> Vector:
+        """Frequencies at which the modes oscillate, |Im lambda| / 2 pi, Hz."""
+        return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
+
+    @property
+    def damping_ratios(self) -> Vector:
+        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: the mode grows. Zero of rigid motions."""
+        size = np.abs(self.eigenvalues)
+        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=~self.is_rigid))
+
+    @property
+    def grows(self) -> np.ndarray:
+        """Whether each mode grows with time."""
+        return np.asarray(~self.is_rigid & (self.eigenvalues.real > self._noise))
+
+    @property
+    def _noise(self) -> float:
+        """Decay or growth that is round-off, 1/s."""
+        return 1e-9 * float(np.abs(self.eigenvalues).max(initial=0.0))
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether no mode grows; rigid motions count as neither."""
+        return not bool(self.grows.any())
