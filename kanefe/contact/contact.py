@@ -12,7 +12,8 @@ import numpy as np
 from kanefe.contact.contact_events import Watched
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
-from kanefe.contact.shapes import Probe, Shape
+from kanefe.contact.rest import Rest
+from kanefe.contact.shapes import Probe, SurfaceShape
 from kanefe.contact.touch import Touch
 from kanefe.errors import SimulationWarning
 from kanefe.frames import Vector, cross
@@ -39,7 +40,7 @@ class Contact(Load):
     name : str
     ends : tuple of Frame
         That of the surface, then those of the probes.
-    shape : Shape
+    shape : SurfaceShape
         Of the surface.
     probes : tuple of (int, Probe)
         Each with the number of its end.
@@ -47,15 +48,18 @@ class Contact(Load):
     friction : Coulomb or None
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
+    rest : Rest or None
+        Of a contact that is looked at about a rest.
     """
 
     name: str
     ends: tuple[Any, ...]
-    shape: Shape
+    shape: SurfaceShape
     probes: tuple[tuple[int, Probe], ...]
     normal: NormalLaw
     friction: Coulomb | None
     belt: np.ndarray
+    rest: Rest | None = None
 
     kind = "contact"
     columns = (
@@ -90,8 +94,8 @@ class Contact(Load):
 
     @property
     def has_rates(self) -> bool:
-        """Those of its anchors."""
-        return self.friction is not None
+        """Those of its anchors, which follow from places about a rest."""
+        return self.friction is not None and self.rest is None
 
     def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
         """Return what each probe does."""
@@ -110,7 +114,7 @@ class Contact(Load):
                     phi, n = self._distance(surface, centre)
             depth, point = probe.radius - phi, centre - probe.radius * n
             at = self.begins + self.each * i
-            if depth <= 0.0:
+            if depth <= 0.0 and (self.rest is None or self.rest.softness == 0.0):
                 found.append(self._left(Touch(depth, number, point, n), surface, probe, states[at : at + 3]))
                 continue
             v = end.v + cross(end.w, point - end.p) - surface.v - cross(surface.w, point - surface.p)
@@ -118,11 +122,16 @@ class Contact(Load):
             damping = self.normal.damping
             if self.normal.restitution is not None:
                 damping = damping + states[self.begins - 1]
-            press, elastic, potential = self.normal.pressed(depth, rate, probe.share, damping)
+            effective = depth if self.rest is None else self.rest.depth(depth)
+            press, elastic, potential = self.normal.pressed(effective, rate, probe.share, damping)
             touch = Touch(depth, number, point, n, press, elastic, potential, rate)
-            found.append(
-                touch if self.friction is None else self._held(touch, self.friction, surface, probe, v, states[at:])
-            )
+            if self.friction is not None:
+                stretch = surface.A @ states[at : at + 3]
+                if self.rest is not None:
+                    stretch = stretch + self.rest.gone(i, surface, end)
+                is_held = self.each < 4 or bool(states[at + 3] > 0.5)
+                touch = self._held(touch, self.friction, surface, probe, v, stretch, is_held)
+            found.append(touch)
         return found
 
     def _distance(self, surface: End, x: Vector) -> tuple[float, Vector]:
@@ -131,20 +140,21 @@ class Contact(Load):
 
     def _left(self, touch: Touch, surface: End, probe: Probe, stretch: Vector) -> Touch:
         """Return a probe that does not touch: its anchor follows it."""
-        if self.friction is None:
+        if self.friction is None or self.rest is not None:
             return touch
         k, c = self._anchor(self.friction, probe)
         w = surface.A @ stretch
         return touch._replace(stretch=w, stretch_rate=-k / c * w, potential=0.5 * k * float(w @ w))
 
-    def _held(self, touch: Touch, law: Coulomb, surface: End, probe: Probe, v: Vector, states: Vector) -> Touch:
+    def _held(
+        self, touch: Touch, law: Coulomb, surface: End, probe: Probe, v: Vector, w: Vector, is_held: bool
+    ) -> Touch:
         """Return a probe that touches with what friction does to it."""
         n, A = touch.normal, surface.A
         belt = A @ self.belt
         carried = belt - (belt @ n) * n
         along = v + touch.rate * n - carried
         k, c = self._anchor(law, probe)
-        w = A @ states[:3]
         pull = k * (w - (w @ n) * n) + c * along
         size, most, kept = float(np.linalg.norm(pull)), 0.0, 1.0
         mu, across = law.coefficients
@@ -153,7 +163,6 @@ class Contact(Load):
             first = first - (first @ n) * n
             first = first / np.linalg.norm(first)
             size, mu = float(np.hypot(pull @ first / mu, pull @ cross(n, first) / across)), 1.0
-        is_held = not law.has_memory or states[3] > 0.5
         most = mu * (law.static_ratio if is_held else 1.0) * touch.press
         if size > 0.0:
             if is_held or law.stribeck_speed == 0.0:
@@ -191,6 +200,8 @@ class Contact(Load):
             k, c = self._anchor(self.friction, probe)
             taken += touch.drag @ touch.along - k * (touch.stretch @ touch.stretch_rate)
             given -= touch.drag @ touch.carried
+            if self.rest is not None:
+                continue
             at = self.begins + self.each * i
             rates[at : at + 3] = ends[0].A.T @ touch.stretch_rate
             if touch.depth > 0.0:
@@ -210,6 +221,23 @@ class Contact(Load):
                 stacklevel=2,
             )
         return self
+
+    def resting(self, ends: Sequence[End], softness: float = 0.0) -> Contact:
+        """Return the contact about a state of rest: what sticks hangs on springs to where it is now."""
+        touches = self.touches(ends, self.initial_states)
+        material = np.array([ends[touch.end].A.T @ (touch.point - ends[touch.end].p) for touch in touches])
+        marks = np.array([ends[0].A.T @ (touch.point - ends[0].p) for touch in touches])
+        return replace(self, rest=Rest(material, marks, softness))
+
+    def rested(self, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the internal states at rest: anchors are stretched by what friction holds."""
+        after = states.copy()
+        for i, touch in enumerate(self.touches(ends, states)):
+            if self.friction is not None:
+                k, _ = self._anchor(self.friction, self.probes[i][1])
+                at = self.begins + self.each * i
+                after[at : at + 3] = ends[0].A.T @ touch.drag / k
+        return after
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return force on what touches, its normal and tangential size, depth, slip, work of friction and status."""
@@ -265,12 +293,18 @@ class Contact(Load):
         probes = [
             (float(end), *probe.point, probe.radius, probe.share, probe.ring, *probe.axis) for end, probe in self.probes
         ]
+        rest = self.rest
         head: list[float] = [
             len(self.probes), len(self.ends), 0.0, friction is not None, friction is not None and friction.has_memory,
-            law.restitution is not None, law.kind, law.stiffness, law.exponent, law.damping, *of_friction, *self.belt,
+            law.restitution is not None, 0.0, 0.0 if rest is None else rest.softness, law.kind, law.stiffness,
+            law.exponent, law.damping, *of_friction, *self.belt,
         ]  # fmt: skip
-        head[2] = len(head) + 10 * len(probes)
-        numbers = np.concatenate((head, np.ravel(probes), (float(self.shape.kind),), self.shape.numbers))
+        parts = [np.array(head, dtype=float), np.ravel(probes)]
+        if rest is not None:
+            parts[0][6] = sum(map(len, parts))
+            parts.append(np.hstack((rest.material, rest.marks)).ravel())
+        parts[0][2] = sum(map(len, parts))
+        numbers = np.concatenate((*parts, (float(self.shape.kind),), self.shape.numbers))
         return LoadKernel(contact, numbers, contact, contact_watch)
 
     def with_ends(self, ends: tuple[Any, ...]) -> Contact:

@@ -26,7 +26,7 @@ class Probe(NamedTuple):
     radius : float
         Of the ball, or of the ring's cross-section, m; 0: a point, or an edge.
     share : float
-        Of the stiffness of the contact, of all probes together 1.
+        Of the stiffness of the contact; of all probes that touch a plane at once together 1.
     ring : float
         Radius of the circle of centres of which the lowest is in contact, m; 0: none.
     axis : ndarray, shape (3,)
@@ -40,7 +40,7 @@ class Probe(NamedTuple):
     axis: Vector = np.array(AXES["z"])
 
 
-class Shape(ABC):
+class SurfaceShape(ABC):
     """The shape of a surface, in the axes of the frame that the surface was given.
 
     Attributes
@@ -71,7 +71,7 @@ class Shape(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class Plane(Shape):
+class Plane(SurfaceShape):
     """A plane through the origin of its frame, and all that is behind it.
 
     Parameters
@@ -104,7 +104,7 @@ class Plane(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Sphere(Shape):
+class Sphere(SurfaceShape):
     """A ball about the origin of its frame; `inside`: the room in it."""
 
     radius: float
@@ -130,7 +130,7 @@ class Sphere(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Capsule(Shape):
+class Capsule(SurfaceShape):
     """A cylinder along an axis with a half ball at both ends.
 
     Parameters
@@ -170,7 +170,7 @@ class Capsule(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Cylinder(Shape):
+class Cylinder(SurfaceShape):
     """A cylinder with flat ends; it touches planes with the edges of its ends.
 
     Parameters
@@ -220,7 +220,7 @@ class Cylinder(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Box(Shape):
+class Box(SurfaceShape):
     """A box about the origin of its frame, its edges along the axes; it touches others with its corners.
 
     Parameters
@@ -259,15 +259,15 @@ class Box(Shape):
         return np.append(self.size, _sign(self.inside))
 
     def probes(self) -> tuple[Probe, ...]:
-        """Return its corners."""
+        """Return its corners; those of a face have the whole stiffness together."""
         if self.inside:
             return ()
         corners = 0.5 * self.size * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        return tuple(Probe(corner, 0.0, 0.125) for corner in corners)
+        return tuple(Probe(corner, 0.0, 0.25) for corner in corners)
 
 
 @dataclass(frozen=True, eq=False)
-class Torus(Shape):
+class Torus(SurfaceShape):
     """A tyre: a ball of radius `tube` swept round a circle; thin (`tube=0`) the edge of a disc.
 
     Parameters
@@ -308,7 +308,7 @@ class Torus(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Points(Shape):
+class Points(SurfaceShape):
     """Balls or points that touch other surfaces: an edge, a skid, the feet of a table.
 
     Parameters
@@ -348,7 +348,7 @@ class Points(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class HeightField(Shape):
+class HeightField(SurfaceShape):
     """Heights z over a grid of x and y, with slopes that are continuous, and all that is below.
 
     Parameters
@@ -442,4 +442,4 @@ def _side(inside: bool, distance: float, normal: Vector) -> tuple[float, Vector]
     return sign * distance, sign * normal
 
 
-SHAPES: Sequence[type[Shape]] = (Plane, Sphere, Capsule, Cylinder, Box, Torus, Points, HeightField)
+SHAPES: Sequence[type[SurfaceShape]] = (Plane, Sphere, Capsule, Cylinder, Box, Torus, Points, HeightField)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Plane, Points, Probe, Shape, Sphere, Torus
+from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Plane, Points, Probe, Sphere, SurfaceShape, Torus
 from kanefe.errors import ModelError
 
 
@@ -16,22 +16,22 @@ class Surface(NamedTuple):
     name : str
     frame : Frame
         Its axes are those of the shape.
-    shape : Shape
+    shape : SurfaceShape
     """
 
     name: str
     frame: Any
-    shape: Shape
+    shape: SurfaceShape
 
 
-TOUCHED: tuple[type[Shape], ...] = (Plane, HeightField, Box, Cylinder, Capsule, Torus, Sphere)
+TOUCHED: tuple[type[SurfaceShape], ...] = (Plane, HeightField, Box, Cylinder, Capsule, Torus, Sphere)
 """Shapes that others touch, those first that are touched rather than touch."""
 
-BALLS: tuple[type[Shape], ...] = (Sphere, Points)
+BALLS: tuple[type[SurfaceShape], ...] = (Sphere, Points)
 """Shapes whose probes touch all others: points and balls."""
 
 
-def probes_on(one: Shape, other: Shape) -> tuple[Probe, ...] | None:
+def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | None:
     """Return by what a shape touches another, or None where it does so by no fixed number of points and rings.
 
     Points and balls touch all shapes. Ends of a capsule, rings of a torus and of a cylinder, and corners of a box touch

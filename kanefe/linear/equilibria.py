@@ -17,13 +17,17 @@ from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.imbalance import Imbalance
-from kanefe.linear.state import model_in_state
+from kanefe.linear.state import at_rest, model_in_state, rested_states
 from kanefe.scene.targets import Named
+from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.linear.linearisation import Linearisation
     from kanefe.linear.state import Freezable
+
+SOFTNESS = 3e-2, 3e-3, 3e-4, 3e-5, 3e-6
+"""Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest."""
 
 
 class Equilibrium(Instant):
@@ -140,14 +144,38 @@ def balanced(
             "equilibrium: speeds to be found and loops at once are not offered. Remedy: give the speeds, and try "
             "several"
         )
-    search = BalanceSearch(model, time, q, u, found, tuple(speeds or {}) if len(found) else ())
-    state = search.run()
+    held = tuple(speeds or {}) if len(found) else ()
+    if any(load.acts_at_once for load in model.loads) and _is_put_down(model):
+        q = _felt(model, time, q, u, found, held)
+        model = at_rest(model, time, np.concatenate((q, u, model.initial_states)))
+    search = BalanceSearch(model, time, q, u, found, held)
+    q, u = state = search.run()
     if steady:
         _check_steady(model, time, *state)
-    q, u = state
-    return Equilibrium(
-        model, time, np.concatenate((*state, model.initial_states)), search.imbalance(q, u), search.iterations
-    )
+    z = rested_states(model, time, np.concatenate((*state, model.initial_states)))
+    y = np.concatenate((*state, z))
+    return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations)
+
+
+def _is_put_down(model: Model) -> bool:
+    """Return whether loads are as they were added, and not as a run left them."""
+    states = zip(model.loads, model.load_states, strict=True)
+    return all(np.array_equal(model.initial_states[where], load.initial_states) for load, where in states)
+
+
+def _felt(model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...]) -> Vector:
+    """Return coordinates near the balance of a scene with contacts, which act from afar at first, then from less.
+
+    What sticks is put down anew, without tension, each time: in the end friction holds what it has to and no more.
+    """
+    length = scene_length(model)
+    for softness in SOFTNESS:
+        soft = at_rest(model, t, np.concatenate((q, u, model.initial_states)), softness * length)
+        try:
+            q, _ = BalanceSearch(soft, t, q, u, found, held).run()
+        except SimulationError:
+            continue  # the next ones may do without
+    return q
 
 
 def warn_of_missed(instant: Instant, what: str) -> None:

@@ -42,15 +42,46 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     model.route.check_dense(what)
-    if model.states_move:
-        names = ", ".join(repr(load.name) for load in model.loads if load.has_rates)
-        raise ModelError(
-            f"{what}: the load {names} has internal states that move, and small motions of those are not offered. "
-            "Remedy: leave it out, or frequencies from a run"
-        )
+    _check_states(model, what)
     if model.free_count == 0:
         raise ModelError(f"{what}: nothing in the scene can move. Remedy: a joint that is free, or a flexible body")
     return model
+
+
+def _check_states(model: Model, what: str) -> None:
+    """Raise a ModelError that names loads whose internal states move and that have no form at rest."""
+    if model.states_move:
+        scene = model.route.state(model.slack_time, model.initial_state)
+        names = [
+            repr(load.name)
+            for i, load in enumerate(model.loads)
+            if load.has_rates and load.resting(scene.load_ends(i)) is None
+        ]
+        if names:
+            raise ModelError(
+                f"{what}: the load {', '.join(names)} has internal states that move, and small motions of those are "
+                "not offered. Remedy: leave it out, or frequencies from a run"
+            )
+
+
+def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
+    """Return a model whose loads act as they do about a state y (q, u, z) at rest: contacts that stick hang on springs.
+
+    `softness` (m): over what distance contacts act from afar.
+    """
+    scene = model.route.state(t, y)
+    loads = tuple(load.resting(scene.load_ends(i), softness) or load for i, load in enumerate(model.loads))
+    if all(load is before for load, before in zip(loads, model.loads, strict=True)):
+        return model
+    return replace(model, loads=loads, initial_states=model.parts(y)[2])
+
+
+def rested_states(model: Model, t: float, y: Vector) -> Vector:
+    """Return the internal states of all loads where a state y of a model that is `at_rest` has come to rest."""
+    scene, z = model.route.state(t, y), model.parts(y)[2].copy()
+    for i, load in enumerate(model.loads):
+        z[model.load_states[i]] = load.rested(scene.load_ends(i), z[model.load_states[i]])
+    return z
 
 
 def model_in_state(scene: object, t: float | None, start: Start, what: str) -> tuple[Model, float, Vector, Vector]:
@@ -77,4 +108,4 @@ def model_in_state(scene: object, t: float | None, start: Start, what: str) -> t
     q, u, z = model.parts(y)
     if not np.array_equal(z, model.initial_states):
         model = replace(model, initial_states=z)
-    return model, time, q, u
+    return at_rest(model, time, y), time, q, u

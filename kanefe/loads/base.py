@@ -294,6 +294,18 @@ class Load(ABC):
         """Return its stiffness and damping; None: not known, which iterations take longer for."""
         return None
 
+    def resting(self, ends: Sequence[End], softness: float = 0.0) -> Self | None:
+        """Return a load without moving states that acts as this one does about a rest with its ends there, or None.
+
+        Linear analysis and the search for a balance take it where internal states move. `softness` (m) is over what
+        distance a contact acts from afar, while such a search feels its way.
+        """
+        return None
+
+    def rested(self, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the internal states, (states,), of the load itself at the rest that its `resting` form has come to."""
+        return states
+
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return what a result tells of it, one number for each of `columns`."""
         return np.zeros(len(self.columns))

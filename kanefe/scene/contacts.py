@@ -12,12 +12,12 @@ import numpy as np
 from kanefe.contact.contact import Contact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
-from kanefe.contact.shapes import Probe, Shape
+from kanefe.contact.shapes import Probe, SurfaceShape
 from kanefe.contact.surface import Surface, paired
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation
 from kanefe.scene.loads import LoadMethods
-from kanefe.scene.scene import Frame, Patch, three
+from kanefe.scene.scene import ContactPatch, Frame, three
 
 SHARE_OF_CRITICAL = 0.1
 
@@ -33,7 +33,7 @@ class ContactMethods(LoadMethods):
         self,
         name: str,
         parent: Frame,
-        shape: Shape,
+        shape: SurfaceShape,
         *,
         at: Sequence[float] = (0.0, 0.0, 0.0),
         orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
@@ -46,7 +46,7 @@ class ContactMethods(LoadMethods):
             Unique among surfaces.
         parent : Frame
             The ground, a body, driven or not, an interface of a flexible body, or a frame of one.
-        shape : Shape
+        shape : SurfaceShape
             Of `kanefe.shapes`.
         at : array_like, shape (3,)
             Origin of the shape, from that of the parent in its axes, m.
@@ -76,7 +76,7 @@ class ContactMethods(LoadMethods):
             raise ModelError(f"the name of a surface must be a text, not {name!r}")
         if name in self._surfaces:
             raise ModelError(f"the scene already has a surface called {name!r}. Remedy: another name")
-        if not isinstance(shape, Shape):
+        if not isinstance(shape, SurfaceShape):
             raise ModelError(f"the shape of {label} must be one of kanefe.shapes, such as Plane('z'), not {shape!r}")
         frame = self._check_frame(parent, f"the parent of {label}")
         self._marker(frame, f"the parent of {label}", needs_rotation=True)
@@ -86,7 +86,7 @@ class ContactMethods(LoadMethods):
     def add_contact(
         self,
         name: str,
-        one: Surface | Patch | Frame | Sequence[Frame],
+        one: Surface | ContactPatch | Frame | Sequence[Frame],
         other: Surface,
         *,
         normal: NormalLaw,
@@ -102,7 +102,7 @@ class ContactMethods(LoadMethods):
         ----------
         name : str
             Unique among springs, bushings, contacts and other loads between frames.
-        one : Surface, Patch, Frame or sequence of Frame
+        one : Surface, ContactPatch, Frame or sequence of Frame
             What touches. A patch of a flexible body (`FlexibleMember.patch`) is its points; so are frames: bodies,
             nodes, interfaces, frames of them.
         other : Surface
@@ -166,16 +166,16 @@ class ContactMethods(LoadMethods):
         return names
 
     def _touching(
-        self, one: Surface | Patch | Frame | Sequence[Frame], other: Surface, label: str
+        self, one: Surface | ContactPatch | Frame | Sequence[Frame], other: Surface, label: str
     ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...]]:
         """Return the frames that touch, the surface that is touched, and the probes with the number of their end."""
         if isinstance(one, Surface):
             touching, touched, probes = paired(one, other, label)
             return (touching.frame,), touched, tuple((1, probe) for probe in probes)
-        frames = one.frames if isinstance(one, Patch) else (one,) if isinstance(one, Frame) else tuple(one)
+        frames = one.frames if isinstance(one, ContactPatch) else (one,) if isinstance(one, Frame) else tuple(one)
         if not frames or not all(isinstance(frame, Frame) for frame in frames):
             raise ModelError(f"{label} needs something that touches, a surface, a patch or frames, not {one!r}")
-        shares = one.shares if isinstance(one, Patch) else (1.0 / len(frames),) * len(frames)
+        shares = one.shares if isinstance(one, ContactPatch) else (1.0 / len(frames),) * len(frames)
         return frames, other, tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
 
     def _complete(

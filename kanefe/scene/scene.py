@@ -147,7 +147,7 @@ class FlexibleMember(Frame):
         """Return a frame that moves with a node of the mesh, to carry a load or the end of a spring."""
         return Frame(self.system, self.number, self.name, self.body.node_frame(number))
 
-    def patch(self, place: PlaceLike, most: int = 16) -> Patch:
+    def patch(self, place: PlaceLike, most: int = 16) -> ContactPatch:
         """Return points of the body's outside that touch surfaces: see `System.add_contact`.
 
         Parameters
@@ -170,10 +170,10 @@ class FlexibleMember(Frame):
 
         body, label = self.body, f"a patch of {self.name!r}"
         numbers_of, shares = contact_points(body.nodes, body.cells, place, most, label)
-        return Patch(tuple(self.node(int(number)) for number in numbers_of), tuple(shares.tolist()))
+        return ContactPatch(tuple(self.node(int(number)) for number in numbers_of), tuple(shares.tolist()))
 
 
-class Patch(NamedTuple):
+class ContactPatch(NamedTuple):
     """Points that touch surfaces together.
 
     Attributes

@@ -35,7 +35,9 @@ FRICTION = {
 }
 
 
-def scene_of(touched: shapes.Shape, touching: shapes.Shape, normal=LAW, friction=None, belt=(0.0, 0.0, 0.0)):
+def scene_of(
+    touched: shapes.SurfaceShape, touching: shapes.SurfaceShape, normal=LAW, friction=None, belt=(0.0, 0.0, 0.0)
+):
     scene = kf.System(gravity=(0, 0, -9.81))
     table = scene.add_rigid_body("table", 3.0, (0.2, 0.3, 0.4), joint=kf.Free())
     thing = scene.add_rigid_body("thing", 1.0, (0.1, 0.12, 0.08), com=(0.05, 0, 0), joint=kf.Free())

@@ -28,11 +28,11 @@ from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, ro
 
 # Numbers of a contact: see `kanefe.contact.contact.Contact.kernel`
 (
-    PROBES, ENDS, SHAPE, HAS_FRICTION, HAS_MEMORY, HAS_RESTITUTION,
+    PROBES, ENDS, SHAPE, HAS_FRICTION, HAS_MEMORY, HAS_RESTITUTION, RESTS_AT, SOFTNESS,
     LAW, STIFFNESS, EXPONENT, DAMPING,
     MU_ALONG, MU_ACROSS, STATIC_RATIO, STRIBECK_SPEED, ANCHOR_STIFFNESS, ANCHOR_DAMPING,
     ALONG,
-) = range(17)  # fmt: skip
+) = range(19)  # fmt: skip
 BELT = ALONG + 3
 PROBE = BELT + 3
 # Numbers of a probe
@@ -55,8 +55,8 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
         probe = PROBE + PROBE_NUMBERS * i
         place, share = place_of(numbers, i), numbers[probe + SHARE]
         depth, normal, point = located(numbers, probe, ends)
-        if depth.real <= 0.0:
-            for j in range(3 if has_friction else 0):
+        if depth.real <= 0.0 and numbers[SOFTNESS] == 0.0:
+            for j in range(3 if has_friction and numbers[RESTS_AT] == 0.0 else 0):
                 stretch = states[place + j]
                 out[rates + place + j] = -k_all / c_all * stretch
                 out[POTENTIAL] += 0.5 * share * k_all * stretch * stretch
@@ -73,6 +73,8 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
         if has_friction:
             k, c = share * k_all, share * c_all
             w = rotated(A_s, three(states, place))
+            if numbers[RESTS_AT] > 0.0:
+                w = plus(w, gone_since(numbers, int(numbers[RESTS_AT]) + 6 * i, ends, end))
             along, carried, pull = pulled(numbers, A_s, normal, v, rate, w, k, c)
             is_held = numbers[HAS_MEMORY] == 0.0 or states[place + 3].real > 0.5
             share_left = kept(numbers, pull, normal, A_s, press, c, is_held)
@@ -81,10 +83,11 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
             out[POTENTIAL] += 0.5 * k * dot(w, w)
             out[TAKEN] += dot(drag, along) - k * dot(w, w_rate)
             out[GIVEN] -= dot(drag, carried)
-            out[rates + SLIP] += share * (1.0 - share_left) * norm(pull) / c
-            out[rates + WORK] += dot(drag, minus(along, w_rate))
+            if numbers[RESTS_AT] == 0.0:
+                out[rates + SLIP] += share * (1.0 - share_left) * norm(pull) / c
+                out[rates + WORK] += dot(drag, minus(along, w_rate))
             in_surface = rotated_back(A_s, w_rate)
-            for j in range(3):
+            for j in range(3 if numbers[RESTS_AT] == 0.0 else 0):
                 out[rates + place + j] = in_surface[j]
             force = minus(force, drag)
         moment, moment_s = cross(arm, force), cross(arm_s, force)
@@ -175,6 +178,14 @@ def velocity(ends: Any, end: int, arm: Numbers, arm_s: Numbers) -> Numbers:
 
 
 @inlined
+def gone_since(numbers: Any, at: int, ends: Any, end: int) -> Numbers:
+    """Return how far a point of what touches has gone along with what is touched since a state of rest."""
+    material, mark = three(numbers, at), three(numbers, at + 3)
+    point = plus(three(ends, end + P), rotated(nine(ends, end + A), material))
+    return minus(minus(point, three(ends, P)), rotated(nine(ends, A), mark))
+
+
+@inlined
 def pulled(
     numbers: Any, A_s: Numbers, normal: Numbers, v: Numbers, rate: Any, w: Numbers, k: float, c: float
 ) -> tuple[Numbers, Numbers, Numbers]:
@@ -189,6 +200,10 @@ def pulled(
 def pressed(numbers: Any, share: float, depth: Any, rate: Any, states: Any) -> Any:
     """Return the normal force, its elastic part and the energy of that."""
     n, damping = numbers[EXPONENT], 0.0 * depth + numbers[DAMPING]
+    softness = numbers[SOFTNESS]
+    if softness > 0.0:  # ln(1 + exp(x)), without overflow
+        x = depth / softness
+        depth = softness * (x + np.log(1.0 + np.exp(-x)) if x.real > 0.0 else np.log(1.0 + np.exp(x)))
     if numbers[HAS_RESTITUTION] > 0.0:
         damping = damping + states[IMPACT if numbers[HAS_FRICTION] > 0.0 else 0]
     if n == 1.0:

@@ -1,0 +1,74 @@
+"""Contacts at rest: balance under own weight, small motions about it, and runs that begin there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe import shapes
+
+MASS, G, STIFFNESS, LAMBDA = 2.0, 9.81, 1e5, 0.3
+ROUGH = kf.Coulomb(0.5)
+
+
+def box_on_plane(tilt: float = 0.0, height: float = 0.1, friction: kf.Coulomb = ROUGH) -> kf.System:
+    scene = kf.System(gravity=(0, 0, -G))
+    slope = scene.add_surface("slope", scene.ground, shapes.Plane("z"), orientation=kf.rotation_about("y", tilt))
+    box = scene.add_rigid_body("box", MASS, (0.1, 0.1, 0.1), joint=kf.Free(position=(0, 0, height)))
+    skin = scene.add_surface("skin", box, shapes.Box((0.4, 0.3, 0.2)))
+    scene.add_contact("c", skin, slope, normal=kf.HuntCrossley(STIFFNESS, LAMBDA), friction=friction)
+    return scene
+
+
+@pytest.mark.parametrize("height", [0.1, 0.15, 0.0999])
+@pytest.mark.parametrize("static", [None, 0.6])
+def test_a_box_comes_to_rest_on_a_floor_that_it_need_not_touch_at_first(height, static):
+    found = kf.equilibrium(box_on_plane(height=height, friction=kf.Coulomb(0.5, static=static)))
+    assert found.position("box")[2] == pytest.approx(0.1 - MASS * G / STIFFNESS, abs=1e-12)
+    assert found.load("c")[2] == pytest.approx(MASS * G, rel=1e-9)
+    assert found.load("c")[4] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_friction_holds_on_a_slope_what_it_has_to_and_no_more():
+    tilt = 0.1
+    found = kf.equilibrium(box_on_plane(tilt))
+    force, normal, tangential = found.load("c")[:3], *found.load("c")[3:5]
+    np.testing.assert_allclose(force, (0, 0, MASS * G), atol=1e-8)
+    assert normal == pytest.approx(MASS * G * np.cos(tilt), rel=1e-9)
+    assert tangential == pytest.approx(MASS * G * np.sin(tilt), rel=1e-9)
+
+
+def test_a_slope_beyond_the_cone_has_no_balance():
+    with pytest.raises(kf.SimulationError, match="no balance that could be found"):
+        kf.equilibrium(box_on_plane(tilt=0.6))
+
+
+def test_small_motions_about_a_rest_are_those_of_springs():
+    """Heave of the box on its four corners: k / m, and damping lambda N."""
+    modes = kf.equilibrium(box_on_plane()).linearise().modes()
+    omega = np.sqrt(STIFFNESS / MASS)
+    damping = LAMBDA * MASS * G / (2.0 * np.sqrt(STIFFNESS * MASS))
+    heave = int(np.argmin(abs(2 * np.pi * modes.frequencies - omega * np.sqrt(1 - damping**2))))
+    assert 2 * np.pi * modes.frequencies[heave] == pytest.approx(omega * np.sqrt(1 - damping**2), rel=1e-8)
+    assert modes.damping_ratios[heave] == pytest.approx(damping, rel=1e-6)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.1])
+def test_a_run_from_a_rest_stays_and_creeps_by_nothing(tilt):
+    scene = box_on_plane(tilt)
+    found = kf.equilibrium(scene)
+    result = scene.copy().simulate((0.0, 20.0), start=found, rtol=1e-6, output_step=1.0)
+    assert abs(result.position("box") - found.position("box")).max() < 1e-12
+    assert result.contact("c").slip[-1] == 0.0
+    assert set(result.contact("c").status) == {"sticks"}
+
+
+def test_routes_agree_about_a_rest():
+    model = kf.equilibrium(box_on_plane(0.1)).model
+    rng = np.random.default_rng(1)
+    q, _, z = model.parts(model.initial_state.copy())
+    y = np.concatenate((q + 1e-5 * rng.standard_normal(7), 1e-3 * rng.standard_normal(6), z, (0.0, 0.0)))
+    np.testing.assert_allclose(
+        model.route.evaluate(0.0, y).rates, model.literal.evaluate(0.0, y).rates, rtol=1e-9, atol=1e-9
+    )
