@@ -108,7 +108,7 @@ def test_radau_follows_moving_states():
     scene = swing(LOADS[2])
     wanted = scene.copy().simulate((0.0, 0.5), method="dop853", rtol=1e-10)
     found = scene.simulate((0.0, 0.5), method="radau5", rtol=1e-8)
-    np.testing.assert_allclose(found.coordinates, wanted.coordinates, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(found.joint_coordinates("arm"), wanted.joint_coordinates("arm"), rtol=0, atol=1e-7)
 
 
 class Lacking:
