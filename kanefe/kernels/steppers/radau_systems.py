@@ -31,8 +31,11 @@ from kanefe.kernels.vectors import copy
 
 @inlined
 def _first_factor(integers: np.ndarray, vectors: np.ndarray) -> int:
-    """Return where among all numbers of the vectors the factors are: m x m real, m pivots, m x m complex, m pivots."""
-    return (JACOBIAN_ROWS + _size(integers) + 2) * vectors.shape[1]
+    """Return where among all numbers of the vectors the factors are: m x m real, m pivots, m x m complex, m pivots.
+
+    The Jacobian before them has a row for each speed, internal state, followed or not, and quadrature.
+    """
+    return (JACOBIAN_ROWS + vectors.shape[1] - integers[COORDINATES]) * vectors.shape[1]
 
 
 @inlined
