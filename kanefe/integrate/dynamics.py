@@ -72,6 +72,17 @@ class Dynamics:
         """Return y at the start, consistent with the loops at that time (s)."""
         return np.concatenate((self.route.start(start), np.zeros(WORKS)))
 
+    def scales(self, t: float, y: Vector) -> Vector:
+        """Return what counts as a large value of each component of y, for a run that begins at a state.
+
+        Where loads may act at once, their power jumps, and no step is short enough for a small part of the kinetic
+        energy that a small and fast scene has by its `state_scales` alone: that of the start is taken in.
+        """
+        found = state_scales(self.model)
+        if any(load.acts_at_once for load in self.model.loads):
+            found[-WORKS:] = np.maximum(found[-WORKS:], self.model.energy(t, y[:-WORKS]).kinetic)
+        return found
+
     def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed: see `Route.projected`."""
         return self.route.projected(t, y, stiffness, share)

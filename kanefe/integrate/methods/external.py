@@ -15,7 +15,6 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.method import MakesSteppers, Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import StepFailure
-from kanefe.tree.scales import state_scales
 
 if TYPE_CHECKING:
     from scipy.integrate import DenseOutput
@@ -51,7 +50,7 @@ class PluggedStepper(PythonStepper):
     start, stop : float
         s.
     control : StepControl
-        rtol, relative to each component of the state; atol, in units of `state_scales`.
+        rtol, relative to each component of the state; atol, in units of `Dynamics.scales`.
     name : str
         Of the method.
     """
@@ -59,11 +58,12 @@ class PluggedStepper(PythonStepper):
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
         super().__init__(name, dynamics)
         self._stop = stop
-        self._rtol, self._atol = control.rtol, control.atol * state_scales(dynamics.model)
+        y = dynamics.initial_state(start)
+        self._rtol, self._atol = control.rtol, control.atol * dynamics.scales(start, y)
         self._smallest = SMALLEST_STEP * (stop - start)
         self._largest = (stop - start) / LEAST_STEPS if dynamics.calls_functions else stop - start
         self._jacobians = 0
-        self.restart(start, dynamics.initial_state(start))
+        self.restart(start, y)
 
     def state(self) -> Vector:
         """Return the state at t."""

@@ -70,7 +70,7 @@ from kanefe.kernels.stepping import (
     next_command,
 )
 from kanefe.tree.model_data import WORKS
-from kanefe.tree.scales import coordinate_moves, state_scales
+from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
@@ -93,7 +93,7 @@ class KernelStepper:
     start, stop : float
         s.
     control : StepControl
-        rtol, relative to each component of the state; atol, in units of `state_scales`; or a fixed step.
+        rtol, relative to each component of the state; atol, in units of `Dynamics.scales`; or a fixed step.
     name : str
         Of the method.
     kernels : Kernels
@@ -136,7 +136,7 @@ class KernelStepper:
             rtol, atol = ITERATED
         self._no_answer: tuple[float, KanefeError] | None = None
         self.vectors[STATE] = dynamics.initial_state(start)
-        reals[RELATIVE], self.vectors[SCALE] = rtol, atol * state_scales(model)
+        reals[RELATIVE], self.vectors[SCALE] = rtol, atol * dynamics.scales(start, self.vectors[STATE])
         if kernels.prepare is not None:
             kernels.prepare(self)
         if kernels.first_step is not None and control.step is None:
