@@ -48,6 +48,8 @@ class Contact(Load):
     friction : Coulomb or None
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
+    mass : float
+        Of what it holds, kg: both bodies in series.
     rest : Rest or None
         Of a contact that is looked at about a rest.
     """
@@ -59,6 +61,7 @@ class Contact(Load):
     normal: NormalLaw
     friction: Coulomb | None
     belt: np.ndarray
+    mass: float = 1.0
     rest: Rest | None = None
 
     kind = "contact"
@@ -91,6 +94,15 @@ class Contact(Load):
         if self.each == 4:
             states[self.begins + 3 :: 4] = 1.0
         return states
+
+    def state_scales(self, acceleration: float) -> Vector:
+        """Return what counts as large: of a stretch what holds the mass; a loose run too then resolves what sticks."""
+        scales = np.ones(len(self.initial_states))
+        if self.friction is not None:
+            stretch = self.mass * acceleration / float(self.friction.stiffness or 1.0)
+            for first in range(self.begins, len(scales), self.each):
+                scales[first : first + 3] = stretch
+        return scales
 
     @property
     def has_rates(self) -> bool:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.contact.contact import Contact
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import rate_of_functions
@@ -35,6 +36,10 @@ on, where the extrapolation has no first step that is long enough."""
 
 MOST_OUTSIDE = 150.0
 """Rate of what is outside the sweep times the span: below, steps that look at functions often enough take it."""
+
+CONTACT_ATOL = 1e-7
+"""Largest absolute tolerance where there are contacts, of the size of a scene: a hundredth of what they yield by, where
+that is 1e-5. With a larger one a loose run shakes loose what sticks, and takes more steps for it."""
 
 LEAST_SHARE = 0.1
 """Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
@@ -107,7 +112,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
     sudden = [load for load in model.loads if load.acts_at_once]
     if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
-        return Suited("radau5", f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once")
+        share = min(CONTACT_ATOL / atol, 1.0) if any(isinstance(load, Contact) for load in sudden) else 1.0
+        return Suited("radau5", f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once", share=share)
     if not _is_stiff(max(rate, outside), span):
         return Suited("dop853", "no stiff elastic modes")
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"

@@ -255,6 +255,10 @@ class Load(ABC):
         """Whether its internal states move between events."""
         return len(self.initial_states) > 0
 
+    def state_scales(self, acceleration: float) -> Vector:
+        """Return what counts as a large value of each internal state, in a scene of an acceleration (m/s2)."""
+        return np.ones(len(self.initial_states))
+
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """Moments that are looked for in a run, such as that at which a rope breaks."""

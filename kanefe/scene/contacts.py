@@ -133,11 +133,12 @@ class ContactMethods(LoadMethods):
         for given in (*frames, other.frame):
             self._check_frame(given, f"a side of {label}")
         belt = three(surface_velocity, f"surface_velocity of {label}")
+        mass = self._mass_in_series(frames[0], other.frame)
         if friction is not None:
-            friction = self._complete(friction, normal, frames, other.frame, label)
+            friction = self._complete(friction, normal, mass, label)
         elif belt.any():
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
-        self.add(Contact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt))
+        self.add(Contact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0))
 
     def add_contacts(
         self,
@@ -178,9 +179,7 @@ class ContactMethods(LoadMethods):
         shares = one.shares if isinstance(one, ContactPatch) else (1.0 / len(frames),) * len(frames)
         return frames, other, tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
 
-    def _complete(
-        self, friction: Coulomb, normal: NormalLaw, frames: Sequence[Frame], surface: Frame, label: str
-    ) -> Coulomb:
+    def _complete(self, friction: Coulomb, normal: NormalLaw, mass: float, label: str) -> Coulomb:
         """Return friction with the stiffness and damping of its anchors."""
         stiffness = friction.stiffness
         if stiffness is None:
@@ -192,9 +191,13 @@ class ContactMethods(LoadMethods):
             stiffness = normal.stiffness
         damping = friction.damping
         if damping is None:
-            inverse = sum(1.0 / mass for mass in (self._mass(frames[0]), self._mass(surface)) if mass > 0.0)
-            damping = SHARE_OF_CRITICAL * 2.0 * sqrt(stiffness / inverse) if inverse else sqrt(stiffness)
+            damping = SHARE_OF_CRITICAL * 2.0 * sqrt(stiffness * mass) if mass else sqrt(stiffness)
         return replace(friction, stiffness=stiffness, damping=damping)
+
+    def _mass_in_series(self, *frames: Frame) -> float:
+        """Return by what two bodies that touch move each other, kg; 0 where neither has a mass."""
+        inverse = sum(1.0 / mass for mass in map(self._mass, frames) if mass > 0.0)
+        return 1.0 / inverse if inverse else 0.0
 
     def _mass(self, frame: Frame) -> float:
         """Return the mass of the body of a frame, kg; 0: of the ground, which counts as without end."""

@@ -127,11 +127,11 @@ def modal_frequencies(model: ModelData) -> Vector:
 
 
 def state_scales(model: ModelData) -> Vector:
-    """Return what counts as a large value of each component of (q, u, works).
+    """Return what counts as a large value of each component of (q, u, z, works).
 
     Large are a radian, the size of the scene in m and what moves a body by its size in modal units; these a second; and
     the energy of such speeds. A modal speed counts in the amplitude that it causes: against a large displacement times
-    the frequency of its mode.
+    the frequency of its mode. Internal states of loads have scales of their own.
     """
     n, m = model.coordinate_count, model.free_count
     displacements = displacement_scales(model)
@@ -140,5 +140,8 @@ def state_scales(model: ModelData) -> Vector:
         if not turns:
             scales[at] = displacements[speed]
     scales[n : n + m] = displacements * np.maximum(1.0, modal_frequencies(model))
+    acceleration = float(np.linalg.norm(model.gravity)) or 1.0
+    for load, states in zip(model.loads, model.load_states, strict=True):
+        scales[n + m + states.start : n + m + states.stop] = load.state_scales(acceleration)
     scales[-WORKS:] = scene_energy(model, scene_length(model))
     return scales

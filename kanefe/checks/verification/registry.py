@@ -8,14 +8,23 @@ from __future__ import annotations
 from operator import attrgetter
 
 from kanefe.checks.registry import Registry
-from kanefe.checks.verification import dumbbell, loops, rigid, rotations, rotors, simeon
+from kanefe.checks.verification import contact, dumbbell, impacts, loops, rigid, rotations, rotors, simeon
 from kanefe.checks.verification.case import Case
 from kanefe.checks.verification.references import load_references
 from kanefe.errors import ModelError
 
 REGISTRY = Registry("verification", "kanefe.verification", Case, attrgetter("id"))
 
-OWN = (*rigid.CASES, *rotations.CASES, *dumbbell.CASES, *loops.CASES, *simeon.CASES, *rotors.CASES)
+OWN = (
+    *rigid.CASES,
+    *rotations.CASES,
+    *dumbbell.CASES,
+    *loops.CASES,
+    *simeon.CASES,
+    *rotors.CASES,
+    *contact.CASES,
+    *impacts.CASES,
+)
 
 
 def registered_cases() -> tuple[Case, ...]:

@@ -1,0 +1,235 @@
+"""Cases of friction in contacts: what sticks and for how long, what slides and how far, what rolls and spins.
+
+Contacts here yield, as 1 / stiffness: where a closed form is that of rigid ones, the run must come near it, and its
+distance from it fall as the stiffness rises.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.checks.verification.case import Case, Check, Reference
+from kanefe.checks.verification.scenes import whole_run
+from kanefe.contact import Coulomb, HuntCrossley
+from kanefe.contact.shapes import Plane, Sphere, Torus
+from kanefe.frames import rotation_about, rotation_matrix
+from kanefe.joints import Free, Motion, Prismatic, Revolute
+from kanefe.result import Result
+from kanefe.system import System
+
+GRAVITY = 9.81
+STIFFNESS = 1e6, 1e7
+"""Of the contact, N/m, at which runs are compared with rigid closed forms."""
+
+DAMPING = 0.3
+"""Lambda of Hunt and Crossley's law, s/m: it acts on what bounces at the start, and on nothing in a steady motion."""
+
+RTOL = 1e-9
+
+
+def run_of(scene: System, span: float, rtol: float = RTOL, **options: Any) -> Result:
+    """Return the result of a run from t = 0, by the method that kanefe chooses."""
+    model = scene.freeze()
+    return Result(model, whole_run(model, (0.0, span), rtol, **options))
+
+
+def falling_with_stiffness(quantity: str, errors: Sequence[float], order: float, tolerance: float) -> Check:
+    """Check that an error falls with a power of the stiffness, of which two a factor of 10 apart are tried."""
+    found = math.log10(abs(errors[0]) / abs(errors[1]))
+    return Check.absolute(f"power of 1 / stiffness by which the error of {quantity} falls", found, order, tolerance)
+
+
+def shaken(reference: Reference) -> Iterator[Check]:
+    """K01, K01b: a block on a slope that is shaken, which it must not leave."""
+    values = reference.values
+    for rtol in (1e-3, 1e-8):
+        result = run_of(shaken_slope(values["mu"]), 21.0, rtol, output_step=0.05)
+        history = result.contact("block on slope")
+        yield Check.absolute(f"slip in 20 s of shaking, rtol {rtol:g} [m]", history.slip[-1], values["slip"], 1e-12)
+    load = float((history.tangential / history.normal)[result.times > 1.0].max())
+    yield Check.absolute("largest T / N", load, values["T over N"], 1e-4)
+
+
+def shaken_slope(mu: float) -> System:
+    """Return a block at rest on a table that is tilted within 1 s, and shaken along itself from the start."""
+    angle, shake, omega = math.radians(5.0), 0.02 * GRAVITY, 2.0 * math.pi
+
+    def tilt(order: int) -> Callable[[float], float]:
+        rise = np.polynomial.Polynomial((0.0, 0.0, 0.0, 10.0, -15.0, 6.0)).deriv(order)
+        return lambda t: angle * (float(rise(t)) if t < 1.0 else float(order == 0))
+
+    scene = System(gravity=(0.0, 0.0, -GRAVITY))
+    table = scene.add_rigid_body("table", 1.0, 1.0, joint=Revolute("y", motion=Motion(tilt(0), tilt(1), tilt(2))))
+    shaking = Motion(
+        lambda t: -shake / omega**2 * math.sin(omega * t),
+        lambda t: -shake / omega * math.cos(omega * t),
+        lambda t: shake * math.sin(omega * t),
+    )
+    slope = scene.add_rigid_body("slope", 1.0, 1.0, parent=table, joint=Prismatic("x", motion=shaking))
+    top = scene.add_surface("top", slope, Plane("z"))
+    start = Free(position=(0.0, 0.0, -GRAVITY / STIFFNESS[0]), velocity=(-shake / omega, 0.0, 0.0))
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
+    law = HuntCrossley(STIFFNESS[0], DAMPING)
+    scene.add_contact("block on slope", block, top, normal=law, friction=Coulomb(mu))
+    return scene
+
+
+def pushed(reference: Reference) -> Iterator[Check]:
+    """K02: a block that is pushed, and stops."""
+    values, errors = reference.values, []
+    for stiffness in STIFFNESS:
+        result = run_of(pushed_block(stiffness), 1.5, 1e-10)
+        errors.append(float(result.position("block")[-1, 0]) - values["way"])
+    yield Check.absolute("way [m]", errors[1] + values["way"], values["way"], 1e-6)
+    yield Check.absolute("time [s]", result.events["c stick"], [values["time"]], 1e-6)
+    yield falling_with_stiffness("the way", errors, 1.0, 0.05)
+    yield Check.relative("work of friction [J]", result.contact("c").work[-1], values["work"], 1e-5)
+
+
+def pushed_block(stiffness: float) -> System:
+    """Return the block of K02."""
+    scene = System(gravity=(0.0, 0.0, -GRAVITY))
+    floor = scene.add_surface("floor", scene.ground, Plane("z"))
+    start = Free(position=(0.0, 0.0, -GRAVITY / stiffness), velocity=(5.0, 0.0, 0.0))
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
+    scene.add_contact("c", block, floor, normal=HuntCrossley(stiffness, DAMPING), friction=Coulomb(0.5))
+    return scene
+
+
+def belt(reference: Reference) -> Iterator[Check]:
+    """K04: a mass on a spring that a belt takes along until it slips back, again and again."""
+    values, errors = reference.values, []
+    for stiffness in STIFFNESS:
+        scene = System(gravity=(0.0, 0.0, -10.0))
+        top = scene.add_surface("top", scene.ground, Plane("z"))
+        start = Free(position=(0.0, 0.0, -10.0 / stiffness), velocity=(0.1, 0.0, 0.0))
+        mass = scene.add_rigid_body("mass", 1.0, 0.01, joint=start)
+        friction = Coulomb(0.25, static=0.4)
+        scene.add_contact(
+            "c", mass, top, normal=HuntCrossley(stiffness, DAMPING), friction=friction, surface_velocity=(0.1, 0.0, 0.0)
+        )
+        scene.add_bushing("spring", scene.ground, mass, stiffness=(100.0, 0.0, 0.0))
+        result = run_of(scene, 2.6, 1e-10, output_step=1e-3)
+        slip, stick = result.events["c slip"][1:], result.events["c stick"][1:]  # after the first cycle
+        count = min(len(slip), len(stick))
+        errors.append(float(np.diff(slip).mean()) - values["period"])
+    yield Check.absolute("period [s]", np.diff(slip), np.full(len(slip) - 1, values["period"]), 1e-5)
+    slipping = stick[:count] - slip[:count]
+    yield Check.absolute("time of a slip [s]", slipping, np.full(count, values["slip"]), 2e-5)
+    x = result.position("mass")[result.times > 1.5, 0]
+    yield Check.absolute("amplitude [m]", 0.5 * (x.max() - x.min()), values["amplitude"], 1e-6)
+    yield falling_with_stiffness("the period", errors, 1.0, 0.05)
+
+
+def begins_to_roll(reference: Reference) -> Iterator[Check]:
+    """K05: a ball that slides until it rolls."""
+    values, radius, stiffness = reference.values, 0.1, STIFFNESS[1]
+    scene = System(gravity=(0.0, 0.0, -GRAVITY))
+    floor = scene.add_surface("floor", scene.ground, Plane("z"))
+    start = Free(position=(0.0, 0.0, radius - GRAVITY / stiffness), velocity=(2.0, 0.0, 0.0))
+    ball = scene.add_rigid_body("ball", 1.0, 0.4 * radius**2, joint=start)
+    skin = scene.add_surface("skin", ball, Sphere(radius))
+    scene.add_contact("c", skin, floor, normal=HuntCrossley(stiffness, DAMPING), friction=Coulomb(0.2))
+    result = run_of(scene, 0.5)
+    (time,) = result.events["c stick"]
+    way = float(result.position("ball")[-1, 0]) - values["speed"] * (0.5 - values["time"])
+    yield Check.absolute("time at which it rolls [s]", time, values["time"], 1e-6)
+    yield Check.absolute("way up to there [m]", way, values["way"], 1e-6)
+    yield Check.absolute("speed from there on [m/s]", result.velocity("ball")[-1, 0], values["speed"], 1e-6)
+
+
+def tippe_top(reference: Reference) -> Iterator[Check]:
+    """K16: a spinning ball whose centre of mass is not its centre keeps Jellett's integral, whatever the friction."""
+    radius, mass = 0.02, 0.02
+    offset, stiffness = 0.3 * radius, 1e4
+    across, along = 131.0 / 350.0 * mass * radius**2, 0.4 * mass * radius**2
+    scene = System(gravity=(0.0, 0.0, -GRAVITY))
+    floor = scene.add_surface("floor", scene.ground, Plane("z"))
+    start = Free(
+        position=(0.0, 0.0, radius - mass * GRAVITY / stiffness), orientation=rotation_about("y", 0.1),
+        angular_velocity=(0.0, 0.0, 155.0),
+    )  # fmt: skip
+    top = scene.add_rigid_body("top", mass, (across, across, along), com=(0.0, 0.0, -offset), joint=start)
+    skin = scene.add_surface("skin", top, Sphere(radius))
+    scene.add_contact("c", skin, floor, normal=HuntCrossley(stiffness, DAMPING), friction=Coulomb(0.3))
+    result = run_of(scene, 0.3, 1e-10, output_step=0.01)
+    found, slid = [], result.contact("c").slip[-1]
+    for e, omega in zip(result.rotation("top"), result.angular_velocity("top"), strict=True):
+        A = rotation_matrix(e)
+        momentum = A @ (np.array((across, across, along)) * omega)
+        found.append(momentum @ (offset * A[:, 2] - radius * np.array((0.0, 0.0, 1.0))))
+    change = np.array(found) / found[0] - 1.0
+    yield Check.absolute("relative change of L . a", change, np.full(len(found), reference.values["change"]), 1e-8)
+    yield Check.absolute("1 if it slid by less than 1 mm", float(slid < 1e-3), 0.0, 1e-12)
+
+
+def coin(reference: Reference) -> Iterator[Check]:
+    """K21: a disc that rolls about its own centre, which rests."""
+    radius, tilt, stiffness = 0.1, 0.5, STIFFNESS[0]
+    rate = reference.values["rate"]
+    scene = System(gravity=(0.0, 0.0, -GRAVITY))
+    floor = scene.add_surface("floor", scene.ground, Plane("z"))
+    start = Free(
+        position=(0.0, 0.0, radius * math.sin(tilt) - GRAVITY / stiffness), orientation=rotation_about("y", tilt),
+        angular_velocity=(-rate * math.sin(tilt), 0.0, 0.0),
+    )  # fmt: skip
+    inertia = 0.25 * radius**2
+    disc = scene.add_rigid_body("disc", 1.0, (inertia, inertia, 2.0 * inertia), joint=start)
+    edge = scene.add_surface("edge", disc, Torus(radius, 0.0, axis="z"))
+    scene.add_contact("c", edge, floor, normal=HuntCrossley(stiffness, DAMPING), friction=Coulomb(0.5))
+    result = run_of(scene, 0.5, output_step=0.005)
+    axes = np.array([rotation_matrix(e)[:, 2] for e in result.rotation("disc")])
+    turned = np.unwrap(np.arctan2(axes[:, 1], axes[:, 0]))
+    yield Check.relative("rate of precession [rad/s]", (turned[-1] - turned[0]) / 0.5, rate, 1e-8)
+    place = result.position("disc")
+    yield Check.absolute("its centre moves by [m]", np.abs(place - place[0]).max(), 0.0, 1e-9)
+    yield Check.absolute("slip [m]", result.contact("c").slip[-1], 0.0, 1e-12)
+
+
+def oscillating_incline(reference: Reference) -> Iterator[Check]:
+    """F01a: a block on a slope that moves along itself, and slips down once a period."""
+    angle, amplitude, omega = math.radians(10.0), 0.1, 2.0 * math.pi
+    up = np.array((math.cos(angle), 0.0, math.sin(angle)))
+    normal = np.array((-math.sin(angle), 0.0, math.cos(angle)))
+    times = np.array([time for _, time in reference.values["res"]["events"]])
+    errors = []
+    for stiffness in STIFFNESS:
+        moving = Motion(
+            lambda t: amplitude * math.sin(omega * t),
+            lambda t: amplitude * omega * math.cos(omega * t),
+            lambda t: -amplitude * omega**2 * math.sin(omega * t),
+        )
+        scene = System(gravity=(0.0, 0.0, -GRAVITY))
+        deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=Prismatic(up, motion=moving))
+        top = scene.add_surface("top", deck, Plane(normal))
+        pressed = GRAVITY * math.cos(angle) / stiffness
+        start = Free(position=-pressed * normal, velocity=amplitude * omega * up)
+        block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
+        friction = Coulomb(0.3, damping=2.0 * math.sqrt(stiffness))  # critical: what sticks does not ring
+        scene.add_contact("c", block, top, normal=HuntCrossley(stiffness, DAMPING), friction=friction)
+        result = run_of(scene, 3.0, 1e-9)
+        slip, stick = (result.events[f"c {what}"] for what in ("slip", "stick"))
+        found = np.sort(np.concatenate((slip[slip > 0.1], stick[stick > 0.1])))
+        errors.append(float(np.abs(found - times).max()) if len(found) == len(times) else math.nan)
+    yield Check.absolute("times of slip and stick [s]", errors[1], 0.0, 1e-4)
+    yield falling_with_stiffness("the times", errors, 1.0, 0.05)
+    relative = result.position("block")[-1] - result.position("deck")[-1]
+    yield Check.absolute("slip after 3 s, up positive [m]", relative @ up, reference.values["res"]["slip_end"], 1e-4)
+    speed = (result.velocity("block")[-1] - result.velocity("deck")[-1]) @ up
+    yield Check.absolute("relative velocity after 3 s [m/s]", speed, reference.values["res"]["vel_end"], 1e-4)
+
+
+CASES = (
+    Case("K01", shaken),
+    Case("K01b", shaken),
+    Case("K02", pushed),
+    Case("K04", belt),
+    Case("K05", begins_to_roll),
+    Case("K16", tippe_top),
+    Case("K21", coin),
+    Case("F01a", oscillating_incline),
+)
