@@ -204,10 +204,10 @@ def oscillating_incline(reference: Reference) -> Iterator[Check]:
             lambda t: -amplitude * omega**2 * math.sin(omega * t),
         )
         scene = System(gravity=(0.0, 0.0, -GRAVITY))
-        deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=Prismatic(up, motion=moving))
+        deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=Prismatic(up.tolist(), motion=moving))
         top = scene.add_surface("top", deck, Plane(normal))
         pressed = GRAVITY * math.cos(angle) / stiffness
-        start = Free(position=-pressed * normal, velocity=amplitude * omega * up)
+        start = Free(position=(-pressed * normal).tolist(), velocity=(amplitude * omega * up).tolist())
         block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
         friction = Coulomb(0.3, damping=2.0 * math.sqrt(stiffness))  # critical: what sticks does not ring
         scene.add_contact("c", block, top, normal=HuntCrossley(stiffness, DAMPING), friction=friction)
