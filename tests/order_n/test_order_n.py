@@ -20,6 +20,7 @@ import kanefe as kf
 from exact_accelerations import exact_accelerations
 from kanefe.equations.model import Model
 from kanefe.kane.assemble import accelerations, held_accelerations
+from kanefe.kane.bent import bent_too_far
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.loop_closure import project_positions, project_speeds
@@ -69,6 +70,7 @@ def compare(model: Model, t: float, q: np.ndarray, u: np.ndarray, du: np.ndarray
 
 def check_tree(model: Model, seed: int) -> None:
     q, u = random_state(model, seed)
+    assume(not bent_too_far(model, T, q, u))  # where a stiffened body has lost inertia: that is told, and no equations
     # modes of light bodies on long chains: condition numbers up to 1e6, which the sweeps feel less than the dense solve
     tolerance = max(1e-11, np.finfo(float).eps * condition(model, T, q, u))
     compare(model, T, q, u, accelerations(State(model, T, q, u)), tolerance)

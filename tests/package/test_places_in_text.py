@@ -57,7 +57,7 @@ def missing(path: Path) -> list[str]:
 
 @pytest.mark.parametrize("pattern", [*PAGES, *(f"{folder}/**/*.py" for folder in FOLDERS)])
 def test_what_is_named_is_there(pattern: str) -> None:
-    files = list(ROOT.glob(pattern))
+    files = [path for path in ROOT.glob(pattern) if path.is_file()]
     assert files
     assert [name for path in files for name in missing(path)] == []
 
