@@ -11,6 +11,8 @@ from kanefe.joints.link import LinkKernel as LinkKernel
 from kanefe.joints.motion import Motion
 from kanefe.joints.planar import Planar
 from kanefe.joints.point_on_curve import PointOnCurve
+from kanefe.joints.pose_motion import PoseMotion
+from kanefe.joints.pose_table import PoseTable
 from kanefe.joints.prismatic import Prismatic
 from kanefe.joints.revolute import Revolute
 from kanefe.joints.screw import Screw
@@ -30,6 +32,8 @@ __all__ = [
     "Motion",
     "Planar",
     "PointOnCurve",
+    "PoseMotion",
+    "PoseTable",
     "Prismatic",
     "Revolute",
     "Screw",

@@ -294,12 +294,3 @@ class AxisJoint(OneCoordinateJoint):
     def __post_init__(self) -> None:
         object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
         self._check_coordinates()
-
-
-def refuse_motion(motion: object, forces: object, kind: str) -> None:
-    """Raise a ModelError if a joint with Euler parameters is given a motion or forces along its coordinates."""
-    if motion is not None or forces is not None:
-        raise ModelError(
-            f"the coordinates of a {kind} joint cannot be driven or carry forces of their own. Remedy: build it from "
-            "revolute and prismatic joints with massless frames between them (add_frame); for forces, a bushing"
-        )

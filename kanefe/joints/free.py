@@ -18,7 +18,8 @@ from kanefe.frames import (
     orientation_parameters,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, refuse_motion, start_values
+from kanefe.joints.base import Joint, start_values
+from kanefe.joints.given_pose import GivenPose, check_drive, refuse_forces
 from kanefe.joints.link import Link
 
 
@@ -39,20 +40,33 @@ class Free(Joint):
         At the start, in m/s, components of the parent.
     angular_velocity : array_like, shape (3,)
         At the start, in rad/s, components of the moving frame.
-    motion, forces : None
-        The coordinates of this joint cannot be driven or carry forces: an error names the remedy.
+    motion : PoseMotion or PoseTable, optional
+        Drives the joint as a whole; the start is then that of the motion, and the joint has no coordinates of the
+        state. What drives is in `Result.joint_reaction`, its power in `Result.driving_force`, in W.
+    forces : None
+        The coordinates of this joint cannot carry forces: an error names the remedy.
 
     Raises
     ------
     ModelError
-        If a shape is wrong, a number is not finite or the orientation is no rotation.
+        If a shape is wrong, a number is not finite or the orientation is no rotation, or if a start is given beside the
+        motion.
+
+    Examples
+    --------
+    A base that moves as it was measured, with all that stands on it:
+
+    >>> times = np.linspace(0.0, 2.0, 21)
+    >>> heave = np.column_stack((0.0 * times, 0.0 * times, 0.1 * np.sin(times)))
+    >>> import kanefe as kf
+    >>> base = kf.Free(motion=kf.PoseTable(times, heave))
     """
 
     position: Sequence[float] = (0.0, 0.0, 0.0)
     orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
     velocity: Sequence[float] = (0.0, 0.0, 0.0)
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
-    motion: None = None
+    motion: GivenPose | None = None
     forces: None = None
 
     rotation_at: ClassVar[int | None] = 3
@@ -63,10 +77,11 @@ class Free(Joint):
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        refuse_motion(self.motion, self.forces, self.kind)
+        refuse_forces(self.forces, self.kind)
         for name in ("position", "velocity", "angular_velocity"):
             start_values(getattr(self, name), 3, f"{name} of a free joint")
         orientation_parameters(self.orientation, "orientation of a free joint")
+        check_drive(self, self.motion, ("position", "orientation", "velocity", "angular_velocity"), moves=True)
 
     def initial_coordinates(self) -> Vector:
         e = orientation_parameters(self.orientation, "orientation of a free joint")

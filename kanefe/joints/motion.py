@@ -25,6 +25,15 @@ class _Line:
         return self.start + self.rate * t
 
 
+def clock(times: np.ndarray) -> Motion:
+    """Return the motion that is the time itself, known where a table with these times is, and looked at as it is."""
+    line = _Line(0.0, 1.0)
+    motion = Motion(line, _Line(1.0, 0.0), _Line(0.0, 0.0), (float(times[0]), float(times[-1])))
+    starts = times[:-1]
+    none = np.zeros(len(starts))
+    return motion._of_pieces(np.column_stack((starts, starts, none + 1.0, none, none)))
+
+
 @dataclass(frozen=True)
 class Motion:
     """A joint coordinate as a given function of time.

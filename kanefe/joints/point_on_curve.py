@@ -15,6 +15,7 @@ from kanefe.joints.base import OneCoordinateJoint, axis_direction
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.link import Link, LinkKernel
 from kanefe.joints.motion import Motion
+from kanefe.joints.quintic import quintic_pieces
 
 ORDER = 12
 """Of the Gauss quadrature of each piece of the spline: exact to round-off where the pieces are right to ARC_LENGTH."""
@@ -231,19 +232,7 @@ def _by_arc_length(points: Matrix, closed: bool, kind: str) -> tuple[Vector, Mat
         t = slopes / np.linalg.norm(slopes, axis=1)[:, None]
         bend = (rest - np.sum(rest * t, axis=1)[:, None] * t) / np.sum(slopes**2, axis=1)[:, None]
         starts, nodes = np.append(0.0, np.cumsum(h)), spline(edges) + centre
-        # what is left of position, tangent and curvature at the end after those at the start
-        p_left = (moved - h * t[:-1] - 0.5 * h**2 * bend[:-1]) / h**3
-        t_left, bend_left = (t[1:] - t[:-1] - h * bend[:-1]) / h**2, (bend[1:] - bend[:-1]) / h
-        pieces = np.array(
-            (
-                (6.0 * p_left - 3.0 * t_left + 0.5 * bend_left) / h**2,
-                (-15.0 * p_left + 7.0 * t_left - bend_left) / h,
-                10.0 * p_left - 4.0 * t_left + 0.5 * bend_left,
-                0.5 * bend[:-1],
-                t[:-1],
-                nodes[:-1],
-            )
-        )
+        pieces = quintic_pieces(h, nodes, moved, t, bend)
         between = starts[:-1, None] + h * np.array((0.25, 0.5, 0.75))
         misses = np.abs(np.linalg.norm(PPoly(pieces, starts)(between, 1), axis=2) - 1.0).max(axis=1)
         wrong = misses > ARC_LENGTH

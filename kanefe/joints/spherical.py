@@ -18,7 +18,8 @@ from kanefe.frames import (
     orientation_parameters,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, refuse_motion, start_values
+from kanefe.joints.base import Joint, start_values
+from kanefe.joints.given_pose import GivenPose, check_drive, refuse_forces
 from kanefe.joints.held import EVERYWHERE, Held
 from kanefe.joints.link import Link
 
@@ -33,18 +34,22 @@ class Spherical(Joint):
         At the start: Euler parameters, scalar first (`rotation_about`, `euler_angles`), or a matrix.
     angular_velocity : array_like, shape (3,)
         At the start, in rad/s, components of the moving frame: these are the speeds.
-    motion, forces : None
-        The coordinates of this joint cannot be driven or carry forces: an error names the remedy.
+    motion : PoseMotion or PoseTable, optional
+        Drives the joint as a whole, without positions; the start is then that of the motion, and the joint has no
+        coordinates of the state. What drives is in `Result.joint_reaction`, its power in `Result.driving_force`, in W.
+    forces : None
+        The coordinates of this joint cannot carry forces: an error names the remedy.
 
     Raises
     ------
     ModelError
-        If a shape is wrong, a number is not finite or the orientation is no rotation.
+        If a shape is wrong, a number is not finite or the orientation is no rotation, or if a start is given beside the
+        motion.
     """
 
     orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
-    motion: None = None
+    motion: GivenPose | None = None
     forces: None = None
 
     rotation_at: ClassVar[int | None] = 0
@@ -52,9 +57,10 @@ class Spherical(Joint):
     speed_names: ClassVar[tuple[str, ...]] = ("wx [rad/s]", "wy [rad/s]", "wz [rad/s]")
 
     def __post_init__(self) -> None:
-        refuse_motion(self.motion, self.forces, self.kind)
+        refuse_forces(self.forces, self.kind)
         orientation_parameters(self.orientation, "orientation of a spherical joint")
         start_values(self.angular_velocity, 3, "angular_velocity of a spherical joint")
+        check_drive(self, self.motion, ("orientation", "angular_velocity"), moves=False)
 
     def initial_coordinates(self) -> Vector:
         return orientation_parameters(self.orientation, "orientation of a spherical joint")

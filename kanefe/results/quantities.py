@@ -48,7 +48,11 @@ JOINTS = {
     "joint_speeds": Quantity("joint speeds", (("joint speeds", "by coordinate", ()),)),
     "joint_reaction": Quantity("reaction of the joint on the body, in its axes", WRENCH),
 }
-DRIVES = {"driving_force": Quantity("driving force of the joint", (("driving force", "N, of an angle N m", ()),))}
+DRIVES = {
+    "driving_force": Quantity(
+        "driving force of the joint", (("driving force", "N, of an angle N m, of a given pose W", ()),)
+    )
+}
 LOOPS = {"loop_force": Quantity("force of the loop joint on its end b, in the axes of that end", WRENCH)}
 LOADS = {"load": Quantity("load between frames", (("load", "by column", ()),))}
 MODES = {
@@ -112,7 +116,7 @@ def resolved_parts(
 
 
 def _force_unit(column: str) -> str:
-    return "N m" if "rad" in column else "N"
+    return "W" if "[s]" in column else "N m" if "rad" in column else "N"
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,7 +182,8 @@ class Reader:
     def driving_force(self, name: str) -> np.ndarray:
         """Return the force (N) or torque (N m) that keeps a driven joint on its motion.
 
-        Shape (T,); (T, n) for a joint with n driven coordinates.
+        Of a joint that follows a given pose as a whole it is the power of the drive, W; the wrench is that of
+        `joint_reaction`. Shape (T,); (T, n) for a joint with n driven coordinates.
         """
         return self.read("driving_force", name)
 

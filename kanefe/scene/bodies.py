@@ -15,6 +15,7 @@ from kanefe.frames import Orientation, numbers
 from kanefe.joints import Fixed, Joint, Translation
 from kanefe.joints.base import axis_direction
 from kanefe.joints.checks import check_joint
+from kanefe.joints.given_pose import driven
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
 
 
@@ -244,7 +245,7 @@ class BodyMethods(Scene):
             raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
         if any(entry.name == name for entry in self._entries):
             raise ModelError(f"the scene already has a body called {name!r}. Remedy: another name")
-        check_joint(joint, f"joint of body {name!r}")
+        joint = driven(check_joint(joint, f"joint of body {name!r}"))
         if parent is not None:
             self._check_parent(name, parent)
         if not isinstance(gravity, (bool, np.bool_)):

@@ -23,6 +23,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.joints import Joint
 from kanefe.joints.checks import check_joint
+from kanefe.joints.given_pose import driven
 from kanefe.scene.scene import Frame, Scene
 
 
@@ -302,7 +303,7 @@ def joint_start(joint: Joint, coordinate: int) -> float:
 
 def _check_plain(joint: Joint, label: str) -> None:
     """Raise a ModelError if a joint that is to close a loop has more than its kind and axes."""
-    if any(motion is not None for motion in joint.motions):
+    if any(motion is not None for motion in driven(joint).motions):
         raise ModelError(f"{label} cannot be driven by a motion. Remedy: drive a joint of the tree, close another one")
     # Euler parameters of both signs are the same rotation
     has_start = np.any(abs(joint.initial_coordinates()) != joint.home()) or joint.initial_speeds().any()

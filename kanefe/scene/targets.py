@@ -136,6 +136,11 @@ def joint_entry(
             f"{role} {target.name!r}: the coordinates of a {joint.kind} joint are Euler parameters. Remedy: "
             "rotation or position of the body"
         )
+    if joint.units == ("s",):
+        raise ModelError(
+            f"{role} {target.name!r}: the {joint.kind} joint follows a given pose as a whole. Remedy: position, "
+            "rotation or force of the body; revolute and prismatic joints where single coordinates count"
+        )
     there = [i for i, motion in enumerate(joint.motions) if driven is None or (motion is not None) == driven]
     labels = [joint.coordinate_names[i].partition(" [")[0] for i in there]
     chosen = [i for i, label in zip(there, labels, strict=True) if target.axis in ("", label, str(i))]

@@ -11,11 +11,19 @@ import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.frames import axial
 from kanefe.joints import Joint
+from kanefe.joints.given_pose import driven
 from scenes import derivatives
 
 ANGLES = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)
 REACH = 2.0 + np.cos(3 * ANGLES)
 KNOT = np.column_stack((REACH * np.cos(2 * ANGLES), REACH * np.sin(2 * ANGLES), np.sin(3 * ANGLES)))
+
+TIMES = np.linspace(-1.0, 1.0, 41)
+TUMBLING = kf.PoseTable(
+    TIMES,
+    np.column_stack((np.sin(TIMES), TIMES**2, np.cos(2 * TIMES))),
+    [kf.euler_angles("XYZ", (t, 0.5 * t**2, 0.3 - t)) for t in TIMES],
+)
 
 JOINTS: list[Joint] = [
     kf.Fixed(),
@@ -34,6 +42,7 @@ JOINTS: list[Joint] = [
     kf.PointOnCurve(KNOT, closed=True, turns=True, position=2.1, speed=1.0),
     kf.PointOnCurve(KNOT, closed=True, turns=True, up=(0.3, 0.1, 1.0), position=1.3),
     kf.Free(position=(1, 2, 3), orientation=(2, 1, 0, -1), velocity=(1, 0, 2), angular_velocity=(0.1, -0.5, 2.0)),
+    driven(kf.Free(motion=TUMBLING)),
 ]
 
 

@@ -9,12 +9,12 @@ import numpy as np
 from kanefe.kernels._numba import inlined
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.links.places import DV, DW, SIGNATURE, A, P, V, W
+from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
 from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, put_three, times
 
 # Numbers: pieces, whether it is closed, whether M turns with it, arc length at which each piece starts and the last
 # ends, and then of each piece the coefficients of the powers 0 to 5 of position and, if M turns, of what is up
 COUNT, IS_CLOSED, TURNS, STARTS = range(4)
-POWERS = 6
 
 
 @called_by_address(*SIGNATURE)
@@ -33,13 +33,7 @@ def curve(numbers: Any, q: Any, out: Any) -> None:
     elif s.real > end:
         beyond = s - end
     s -= beyond
-    low, high = 0, count
-    while high - low > 1:
-        middle = (low + high) // 2
-        if numbers[STARTS + middle] <= s.real:
-            low = middle
-        else:
-            high = middle
+    low = piece_at(numbers, STARTS, count, s.real)
     x, at = s - numbers[STARTS + low], STARTS + count + 1
     turns = numbers[TURNS] > 0.0
     at += low * (6 if turns else 3) * POWERS
@@ -79,17 +73,8 @@ def curve(numbers: Any, q: Any, out: Any) -> None:
 def _derivatives(numbers: Any, at: int, x: Any) -> tuple[Numbers, Numbers, Numbers, Numbers]:
     """Return a vector of three polynomials and its first three derivatives."""
     a, b, c = (
-        _polynomial(numbers, at, x),
-        _polynomial(numbers, at + POWERS, x),
-        _polynomial(numbers, at + 2 * POWERS, x),
+        polynomial(numbers, at, x),
+        polynomial(numbers, at + POWERS, x),
+        polynomial(numbers, at + 2 * POWERS, x),
     )
     return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]), (a[3], b[3], c[3])
-
-
-@inlined
-def _polynomial(numbers: Any, at: int, x: Any) -> tuple[Any, Any, Any, Any]:
-    f = numbers[at + POWERS - 1] + 0.0 * x
-    d = dd = ddd = 0.0 * x
-    for k in range(POWERS - 2, -1, -1):
-        ddd, dd, d, f = ddd * x + dd, dd * x + d, d * x + f, f * x + numbers[at + k]
-    return f, d, 2.0 * dd, 6.0 * ddd

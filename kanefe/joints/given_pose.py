@@ -1,0 +1,167 @@
+"""Poses as given functions of time, and the joint that follows one."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.joints.base import Joint
+from kanefe.joints.link import Link, LinkKernel
+from kanefe.joints.motion import Motion
+
+
+class PoseRates(NamedTuple):
+    """Where a frame M is seen from F at a time, and how it moves.
+
+    Attributes
+    ----------
+    position, velocity, acceleration : ndarray, shape (3,)
+        Components of F: m, m/s, m/s2.
+    axes : ndarray, shape (3, 3)
+        A_FM.
+    angular_velocity, angular_acceleration : ndarray, shape (3,)
+        Components of M: rad/s, rad/s2.
+    """
+
+    position: Vector
+    velocity: Vector
+    acceleration: Vector
+    axes: Matrix
+    angular_velocity: Vector
+    angular_acceleration: Vector
+
+
+class GivenPose(ABC):
+    """Common part of what drives a free or spherical joint: a `PoseMotion` or a `PoseTable`."""
+
+    @property
+    @abstractmethod
+    def moves(self) -> bool:
+        """Whether it gives positions; without, it only turns."""
+
+    @property
+    @abstractmethod
+    def clock(self) -> Motion:
+        """Time as a motion, known where the pose is."""
+
+    @abstractmethod
+    def at(self, t: float) -> PoseRates:
+        """Return pose, velocities and accelerations at time t (s)."""
+
+    def kernel(self) -> LinkKernel | None:
+        """Return what compiled code finds the pose by; None: it is known in Python alone."""
+        return None
+
+    @abstractmethod
+    def check(self, where: str) -> None:
+        """Raise a ModelError if what functions of the user give contradicts itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseDriven(Joint):
+    """The joint of a frame that follows a given pose: its one coordinate is the time, which goes on by itself.
+
+    The partial velocities are then the velocities, the remainders the accelerations (Eq. 13-16), and the driving force,
+    that of a coordinate in s, is the power of the drive in W.
+
+    Parameters
+    ----------
+    given : GivenPose
+    of_kind : str
+        Kind of the joint that is driven.
+    """
+
+    given: GivenPose
+    of_kind: str
+
+    coordinate_names: ClassVar[tuple[str, ...]] = ("time [s]",)
+    speed_names: ClassVar[tuple[str, ...]] = ("rate [s/s]",)
+
+    @property
+    def kind(self) -> str:
+        return self.of_kind
+
+    @property
+    def motions(self) -> tuple[Motion | None, ...]:
+        return (self.given.clock,)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return ("s",)
+
+    def initial_coordinates(self) -> Vector:
+        return np.zeros(1)
+
+    def initial_speeds(self) -> Vector:
+        return np.zeros(1)
+
+    def pose(self, q: Vector) -> tuple[Vector, Matrix]:
+        found = self.given.at(float(q[0]))
+        return found.position, found.axes
+
+    def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
+        found = self.given.at(float(q[0]))
+        return found.velocity[:, None], (found.axes @ found.angular_velocity)[:, None]
+
+    def remainders(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+        found = self.given.at(float(q[0]))
+        square = u[0] ** 2
+        return square * found.acceleration, square * (found.axes @ found.angular_acceleration)
+
+    def links(self) -> tuple[Link, ...] | None:
+        kernel = self.given.kernel()
+        return None if kernel is None else (Link.given(kernel),)
+
+
+def driven(joint: Joint) -> Joint:
+    """Return the joint that a scene takes: what follows the pose that drives the joint as a whole, or the joint."""
+    motion = getattr(joint, "motion", None)
+    if joint.rotation_at is None or not isinstance(motion, GivenPose):
+        return joint
+    return PoseDriven(motion, joint.kind)
+
+
+def check_drive(joint: Joint, motion: object, starts: tuple[str, ...], *, moves: bool) -> None:
+    """Raise a ModelError if a joint with Euler parameters cannot follow what it is given; None drives nothing.
+
+    Parameters
+    ----------
+    joint : Joint
+        With its start in attributes.
+    motion : object
+    starts : tuple of str
+        Names of the attributes, which must stay as they are by themselves.
+    moves : bool
+        Whether the joint can move along.
+    """
+    if motion is None:
+        return
+    what = f"the motion of a {joint.kind} joint"
+    if not isinstance(motion, GivenPose):
+        raise ModelError(
+            f"{what} must be a PoseMotion or a PoseTable, not {motion!r}. Remedy: one of them; where single "
+            "coordinates are driven, revolute and prismatic joints with massless frames between them (add_frame)"
+        )
+    if motion.moves and not moves:
+        raise ModelError(f"{what} gives positions, but its point stays. Remedy: leave them out, or a Free joint")
+    for name in starts:
+        default = getattr(type(joint), name)
+        if np.shape(getattr(joint, name)) != np.shape(default) or np.any(np.asarray(getattr(joint, name)) != default):
+            raise ModelError(
+                f"a {joint.kind} joint that is driven by a motion takes its start from it. Remedy: leave out {name}"
+            )
+    motion.check(f"{joint.kind} joint")
+
+
+def refuse_forces(forces: object, kind: str) -> None:
+    """Raise a ModelError if a joint with Euler parameters is given forces along its coordinates."""
+    if forces is not None:
+        raise ModelError(
+            f"the coordinates of a {kind} joint cannot carry forces of their own. Remedy: a bushing, or revolute and "
+            "prismatic joints with massless frames between them (add_frame)"
+        )

@@ -1,0 +1,173 @@
+"""Poses as functions of time, given with their rates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, axial, orientation_parameters, rotation_matrix, shaped_numbers
+from kanefe.joints.given_pose import GivenPose, PoseRates
+from kanefe.joints.motion import Motion
+from kanefe.joints.pose_table import PoseTable
+
+LINEAR = ("position", "velocity", "acceleration")
+ANGULAR = ("orientation", "angular_velocity", "angular_acceleration")
+
+STEP = 1e-6
+"""Of central differences, s."""
+
+Function = Callable[[float], Any]
+
+
+def _time(t: float) -> float:
+    return t
+
+
+def _one(t: float) -> float:
+    return 1.0
+
+
+def _zero(t: float) -> float:
+    return 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class PoseMotion(GivenPose):
+    """The pose of a frame as functions of time, with exact velocities and accelerations: it drives a joint.
+
+    The functions are called in Python, and a scene with one takes the literal route; `table` makes of it what stays in
+    compiled code.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : callable, optional
+        t in s -> (3,), components of the joint's fixed frame F, m, m/s, m/s2. All three, or none: it stays.
+    orientation : callable, optional
+        t -> Euler parameters (4,), scalar first, of any length, a matrix A_FM (3, 3), or a Rotation of scipy.
+    angular_velocity, angular_acceleration : callable, optional
+        t -> (3,), components of the moving frame M, rad/s, rad/s2. All three of the rotation, or none: it does not
+        turn. The rates of the components in M are those of the vector, seen from F, in M.
+    span : (float, float)
+        First and last time at which the pose is known, s.
+
+    Raises
+    ------
+    ModelError
+        If a function is missing; when a joint takes it, if what one gives is of another shape, not finite, no
+        rotation, or not the rate of another.
+
+    Examples
+    --------
+    A deck that rolls by 0.1 rad in 10 s:
+
+    >>> import numpy as np
+    >>> import kanefe as kf
+    >>> w, roll = 0.2 * np.pi, np.array((0.1, 0.0, 0.0))
+    >>> motion = kf.PoseMotion(
+    ...     orientation=lambda t: kf.rotation_about("x", 0.1 * np.sin(w * t)),
+    ...     angular_velocity=lambda t: roll * w * np.cos(w * t),
+    ...     angular_acceleration=lambda t: -roll * w**2 * np.sin(w * t),
+    ... )
+    >>> scene = kf.System()
+    >>> deck = scene.add_frame("deck", joint=kf.Spherical(motion=motion.table(np.linspace(0.0, 60.0, 601))))
+    """
+
+    position: Function | None = None
+    velocity: Function | None = None
+    acceleration: Function | None = None
+    orientation: Function | None = None
+    angular_velocity: Function | None = None
+    angular_acceleration: Function | None = None
+    span: tuple[float, float] = (-math.inf, math.inf)
+
+    def __post_init__(self) -> None:
+        for names in (LINEAR, ANGULAR):
+            missing = [name for name in names if getattr(self, name) is None]
+            if missing and len(missing) < len(names):
+                raise ModelError(
+                    f"a PoseMotion needs {', '.join(names[:2])} and {names[2]}; {' and '.join(missing)} is missing. "
+                    "Remedy: give the time derivatives, or sample the pose and use PoseTable"
+                )
+            for name in names:
+                if getattr(self, name) is not None and not callable(getattr(self, name)):
+                    raise ModelError(f"{name} of a PoseMotion must be a function of time, not {getattr(self, name)!r}")
+        if self.position is None and self.orientation is None:
+            raise ModelError("a PoseMotion needs position or orientation as functions of time; neither is given")
+
+    @property
+    def moves(self) -> bool:
+        return self.position is not None
+
+    @property
+    def clock(self) -> Motion:
+        return Motion(_time, _one, _zero, self.span)
+
+    def at(self, t: float) -> PoseRates:
+        p, v, a = (self._vector(name, t) for name in LINEAR)
+        w, dw = (self._vector(name, t) for name in ANGULAR[1:])
+        return PoseRates(p, v, a, rotation_matrix(self._parameters(t)), w, dw)
+
+    def table(self, times: Sequence[float] | Vector) -> PoseTable:
+        """Return the table of the pose and of its rates at some times, which runs take in compiled code.
+
+        Pose, velocities and accelerations are those of the functions at the times; between them the pose errs by the
+        sixth power of the distance of the times, accelerations by the fourth.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            Increasing, at least two, s.
+        """
+        found: dict[str, Any] = {"positions": None, "orientations": None}
+        instants = np.atleast_1d(np.asarray(times, dtype=float))
+        if self.position is not None:
+            plural = ("positions", "velocities", "accelerations")
+            for name, key in zip(LINEAR, plural, strict=True):
+                found[key] = np.array([self._vector(name, float(t)) for t in instants])
+        if self.orientation is not None:
+            found["orientations"] = np.array([self._parameters(float(t)) for t in instants])
+            for name, key in zip(ANGULAR[1:], ("angular_velocities", "angular_accelerations"), strict=True):
+                found[key] = np.array([self._vector(name, float(t)) for t in instants])
+        return PoseTable(times, **found)
+
+    def check(self, where: str) -> None:
+        first, last = self.span
+        start = min(max(0.0, first), last)
+        later = start + 1e-3 if start + 2e-3 < last else 0.5 * (first + last)
+        self.at(start)
+        here, back, ahead = (self.at(t) for t in (later, later - STEP, later + STEP))
+        turned = -0.5 * axial((ahead.axes - back.axes) @ here.axes.T) @ here.axes
+        found = {
+            "velocity": (ahead.position - back.position, here.velocity, here.position),
+            "acceleration": (ahead.velocity - back.velocity, here.acceleration, here.velocity),
+            "angular_velocity": (turned, here.angular_velocity, np.ones(3)),
+            "angular_acceleration": (
+                ahead.angular_velocity - back.angular_velocity, here.angular_acceleration, here.angular_velocity,
+            ),
+        }  # fmt: skip
+        for name, (change, given, of) in found.items():
+            rate = change / (2.0 * STEP)
+            # as for a Motion: enough for the slopes of what goes at some kHz, far below a wrong sign or frame
+            allowed = 0.01 * max(np.linalg.norm(rate), np.linalg.norm(given)) + 1e-6 * (1.0 + np.linalg.norm(of))
+            if np.linalg.norm(rate - given) > allowed:
+                raise ModelError(
+                    f"{where}: at t = {later:.6g} s the {name} of a PoseMotion is {given.tolist()}, but what it is the "
+                    f"rate of changes at {rate.tolist()} a second. Remedy: the time derivative; angular ones are in "
+                    "components of the moving frame, in rad"
+                )
+
+    def _vector(self, name: str, t: float) -> Vector:
+        function: Function | None = getattr(self, name)
+        if function is None:
+            return np.zeros(3)
+        return shaped_numbers(function(t), (3,), f"{name} of a PoseMotion at t = {t:.6g} s")
+
+    def _parameters(self, t: float) -> Vector:
+        if self.orientation is None:
+            return np.array((1.0, 0.0, 0.0, 0.0))
+        return orientation_parameters(self.orientation(t), f"orientation of a PoseMotion at t = {t:.6g} s")

@@ -1,0 +1,34 @@
+"""Piecewise polynomials of the fifth degree with given values and first two derivatives at their ends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+
+
+def quintic_pieces(h: Vector, y: Matrix, moved: Matrix, dy: Matrix, ddy: Matrix) -> np.ndarray:
+    """Return the powers 5 to 0 of each piece, shape (6, n, columns): Hermite's interpolation of two derivatives.
+
+    Parameters
+    ----------
+    h : ndarray, shape (n, 1)
+        Lengths of the pieces.
+    y, dy, ddy : ndarray, shape (n + 1, columns)
+        Values and derivatives at their ends.
+    moved : ndarray, shape (n, columns)
+        By how much y changes over each piece.
+    """
+    # what is left of value and derivatives at the end after those at the start
+    value = (moved - h * dy[:-1] - 0.5 * h**2 * ddy[:-1]) / h**3
+    slope, bend = (dy[1:] - dy[:-1] - h * ddy[:-1]) / h**2, (ddy[1:] - ddy[:-1]) / h
+    return np.array(
+        (
+            (6.0 * value - 3.0 * slope + 0.5 * bend) / h**2,
+            (-15.0 * value + 7.0 * slope - bend) / h,
+            10.0 * value - 4.0 * slope + 0.5 * bend,
+            0.5 * ddy[:-1],
+            dy[:-1],
+            y[:-1],
+        )
+    )
