@@ -11,6 +11,7 @@ from operator import attrgetter
 
 from kanefe.checks.registry import Registry
 from kanefe.checks.robustness import (
+    contact,
     determinism,
     drift,
     events,
@@ -40,6 +41,7 @@ OWN: tuple[StressCase, ...] = (
     *spin.CASES,
     *steps.CASES,
     *events.CASES,
+    *contact.CASES,
     *invariances.CASES,
     *determinism.CASES,
 )
