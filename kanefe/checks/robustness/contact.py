@@ -165,8 +165,14 @@ def driven(effort: Effort) -> Iterator[Finding]:
     late = result.times > 0.5 * span
     error = float(np.abs(result.contact("c").normal - asked)[late].max() / GRAVITY)
     share = (omega**2 / 1e6) * amplitude * omega**2 / GRAVITY
-    yield Finding("block on a deck that shakes at 10 Hz with 0.4 g", int(span * 10), "normal force, of the weight", error,
-                  2.0 * share + 1e-3, "it yields by (omega / omega of the contact)^2; the start has died away")  # fmt: skip
+    yield Finding(
+        "block on a deck that shakes at 10 Hz with 0.4 g",
+        int(span * 10),
+        "normal force, of the weight",
+        error,
+        2.0 * share + 1e-3,
+        "it yields by (omega / omega of the contact)^2; the start has died away",
+    )
     yield from _over_the_edge()
 
 
