@@ -4,7 +4,7 @@ import numpy as np
 
 import kanefe as kf
 
-track = kf.CoordinateForce(stiffness=200.0, rest=-0.3, friction=4.0, friction_speed=0.01)  # N/m, m, N, m/s
+track = kf.CoordinateForce(stiffness=200.0, rest=-0.3, friction=4.0)  # N/m, m, N
 pins = kf.CoordinateForce(damping=0.02)  # N m s
 
 scene = kf.System(gravity=(0, -9.81, 0))

@@ -1,4 +1,4 @@
-"""Markers: frames fixed in a body, in an interface or in N, to which springs, constraints and loads attach."""
+"""Markers: frames fixed in a body, in an interface or in N, and joint coordinates, to which things attach."""
 
 from __future__ import annotations
 
@@ -32,3 +32,24 @@ class Marker:
     point: np.ndarray
     axes: np.ndarray
     label: str
+
+
+@dataclass(frozen=True, eq=False)
+class CoordinateMarker(Marker):
+    """A coordinate of a body's joint as an end of a load: what the load gives there is a force along the coordinate.
+
+    Its motion is that of a point on the x axis: the coordinate is x of the position, its rate x of the velocity; and of
+    the wrench there the first number counts, N or N m.
+
+    Attributes
+    ----------
+    coordinate : int
+        Among those of the joint.
+    """
+
+    coordinate: int
+
+    @classmethod
+    def of(cls, body: int, coordinate: int, label: str) -> CoordinateMarker:
+        """Return the marker of a coordinate of a body's joint."""
+        return cls(body, None, np.zeros(3), np.eye(3), label, coordinate)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from kanefe.equations.given_state import Start, given_state, slack_time
+from kanefe.equations.joint_frictions import joint_frictions
 from kanefe.equations.model import Model
 from kanefe.equations.routes import starting_route
 from kanefe.loads.base import Load
@@ -19,7 +20,8 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
 
     Joints whose start is not given (all zeros) move first, then all joints, then elastic coordinates too, each only if
     the loops do not close without. Speeds are treated alike: those given are kept if the others can follow. Loads see
-    that start: springs without a rest length are slack there, also if the model then starts from another state.
+    that start: springs without a rest length are slack there, also if the model then starts from another state. Dry
+    friction in joints is a load of its own: see `kanefe.equations.joint_frictions`.
 
     Raises
     ------
@@ -33,6 +35,7 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
         q, u, _ = model.parts(starting_route(model).start(slack))
         if not (np.array_equal(q, model.initial_coordinates) and np.array_equal(u, model.initial_speeds)):
             model = replace(model, initial_coordinates=q, initial_speeds=u)
+    loads = (*loads, *joint_frictions(model, loads, slack))
     if loads:
         model = model.with_loads(starting_route(model).started(slack, loads))
     if start is None:

@@ -52,7 +52,7 @@ class Dynamics:
 
     @property
     def has_kinks(self) -> bool:
-        """Whether forces may jump or begin at once: those of stops and friction, and functions of the user."""
+        """Whether forces may jump or begin at once: those of stops, and functions of the user."""
         return self.calls_functions or self.model.has_stops
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:

@@ -65,7 +65,7 @@ def events_of_loads(model: ModelData) -> tuple[Event, ...]:
     for number, (load, states) in enumerate(zip(model.loads, model.load_states, strict=True)):
         where = slice(first + states.start, first + states.stop)
         for index, event in enumerate(load.events):
-            name, function = f"{load.name} {event.name}", _Function(number, event)
+            name, function = f"{load.subject} {event.name}", _Function(number, event)
             place = EventOfLoad(name, function, event.direction, number=number, of=event, where=where, index=index)
             found.append(place)
     return tuple(found)

@@ -16,6 +16,8 @@ from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
+from kanefe.loads.base import Load
+from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.scales import modal_frequencies
 
 MOST_EXPLICIT_STEPS = 2000.0
@@ -38,8 +40,8 @@ MOST_OUTSIDE = 150.0
 """Rate of what is outside the sweep times the span: below, steps that look at functions often enough take it."""
 
 CONTACT_ATOL = 1e-7
-"""Largest absolute tolerance where there are contacts, of the size of a scene: a hundredth of what they yield by, where
-that is 1e-5. With a larger one a loose run shakes loose what sticks, and takes more steps for it."""
+"""Largest absolute tolerance where there are contacts and friction, of the size of a scene: a hundredth of what they
+yield by, where that is 1e-5. With a larger one a loose run shakes loose what sticks, and takes more steps for it."""
 
 LEAST_SHARE = 0.1
 """Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
@@ -67,9 +69,9 @@ MANY_SAMPLES = 50.0
 """Of controllers, from which on Radau's method has more Jacobians to make than steps to spare."""
 
 MUCH = 40.0
-"""Times the work of Radau's method: what the explicit one may take where stops and friction act all the time."""
+"""Times the work of Radau's method: what the explicit one may take where stops act all the time."""
 
-STOPS = "stops or dry friction"
+STOPS = "stops"
 
 
 class Suited(NamedTuple):
@@ -102,8 +104,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     so that it hands over where they would be; Radau's method, or the explicit one where that is less work, follows
     vibrations from the start where they are larger than the tolerance or the run lasts few of their periods. Radau's
     method also where something stiff is outside the sweep (springs between frames, functions of the state) or begins at
-    once (stops, dry friction), and where that is too much work generalised-alpha; not under sampled controllers, at
-    whose samples it would begin anew.
+    once (stops, contacts, friction in joints), and where that is too much work generalised-alpha; not under sampled
+    controllers, at whose samples it would begin anew.
     """
     own = serving(model, *own_methods())
     if len(own) == 1:
@@ -112,7 +114,7 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
     sudden = [load for load in model.loads if load.acts_at_once]
     if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
-        share = min(CONTACT_ATOL / atol, 1.0) if any(isinstance(load, Contact) for load in sudden) else 1.0
+        share = min(CONTACT_ATOL / atol, 1.0) if any(map(_sticks, sudden)) else 1.0
         return Suited("radau5", f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once", share=share)
     if not _is_stiff(max(rate, outside), span):
         return Suited("dop853", "no stiff elastic modes")
@@ -137,6 +139,10 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
             return Suited("radau5", reason)
         return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
     return _by_vibrations(dynamics, (start, stop), rtol, atol, reason)
+
+
+def _sticks(load: Load) -> bool:
+    return isinstance(load, (Contact, CoordinateFriction))
 
 
 def _by_vibrations(
@@ -211,7 +217,7 @@ def _follower(model: Model, span: float, steps: float, found: Vibrations) -> str
 
 
 def _takes_stops(model: Model, start: float, span: float) -> bool:
-    """Tell whether the explicit method has little work while stops and friction do not act, and bearable if they do."""
+    """Tell whether the explicit method has little work while stops do not act, and bearable if they do."""
     free = highest_rate(model, start, *iteration_matrices(model))
     implicit = _radau_work(model, LEAST_BESIDE_KINKS)
     return (
@@ -221,13 +227,13 @@ def _takes_stops(model: Model, start: float, span: float) -> bool:
 
 
 def _rate_at_stops(model: Model, start: float) -> float:
-    """Return the highest rate in rad/s with all stops touched, and friction that sticks."""
+    """Return the highest rate in rad/s with all stops touched."""
     K, C = iteration_matrices(model)
     for body in model.bodies:
         for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
             if force is not None and where < model.free_count:
                 K[where, where] += force.limit_stiffness
-                C[where, where] += force.limit_damping + force.friction / force.friction_speed
+                C[where, where] += force.limit_damping
     return highest_rate(model, start, K, C)
 
 

@@ -16,9 +16,15 @@ from kanefe.frames import numbers
 class CoordinateForce:
     """Force along a joint coordinate q, on the child and reversed on the parent.
 
-    ``-k (q - rest) - c dq - friction tanh(dq / friction_speed)``, and beyond a limit by d the one-sided stop
-    ``-(k_limit d + c_limit dd)``, which pushes back and never pulls. For an angle N m, rad and rad/s take the place of
-    N, m and m/s below.
+    ``-k (q - rest) - c dq``, and beyond a limit by d the one-sided stop ``-(k_limit d + c_limit dd)``, which pushes
+    back and never pulls. For an angle N m, rad and rad/s take the place of N, m and m/s below.
+
+    Dry friction hangs on a spring and damper from an anchor, which moves only when it slips: what acts against the
+    motion is ``p = k_f w + c_f dq`` as far as that is not above `friction`, with w the stretch of the spring and
+    ``dw/dt = (force - k_f w) / c_f``. So it holds for ever what it holds, without creep. In a scene it is a load of its
+    own, "friction of <body>": ``result.load`` tells force, stretch and whether it sticks, and
+    ``result.events["<body> slip"]`` and ``["<body> stick"]`` when that changed. Of a joint with several coordinates the
+    name of the coordinate follows that of the body.
 
     Parameters
     ----------
@@ -27,9 +33,14 @@ class CoordinateForce:
     rest : float
         Coordinate at which the spring is slack, m.
     friction : float
-        Dry friction, N: the same at any load of the joint.
-    friction_speed : float
-        Speed at which three quarters of it act, m/s: below, it is a strong damper, and nothing sticks for ever.
+        Dry friction while it slips, N: the same at any load of the joint.
+    static_friction : float, optional
+        Force at which it begins to slip, N; default: the same.
+    friction_stiffness : float, optional
+        k_f, N/m; default: the static friction over 1e-5 m (or 1e-4 rad).
+    friction_damping : float, optional
+        c_f, N s/m; default: a tenth of what is critical for the inertia along the coordinate at the start; 1 ms times
+        k_f in a scene with bodies that keep all degrees of freedom.
     limits : (float or None, float or None)
         Lower and upper limit of the coordinate, m; None: no limit.
     limit_stiffness, limit_damping : float
@@ -38,7 +49,8 @@ class CoordinateForce:
     Raises
     ------
     ModelError
-        If a number is negative or not finite, the limits are reversed, or a stop has no stiffness.
+        If a number is negative or not finite, the limits are reversed, a stop has no stiffness, or the static friction
+        is below that which slips.
 
     Examples
     --------
@@ -51,7 +63,9 @@ class CoordinateForce:
     damping: float = 0.0
     rest: float = 0.0
     friction: float = 0.0
-    friction_speed: float = 1e-3
+    static_friction: float | None = None
+    friction_stiffness: float | None = None
+    friction_damping: float | None = None
     limits: Sequence[float | None] = (None, None)
     limit_stiffness: float = 0.0
     limit_damping: float = 0.0
@@ -64,8 +78,7 @@ class CoordinateForce:
                 raise ModelError(f"{name} of a joint coordinate must be finite and >= 0, not {getattr(self, name)!r}")
         if not self._finite("rest"):
             raise ModelError(f"rest of a joint coordinate must be finite, not {self.rest!r}")
-        if not (self._finite("friction_speed") and self.friction_speed > 0):
-            raise ModelError(f"friction_speed must be finite and > 0, not {self.friction_speed!r}")
+        self._check_friction()
         lower, upper = _bounds(self.limits)
         if lower >= upper:
             raise ModelError(
@@ -79,25 +92,43 @@ class CoordinateForce:
         object.__setattr__(self, "lower", lower)
         object.__setattr__(self, "upper", upper)
 
+    def _check_friction(self) -> None:
+        for name in ("static_friction", "friction_stiffness", "friction_damping"):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            if not (self._finite(name) and value > 0):
+                raise ModelError(f"{name} of a joint coordinate must be finite and > 0, not {value!r}")
+            if self.friction == 0.0:
+                raise ModelError(f"{name} without friction does nothing. Remedy: give friction")
+        if self.static_friction is not None and self.static_friction < self.friction:
+            raise ModelError(
+                f"static_friction, {self.static_friction:g}, is below friction, {self.friction:g}. Remedy: the larger "
+                "as static_friction"
+            )
+
     def _finite(self, name: str) -> bool:
         value = numbers(getattr(self, name))
         return value.shape == () and bool(np.isfinite(value))
 
     @property
     def is_dissipative(self) -> bool:
-        """Whether it takes energy from the scene."""
-        return bool(self.damping or self.friction or self.limit_damping)
+        """Whether it takes energy from the scene, but for friction."""
+        return bool(self.damping or self.limit_damping)
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is anything but friction."""
+        return bool(self.stiffness or self.damping or self.limit_stiffness)
 
     @property
     def is_varying(self) -> bool:
-        """Whether its slopes change with the state: it has friction or limits."""
-        return bool(self.friction or self.limit_stiffness)
+        """Whether its slopes change with the state: it has limits."""
+        return bool(self.limit_stiffness)
 
     def force(self, q: float, rate: float) -> float:
-        """Return the generalised force at coordinate q (m) and its rate (m/s), N."""
+        """Return the generalised force at coordinate q (m) and its rate (m/s) but for friction, N."""
         total = -self.stiffness * (q - self.rest) - self.damping * rate
-        if self.friction:
-            total -= self.friction * math.tanh(rate / self.friction_speed)
         if q > self.upper:
             total -= max(0.0, self.limit_stiffness * (q - self.upper) + self.limit_damping * rate)
         elif q < self.lower:
@@ -110,7 +141,7 @@ class CoordinateForce:
         return 0.5 * self.stiffness * (q - self.rest) ** 2 + 0.5 * self.limit_stiffness * beyond**2
 
     def dissipation(self, q: float, rate: float) -> float:
-        """Return the power that damping, friction and stops take, W: what the force does beyond the potential."""
+        """Return the power that damping and stops take, W: what the force does beyond the potential."""
         elastic = -self.stiffness * (q - self.rest)
         elastic -= self.limit_stiffness * (max(0.0, q - self.upper) - max(0.0, self.lower - q))
         return (elastic - self.force(q, rate)) * rate
@@ -118,8 +149,6 @@ class CoordinateForce:
     def slopes(self, q: float, rate: float) -> tuple[float, float]:
         """Return stiffness and damping at coordinate q and its rate, N/m and N s/m: minus the slopes of the force."""
         k, c = self.stiffness, self.damping
-        if self.friction:
-            c += self.friction / self.friction_speed / math.cosh(min(abs(rate) / self.friction_speed, 300.0)) ** 2
         outward = rate if q > self.upper else -rate
         beyond = max(0.0, q - self.upper, self.lower - q)
         if beyond > 0.0 and self.limit_stiffness * beyond + self.limit_damping * outward > 0.0:

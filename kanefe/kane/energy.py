@@ -76,7 +76,7 @@ def momenta(state: State) -> tuple[Vector, Vector]:
 
 @once
 def dissipated_power(state: State) -> float:
-    """Return the power that deta^T C deta, friction, stops and all dampers take, in W."""
+    """Return the power that deta^T C deta, stops and all dampers take, in W."""
     total = 0.0
     for body in state.model.bodies:
         if body.has_coordinate_forces:

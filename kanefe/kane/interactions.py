@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.bodies.marker import Marker
+from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, actions
@@ -22,9 +22,11 @@ class MarkerWrench(NamedTuple):
 
 
 def load_wrenches(state: State) -> Iterator[MarkerWrench]:
-    """Yield the wrenches of all loads between frames on their ends."""
+    """Yield the wrenches of all loads on their ends that are frames: what acts in a joint is part of its reaction."""
     for load, action in zip(state.model.loads, actions(state), strict=True):
         for marker, wrench in zip(load.ends, action.wrenches, strict=True):
+            if isinstance(marker, CoordinateMarker):
+                continue
             F = state.marker(marker)
             yield MarkerWrench(marker, F, np.concatenate((F.A_NF.T @ wrench[:3], F.A_NF.T @ wrench[3:])))
 
@@ -33,15 +35,37 @@ def generalised_force(state: State, ends: tuple[Marker, ...], wrenches: Matrix) 
     """Return ``sum V^T R + W^T T`` of wrenches (ends, 6) in N on some markers (Eq. 11), shape (columns,)."""
     F = np.zeros(state.columns)
     for marker, wrench in zip(ends, wrenches, strict=True):
+        if isinstance(marker, CoordinateMarker):
+            F[_speed(state, marker)] += wrench[0]
+            continue
         frame = state.marker(marker)
         F += frame.V.T @ (frame.A_NF.T @ wrench[:3]) + frame.W.T @ (frame.A_NF.T @ wrench[3:])
     return F
+
+
+def _speed(state: State, marker: CoordinateMarker) -> int:
+    """Return where the speed of a joint coordinate is among all speeds."""
+    return int(state.model.bodies[marker.body].speeds[marker.coordinate])
+
+
+def _moves(state: State, marker: Marker) -> Matrix:
+    """Return the partial velocities of an end of a load, (6, columns), in N."""
+    if isinstance(marker, CoordinateMarker):
+        wide = np.zeros((6, state.columns))
+        wide[0, _speed(state, marker)] = 1.0
+        return wide
+    F = state.marker(marker)
+    return np.vstack((F.A_NF @ F.V, F.A_NF @ F.W))
 
 
 def add_interactions(state: State, F: Vector) -> None:
     """Add the generalised forces of all loads between frames to F: ``V^T R + W^T T`` of their ends (Eq. 11)."""
     for _, frame, wrench in load_wrenches(state):
         F += frame.V.T @ wrench[:3] + frame.W.T @ wrench[3:]
+    for load, action in zip(state.model.loads, actions(state), strict=True):
+        for marker, wrench in zip(load.ends, action.wrenches, strict=True):
+            if isinstance(marker, CoordinateMarker):
+                F[_speed(state, marker)] += wrench[0]
 
 
 def add_load_slopes(state: State, K: Matrix, C: Matrix) -> None:
@@ -51,8 +75,7 @@ def add_load_slopes(state: State, K: Matrix, C: Matrix) -> None:
         found = load.tangent(state.t, state.load_ends(i), state.load_states(i))
         if found is None:
             continue
-        frames = [state.marker(marker) for marker in load.ends]
-        moves = np.vstack([wide for F in frames for wide in (F.A_NF @ F.V, F.A_NF @ F.W)])
+        moves = np.vstack([_moves(state, marker) for marker in load.ends])
         D = (found.rows @ moves)[:, :n]
         K += D.T @ (found.stiffness[:, None] * D)
         C += D.T @ (found.damping[:, None] * D)

@@ -1,4 +1,4 @@
-"""Stiffness of flexible bodies, and what changes with the state: of friction and stops in joints, between markers."""
+"""Stiffness of flexible bodies, and what changes with the state: of stops in joints, between markers."""
 
 from __future__ import annotations
 

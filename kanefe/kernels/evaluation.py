@@ -236,7 +236,9 @@ def put_rates(
         powers[0] += modal_dissipation(flexible, modal, powers)
         powers[1] += add_field_loads(flexible, inputs, work, modal)
     if len(between.loads) > 0:
-        taken, given = add_loads_between(between, tables.rows, flexible, t, inputs, z, dz, work, modal, acting)
+        taken, given = add_loads_between(
+            between, tables.rows, flexible, t, inputs, z, dz, drives, q, u, applied, work, modal, acting
+        )
         powers[0] += taken
         powers[1] += given
 

@@ -1,6 +1,6 @@
 """The linearly implicit sweep: ``(M + s C + r K) z = F + C a + K b`` in place of ``M du = F``.
 
-C and K are the diagonals of the modes of unit mass, and springs, dampers, friction and stops along joint coordinates,
+C and K are the diagonals of the modes of unit mass, and springs, dampers and stops along joint coordinates,
 each at the current state. In modes of unit mass the block of a body becomes ``d = 1 + s c + r k``; with the modes
 scaled by the root of d it is the identity again, so that the elimination of the modes is that of the plain sweep.
 """
@@ -13,8 +13,6 @@ from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.elastic import span, transposed_product
 from kanefe.kernels.joint_forces import (
     DAMPING_OF,
-    FRICTION,
-    FRICTION_SPEED,
     LOWER,
     STIFFNESS_OF,
     STOP_DAMPING,
@@ -102,9 +100,6 @@ def stiffen_joints(
 def _tangents(law: np.ndarray, position: float, rate: float) -> tuple[float, float]:
     """Return stiffness and damping of the forces along a coordinate at a state; see `coordinate_force`."""
     stiffness, damping = law[STIFFNESS_OF], law[DAMPING_OF]
-    if law[FRICTION] > 0.0:
-        share = np.tanh(rate / law[FRICTION_SPEED])
-        damping += law[FRICTION] / law[FRICTION_SPEED] * (1.0 - share * share)
     beyond = 0.0
     if position > law[UPPER]:
         beyond = position - law[UPPER]

@@ -1,4 +1,4 @@
-"""Forces along single joint coordinates: springs, dampers, friction, stops and motors."""
+"""Forces along single joint coordinates: springs, dampers, stops and motors."""
 
 from __future__ import annotations
 
@@ -11,10 +11,7 @@ from kanefe.kernels.layout import Tables
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.vectors import Numbers
 
-STIFFNESS_OF, DAMPING_OF, REST, FRICTION, FRICTION_SPEED, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING = range(9)
-
-SATURATED = 20.0
-"""Where tanh is 1 to the last bit, and its slope 2e-17."""
+STIFFNESS_OF, DAMPING_OF, REST, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING = range(7)
 
 
 @kernel
@@ -46,22 +43,10 @@ def add_joint_forces(
 
 
 @inlined
-def saturated(x: Any) -> Any:
-    """Return tanh x. That of complex numbers overflows where it has long been 1 to round-off."""
-    if x.real > SATURATED:
-        return 1.0 + 0.0 * x
-    if x.real < -SATURATED:
-        return -1.0 + 0.0 * x
-    return np.tanh(x)
-
-
-@inlined
 def coordinate_force(law: np.ndarray, position: Any, rate: Any) -> Numbers:
     """Return the conservative and the dissipative force along a coordinate."""
     conservative = -law[STIFFNESS_OF] * (position - law[REST])
     dissipative = -law[DAMPING_OF] * rate
-    if law[FRICTION] > 0.0:
-        dissipative -= law[FRICTION] * saturated(rate / law[FRICTION_SPEED])
     beyond = 0.0 * position
     if position.real > law[UPPER]:
         beyond = position - law[UPPER]

@@ -110,7 +110,7 @@ class Tables(NamedTuple):
         Where the loads act, in axes of their rows, and the axes of following loads to those of their rows.
     joint_forces : ndarray of int, shape (forces, 4)
         Coordinate (-1 - drive if driven), speed, law, input.
-    laws : ndarray, shape (forces, 9)
+    laws : ndarray, shape (forces, 7)
         Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
     sizes : ndarray of int
         Coordinates, free speeds, driven coordinates, internal states of loads.

@@ -1,4 +1,4 @@
-"""Loads between frames (Eq. 11): ends are gathered, functions called, wrenches applied."""
+"""Loads between frames and along joint coordinates (Eq. 11): ends gathered, functions called, wrenches applied."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel
+from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.calls import call_address
 from kanefe.kernels.force_elements.places import (
@@ -31,6 +31,11 @@ FIRST_END, END_COUNT, FIRST_NUMBER, INPUT, FIRST_STATE, STATE_COUNT = range(6)
 LOAD_INTEGERS = 6
 REAL, COMPLEX = range(2)
 
+COORDINATE = -2
+"""In the place of the row of an end that is a joint coordinate."""
+AT, SPEED = range(2)
+"""Numbers of the marker of such an end: where the coordinate is in q (-1 - drive: it is driven), and its speed."""
+
 
 class LoadsBetween(NamedTuple):
     """Loads between frames of a scene; None in its place leaves out their code.
@@ -42,7 +47,7 @@ class LoadsBetween(NamedTuple):
     addresses : ndarray of int, shape (n, 2)
         Of its function for real and for complex numbers.
     rows : ndarray of int, shape (ends,)
-        Row of each end (-1: N).
+        Row of each end (-1: N, COORDINATE: it is a joint coordinate).
     markers : ndarray, shape (ends, MARKER_NUMBERS)
     numbers : ndarray
         Constants of all loads.
@@ -78,6 +83,10 @@ def add_loads_between(
     inputs: np.ndarray,
     states: np.ndarray,
     rates: np.ndarray,
+    drives: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
     workspace: np.ndarray,
@@ -87,11 +96,14 @@ def add_loads_between(
     for n in range(len(between.loads)):
         first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
         out = workspace[END_NUMBERS * count :]
-        evaluate_load(between, n, t, inputs, states, work, workspace[: END_NUMBERS * count], out)
+        evaluate_load(between, n, t, inputs, states, drives, q, u, work, workspace[: END_NUMBERS * count], out)
         taken += out[TAKEN]
         given += out[GIVEN]
         for i in range(count):
             row = between.rows[first + i]
+            if row == COORDINATE:
+                applied[int(between.markers[first + i, SPEED])] += out[WRENCHES + WRENCH * i]
+                continue
             force, moment = three(out, WRENCHES + WRENCH * i), three(out, WRENCHES + WRENCH * i + 3)
             lever = lever_of(between.markers, first + i, row, work)
             push(rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
@@ -103,13 +115,21 @@ def add_loads_between(
 
 @kernel
 def potential_between(
-    between: LoadsBetween, t: float, inputs: np.ndarray, states: np.ndarray, work: np.ndarray, workspace: np.ndarray
+    between: LoadsBetween,
+    t: float,
+    inputs: np.ndarray,
+    states: np.ndarray,
+    drives: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    work: np.ndarray,
+    workspace: np.ndarray,
 ) -> Any:
     """Return the energy in loads between frames."""
     energy = 0.0 * work[0, 0]
     for n in range(len(between.loads)):
         ends = END_NUMBERS * between.loads[n, END_COUNT]
-        evaluate_load(between, n, t, inputs, states, work, workspace[:ends], workspace[ends:])
+        evaluate_load(between, n, t, inputs, states, drives, q, u, work, workspace[:ends], workspace[ends:])
         energy += workspace[ends + POTENTIAL]
     return energy
 
@@ -121,6 +141,9 @@ def evaluate_load(
     t: float,
     inputs: np.ndarray,
     states: np.ndarray,
+    drives: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
     work: np.ndarray,
     ends: np.ndarray,
     out: np.ndarray,
@@ -129,6 +152,9 @@ def evaluate_load(
     first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
     for i in range(count):
         row, at = between.rows[first + i], END_NUMBERS * i
+        if row == COORDINATE:
+            put_coordinate(between.markers[first + i], drives, q, u, ends[at : at + END_NUMBERS])
+            continue
         p, v, w = motion_of(row, lever_of(between.markers, first + i, row, work), work)
         axes = axes_of(between.markers, first + i, row, work)
         put_three(ends, at + P, p)
@@ -141,3 +167,15 @@ def evaluate_load(
     own = between.numbers[between.loads[n, FIRST_NUMBER] :]
     given, z = inputs[between.loads[n, INPUT] :], states[between.loads[n, FIRST_STATE] :]
     call_address(address, (t, own, given, ends, z, out))
+
+
+@inlined
+def put_coordinate(marker: np.ndarray, drives: np.ndarray, q: np.ndarray, u: np.ndarray, end: np.ndarray) -> None:
+    """Write a joint coordinate as the motion of an end: it and its rate are x of position and velocity."""
+    end[:] = 0.0
+    end[A] = end[A + 4] = end[A + 8] = 1.0
+    at = int(marker[AT])
+    if at >= 0:
+        end[P], end[V] = q[at], u[int(marker[SPEED])]
+    else:
+        end[P], end[V] = drives[-1 - at, 0], drives[-1 - at, 1]

@@ -102,7 +102,8 @@ def _energies(
     sweep_outward(tables, flexible, drives, q, u, work, modal)
     set_inertia(tables, flexible, work, modal)
     kinetic, weight = 0.0, 0.0
-    elastic = _joint_energy(tables, drives, q) + potential_between(between, t, inputs, z, work, acting)
+    elastic = _joint_energy(tables, drives, q)
+    elastic += potential_between(between, t, inputs, z, drives, q, u, work, acting)
     size = abs(elastic)
     for i in range(len(tables.rows)):
         mass, c, v, w, momentum, spin = _momenta_of_row(tables, flexible, i, work, modal)

@@ -55,7 +55,8 @@ def watch_states(
         at = 0
         for load in range(len(between.loads)):
             ends = END_NUMBERS * between.loads[load, END_COUNT]
-            evaluate_load(between, load, times[row], inputs[row], y[m:k], work, acting[:ends], acting[ends:])
+            own = acting[:ends], acting[ends:]
+            evaluate_load(between, load, times[row], inputs[row], y[m:k], drives[row], y[:n], y[n:m], work, *own)
             for i in range(counts[load]):
                 found[row, at + i] = acting[ends + i]
             at += counts[load]

@@ -241,6 +241,11 @@ class Load(ABC):
         """Return what the load does at time t (s), with its ends there and its internal states (states,)."""
 
     @property
+    def subject(self) -> str:
+        """What its events are told of, before their own names: the load itself."""
+        return self.name
+
+    @property
     def exchanges_energy(self) -> bool:
         """Whether it may take energy from the scene for good, or give it beyond its potential."""
         return True

@@ -61,24 +61,20 @@ def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
     """Return `Tables.joint_forces` and `Tables.laws`."""
     forces: list[tuple[int, ...]] = []
     laws: list[tuple[float, ...]] = []
-    free = builder.model.free_count
-    for body in builder.model.bodies:
-        places = [
-            (int(at) if at >= 0 else int(free - 1 - speed), int(speed))
-            for at, speed in zip(body.coordinates, body.speeds, strict=False)
-        ]
+    for number, body in enumerate(builder.model.bodies):
+        places = builder.model.coordinate_places(number)
         for load in body.joint_loads:
             forces.append((*places[load.coordinate], -1, builder.inputs.of(load)))
         for i, law in enumerate(body.joint.coordinate_forces):
-            if law is not None:
+            if law is not None and law.acts:
                 forces.append((*places[i], len(laws), -1))
                 laws.append(
                     (
-                        law.stiffness, law.damping, law.rest, law.friction, law.friction_speed, law.lower, law.upper,
-                        law.limit_stiffness, law.limit_damping,
+                        law.stiffness, law.damping, law.rest, law.lower, law.upper, law.limit_stiffness,
+                        law.limit_damping,
                     )
                 )  # fmt: skip
-    return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 9)
+    return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 7)
 
 
 def loads_between(builder: Seats) -> LoadsBetween:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
-from kanefe.bodies.marker import Marker
+from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels.loads_between import AT, COORDINATE, SPEED
+from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.order_n.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
 
@@ -54,6 +56,10 @@ class Seats:
         return Seat(self.interfaces[number, interface.name], np.eye(3), np.zeros(3))
 
     def marker_numbers(self, marker: Marker) -> tuple[int, np.ndarray]:
-        """Return the row of a marker, and its place and axes in that row."""
+        """Return the row of a marker, and its place and axes in that row; of a joint coordinate where it is."""
+        if isinstance(marker, CoordinateMarker):
+            numbers = np.zeros(MARKER_NUMBERS)
+            numbers[[AT, SPEED]] = self.model.coordinate_places(marker.body)[marker.coordinate]
+            return COORDINATE, numbers
         seat = self.seat(marker.body, marker.interface)
         return seat.row, np.concatenate((seat.place + seat.axes @ marker.point, (seat.axes @ marker.axes).ravel()))

@@ -129,8 +129,8 @@ class BodyTerms:
 
     @property
     def has_coordinate_forces(self) -> bool:
-        """Whether springs, dampers, friction or limits act along coordinates of the joint."""
-        return any(force is not None for force in self.joint.coordinate_forces)
+        """Whether springs, dampers or limits act along coordinates of the joint."""
+        return any(force is not None and force.acts for force in self.joint.coordinate_forces)
 
     @property
     def is_driven(self) -> bool:
@@ -226,7 +226,7 @@ class ModelData(PickledByFields):
 
     @property
     def has_stops(self) -> bool:
-        """Whether stops or dry friction act along coordinates of joints."""
+        """Whether stops act along coordinates of joints."""
         return any(
             force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
         )
@@ -289,6 +289,14 @@ class ModelData(PickledByFields):
             found[controller.name] = slice(stop - controller.drive_count, stop)
             stop -= controller.drive_count
         return found
+
+    def coordinate_places(self, number: int) -> list[tuple[int, int]]:
+        """Return of each coordinate of a body's joint its place in q (-1 - drive: it is driven) and its speed."""
+        body = self.bodies[number]
+        return [
+            (int(at) if at >= 0 else int(self.free_count - 1 - speed), int(speed))
+            for at, speed in zip(body.coordinates, body.speeds, strict=False)
+        ]
 
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""

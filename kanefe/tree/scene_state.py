@@ -9,7 +9,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
-from kanefe.bodies.marker import Marker
+from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
@@ -283,12 +283,20 @@ class SceneState:
     def load_ends(self, number: int) -> list[End]:
         """Return the motion of the ends of a load between frames, by its number in the model."""
         if number not in self._ends:
-            self._ends[number] = [self.placed_marker(marker).end for marker in self.model.loads[number].ends]
+            self._ends[number] = [self._end(marker) for marker in self.model.loads[number].ends]
         return self._ends[number]
 
     @cached_property
     def _ends(self) -> dict[int, list[End]]:
         return {}
+
+    def _end(self, marker: Marker) -> End:
+        if not isinstance(marker, CoordinateMarker):
+            return self.placed_marker(marker).end
+        body, i = self.model.bodies[marker.body], marker.coordinate
+        p, v = np.zeros(3), np.zeros(3)
+        p[0], v[0] = body.joint_coordinates(self.time, self.q)[i], self.full[body.speeds[i]]
+        return End(p, np.eye(3), v, np.zeros(3))
 
     def placed_marker(self, marker: Marker) -> Placed:
         """Return the motion of a marker; it may also be on the nodes of a mesh and on the ground."""

@@ -67,7 +67,7 @@ def driven(motion: kf.Motion) -> kf.System:
 def sprung() -> kf.System:
     """Return two bodies with springs and bushings of every kind, forces in axes of their own, stops and friction."""
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    force = kf.CoordinateForce(2.0, 0.1, limits=(-0.2, 0.2), limit_stiffness=1e3, friction=0.1, friction_speed=0.1)
+    force = kf.CoordinateForce(2.0, 0.1, limits=(-0.2, 0.2), limit_stiffness=1e3, friction=0.1)
     cart = scene.add_rigid_body("cart", 2.0, 0.1, joint=kf.Prismatic("x", forces=force))
     bob = scene.add_rigid_body("bob", 1.0, (0.1, 0.2, 0.3), joint=kf.Free(position=(0.0, 0.0, -0.5)))
     scene.add_spring("linear", cart, bob, stiffness=30.0, damping=0.4)

@@ -1,7 +1,7 @@
 """Generalised-alpha and HHT on the rotation group, order 2 (Chung & Hulbert 1993; Bruels, Cardona & Arnold 2012).
 
 Stable for elastic modes of any frequency, which are damped where the step does not resolve them. The Newton matrix is
-``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies and of springs, dampers, friction and stops; all
+``M + gamma' h C + beta' h^2 K`` with C and K of the flexible bodies and of springs, dampers and stops; all
 else is left to the iteration, whose residual is exact. Rotations advance by the exponential map. The step follows the
 third-order part of the displacement, filtered by the same matrix so that unresolved modes do not hold it down.
 """
@@ -354,7 +354,7 @@ def iteration_matrices(model: ModelData) -> tuple[np.ndarray, np.ndarray]:
 def stiffest_rate(model: Model, start: float) -> float:
     """Return the highest natural frequency or decay rate of the scene as it starts, in rad/s; zero without elasticity.
 
-    Of K and C of flexible bodies, springs and friction with the mass of the whole scene: a body on a hinge, or a light
+    Of K and C of flexible bodies and springs with the mass of the whole scene: a body on a hinge, or a light
     one on a stiff spring, vibrates faster than its own modes say.
     """
     state = State(model, start, model.initial_coordinates, model.initial_speeds)

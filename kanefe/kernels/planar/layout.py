@@ -61,7 +61,7 @@ class PlanarTables(NamedTuple):
         the row if it follows. Of a torque, after two zeros: the normal.
     joint_forces : ndarray of int, shape (forces, 4)
         Coordinate (-1 - drive if driven), speed, law, input.
-    laws : ndarray, shape (forces, 9)
+    laws : ndarray, shape (forces, 7)
         Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
     sizes : ndarray of int
         Coordinates, free speeds, driven coordinates.
