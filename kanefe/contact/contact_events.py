@@ -67,7 +67,8 @@ class Watched:
     def events(self) -> tuple[LoadEvent, ...]:
         """Return them. At a touch the step ends, so that none goes through a surface and out again."""
         friction = self.contact.friction
-        found = [LoadEvent("touch", self.depth, 1, self.impact), LoadEvent("lift", self.depth, -1)]
+        impact = self.impact if isinstance(self.contact.normal, Restitution) else None
+        found = [LoadEvent("touch", self.depth, 1, impact, ends_step=True), LoadEvent("lift", self.depth, -1)]
         if friction is not None:
             slip, stick = (partial(self.changed, to) if friction.has_memory else None for to in (0.0, 1.0))
             found += [LoadEvent("slip", self.above, 1, slip), LoadEvent("stick", self.below, -1, stick)]
@@ -104,12 +105,11 @@ class Watched:
     def impact(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the states to go on with: of a restitution lambda as of the speed at which what touches arrives."""
         law, after = self.contact.normal, states.copy()
-        if not isinstance(law, Restitution):
-            return after
         nearest = max(self.touches(ends, states), key=lambda touch: touch.depth)
         end, surface = ends[nearest.end], ends[0]
         v = end.v + cross(end.w, nearest.point - end.p) - surface.v - cross(surface.w, nearest.point - surface.p)
-        after[self.contact.begins - 1] = law.damping_at(-float(v @ nearest.normal))
+        if isinstance(law, Restitution):
+            after[self.contact.begins - 1] = law.damping_at(-float(v @ nearest.normal))
         return after
 
     def changed(self, to: float, t: float, ends: Sequence[End], states: Vector) -> Vector:

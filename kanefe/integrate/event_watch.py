@@ -53,6 +53,8 @@ class EventWatch:
     ----------
     times : dict of str to list of float
         Of what happened so far.
+    acting : float or None
+        Time of the first event of the last step that acts, s.
     """
 
     def __init__(self, model: Model, events: Sequence[Event], span: float) -> None:
@@ -69,6 +71,7 @@ class EventWatch:
         self._noise = np.zeros(len(self.events))
         self._ways = np.zeros(len(self.events))
         self._actions: deque[float] = deque(maxlen=STORM)
+        self.acting: float | None = None
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
@@ -97,7 +100,8 @@ class EventWatch:
             for bracket in _brackets(times, table[:, i], event.direction, self._noise[i], function):
                 found.append((self._root(function, *bracket), event))
         found.sort(key=lambda entry: entry[0])
-        acting = next((t for t, event in found if event.acts), None)
+        acting = next((t for t, event in found if event.acts and not self._is_over(t, event)), None)
+        self.acting = acting
         if acting is not None:
             found = [entry for entry in found if entry[0] <= acting + 2 * self._tolerance(acting)]
         for i, event in enumerate(self.events):
@@ -113,8 +117,16 @@ class EventWatch:
         self._values = table[-1]
         return found
 
+    def _is_over(self, t: float, event: Event) -> bool:
+        """Return whether an event that only ends steps has just done so: what rests touches again and again."""
+        before = self.times[event.name]
+        return ends_step_alone(event) and bool(before) and t - before[-1] <= STORM_SHARE * self._span
+
     def check_storm(self, t: float, happened: Sequence[Event]) -> None:
         """Take in the time of an action; raise a StepFailure if they follow each other without end."""
+        happened = [event for event in happened if not ends_step_alone(event)]
+        if not happened:
+            return
         self._actions.append(t)
         width = t - self._actions[0]
         if len(self._actions) == STORM and width <= STORM_SHARE * self._span:
@@ -178,6 +190,11 @@ class EventWatch:
         from scipy.optimize import brentq  # which takes longer to import than a short run
 
         return float(brentq(function, a, b, xtol=self._tolerance(b), rtol=4 * EPSILON))
+
+
+def ends_step_alone(event: Event) -> bool:
+    """Return whether an event ends a step and changes nothing."""
+    return isinstance(event, EventOfLoad) and event.of.action is None
 
 
 def _storm(event: Event, what: str) -> StepFailure:

@@ -36,8 +36,8 @@ class EventOfLoad(Event):
 
     @property
     def acts(self) -> bool:
-        """Whether it changes the states of its load."""
-        return self.of.action is not None
+        """Whether it changes the states of its load, or ends a step."""
+        return self.of.action is not None or self.of.ends_step
 
     def value(self, t: float, state: SceneState) -> float:
         """Return the value of the load's function."""

@@ -246,7 +246,7 @@ class RunLoop:
                 self.stored = int(np.searchsorted(self._times, t, side="right"))
                 self._stand_at(t, self._stepper.states(np.array([t]))[0])
                 return RunStatus("failed", t, storm.reason, storm.remedy)
-            acting = next((t for t, event in found if event.acts), None)
+            acting = watch.acting
             if acting is None:
                 return None
             at_once = [event for t, event in found if t >= acting]

@@ -175,12 +175,15 @@ class LoadEvent(NamedTuple):
         Only where it falls, wherever it passes zero, or only where it rises.
     action : callable or None
         (t, ends, states) -> the internal states to go on with.
+    ends_step : bool
+        Whether a step ends there also without an action, as at a jump of a force; not again and again at one moment.
     """
 
     name: str
     function: Callable[[float, Sequence[End], Vector], float]
     direction: int = 0
     action: Callable[[float, Sequence[End], Vector], Vector] | None = None
+    ends_step: bool = False
 
 
 class Load(ABC):

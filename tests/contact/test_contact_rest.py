@@ -72,3 +72,19 @@ def test_routes_agree_about_a_rest():
     np.testing.assert_allclose(
         model.route.evaluate(0.0, y).rates, model.literal.evaluate(0.0, y).rates, rtol=1e-9, atol=1e-9
     )
+
+
+def test_what_is_put_exactly_on_each_other_settles():
+    """Five boards touch at depth zero: their touches end steps, and make no storm of events."""
+    scene = kf.System(gravity=(0, 0, -G))
+    below = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    feet = shapes.Points([(x, y, -0.1) for x in (-0.1, 0.1) for y in (-0.1, 0.1)])
+    for i in range(5):
+        board = scene.add_rigid_body(f"board {i}", 1.0, 0.01, joint=kf.Free(position=(0, 0, 0.1 + 0.2 * i)))
+        skin = scene.add_surface(f"feet {i}", board, feet)
+        scene.add_contact(f"c{i}", skin, below, normal=kf.HuntCrossley(1e6, damping=5.0), friction=ROUGH)
+        below = scene.add_surface(f"top {i}", board, shapes.Plane("z"), at=(0, 0, 0.1))
+    result = scene.simulate((0.0, 2.0), rtol=1e-5)
+    result.raise_for_status()
+    sunk = sum((5 - i) * G / 1e6 for i in range(5))
+    assert result.position("board 4")[-1, 2] == pytest.approx(0.9 - sunk, abs=1e-6)
