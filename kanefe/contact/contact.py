@@ -13,7 +13,7 @@ from kanefe.contact.contact_events import Watched
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rest import Rest
-from kanefe.contact.shapes import Probe, SurfaceShape
+from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.touch import Touch
 from kanefe.errors import SimulationWarning
 from kanefe.frames import Vector, cross

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.contact.shapes import direction
+from kanefe.contact.shape import direction
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 

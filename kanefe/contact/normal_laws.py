@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.shapes import positive
+from kanefe.contact.shape import positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 

@@ -1,73 +1,18 @@
-"""Shapes of surfaces: signed distances for what touches them, and probes by which they touch others."""
+"""Shapes of surfaces: `kanefe.shapes`."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from kanefe.contact.height_field import HeightField as HeightField
+from kanefe.contact.shape import AXES, Probe, direction, positive
+from kanefe.contact.shape import SurfaceShape as SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
-
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-class Probe(NamedTuple):
-    """A ball, a point or a ring by which a body touches a surface.
-
-    Attributes
-    ----------
-    point : ndarray, shape (3,)
-        Its centre, from the origin of the frame that it is fixed in, in its axes, m.
-    radius : float
-        Of the ball, or of the ring's cross-section, m; 0: a point, or an edge.
-    share : float
-        Of the stiffness of the contact; of all probes that touch a plane at once together 1.
-    ring : float
-        Radius of the circle of centres of which the lowest is in contact, m; 0: none.
-    axis : ndarray, shape (3,)
-        Of that circle.
-    """
-
-    point: Vector
-    radius: float = 0.0
-    share: float = 1.0
-    ring: float = 0.0
-    axis: Vector = np.array(AXES["z"])
-
-
-class SurfaceShape(ABC):
-    """The shape of a surface, in the axes of the frame that the surface was given.
-
-    Attributes
-    ----------
-    kind : int
-        By which kernels know it: see `kanefe.kernels.force_elements.contact_shapes`.
-    """
-
-    kind: ClassVar[int]
-
-    @abstractmethod
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point x (3,) from the surface, m, and its normal there, away from it."""
-
-    @property
-    @abstractmethod
-    def numbers(self) -> Vector:
-        """What kernels are given of it."""
-
-    def probes(self) -> tuple[Probe, ...]:
-        """Return what it touches other surfaces with; none: others touch it."""
-        return ()
-
-    @property
-    def title(self) -> str:
-        """Its name in messages."""
-        return type(self).__name__.lower()
 
 
 @dataclass(frozen=True, eq=False)
@@ -347,86 +292,6 @@ class Points(SurfaceShape):
         return tuple(Probe(point, self.radius, 1.0 / len(self.points)) for point in self.points)
 
 
-@dataclass(frozen=True, eq=False)
-class HeightField(SurfaceShape):
-    """Heights z over a grid of x and y, with slopes that are continuous, and all that is below.
-
-    Parameters
-    ----------
-    x, y : array_like, shapes (m,), (n,)
-        Places of the grid, evenly spaced, m; three or more. Beyond it the surface goes on level.
-    heights : array_like, shape (m, n)
-        m.
-    """
-
-    x: Any
-    y: Any
-    heights: Any
-    kind = 7
-
-    def __post_init__(self) -> None:
-        x, y, heights = numbers(self.x), numbers(self.y), numbers(self.heights)
-        for name, places in (("x", x), ("y", y)):
-            steps = np.diff(places) if places.ndim == 1 else np.zeros(0)
-            if len(steps) < 2 or not np.all(steps > 0.0) or not np.allclose(steps, steps[0], rtol=1e-6, atol=0.0):
-                raise ModelError(
-                    f"{name} of a height field must be three or more numbers, evenly spaced and increasing"
-                )
-        if heights.shape != (len(x), len(y)) or not np.all(np.isfinite(heights)):
-            raise ModelError(
-                f"heights of a height field must be finite, shape {(len(x), len(y))} as x and y, not {heights.shape}"
-            )
-        for name, value in (("x", x), ("y", y), ("heights", heights)):
-            object.__setattr__(self, name, value)
-
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the distance of a point from the tangent plane below it, m, and its normal."""
-        place = np.asarray(x, dtype=float)
-        (i, a, da), (j, b, db) = _weights(self.x, place[0]), _weights(self.y, place[1])
-        near = self.heights[np.ix_(i, j)]
-        gradient = np.array((da @ near @ b, a @ near @ db))
-        stretch = math.sqrt(1.0 + gradient @ gradient)
-        return float(place[2] - a @ near @ b) / stretch, np.append(-gradient, 1.0) / stretch
-
-    @property
-    def numbers(self) -> Vector:
-        """First place and step of both directions, how many places, and heights."""
-        dx, dy = self.x[1] - self.x[0], self.y[1] - self.y[0]
-        return np.concatenate(((self.x[0], dx, len(self.x), self.y[0], dy, len(self.y)), self.heights.ravel()))
-
-
-def _weights(places: Vector, x: float) -> tuple[list[int], Vector, Vector]:
-    """Return four places about x and the weights of values and slopes there, of cubic convolution (Keys 1981)."""
-    n, step = len(places), places[1] - places[0]
-    s = (x - places[0]) / step
-    held = min(max(s, 0.0), n - 1.0)
-    at = min(int(held), n - 2)
-    f = held - at
-    rate = (1.0 if held == s else 0.0) / step
-    weights = 0.5 * np.array((-f + 2 * f**2 - f**3, 2 - 5 * f**2 + 3 * f**3, f + 4 * f**2 - 3 * f**3, -(f**2) + f**3))
-    slopes = 0.5 * rate * np.array((-1 + 4 * f - 3 * f**2, -10 * f + 9 * f**2, 1 + 8 * f - 9 * f**2, -2 * f + 3 * f**2))
-    return [min(max(at + k, 0), n - 1) for k in (-1, 0, 1, 2)], weights, slopes
-
-
-def direction(value: object, what: str) -> Vector:
-    """Return a unit vector from "x", "-z" or three numbers; a ModelError names what it is."""
-    if isinstance(value, str) and value.removeprefix("-") in AXES:
-        return np.array(AXES[value.removeprefix("-")]) * (-1.0 if value.startswith("-") else 1.0)
-    given = numbers(value) if not isinstance(value, str) else np.zeros(0)
-    length = float(np.linalg.norm(given)) if given.shape == (3,) else 0.0
-    if not (length > 0.0 and math.isfinite(length)):
-        raise ModelError(f"{what} must be 'x', 'y', 'z', one of these with a minus, or three numbers, not {value!r}")
-    return given / length
-
-
-def positive(value: object, what: str) -> float:
-    """Return a finite number above zero; a ModelError names what it is."""
-    number = numbers(value)
-    if number.shape != () or not np.isfinite(number) or number <= 0.0:
-        raise ModelError(f"{what} must be one number, finite and > 0, not {value!r}")
-    return float(number)
-
-
 def _length(x: Matrix) -> tuple[float, Vector]:
     """Return the length of a vector, and its direction; z where it has none."""
     length = float(np.linalg.norm(x))
@@ -440,6 +305,3 @@ def _sign(inside: bool) -> float:
 def _side(inside: bool, distance: float, normal: Vector) -> tuple[float, Vector]:
     sign = _sign(inside)
     return sign * distance, sign * normal
-
-
-SHAPES: Sequence[type[SurfaceShape]] = (Plane, Sphere, Capsule, Cylinder, Box, Torus, Points, HeightField)

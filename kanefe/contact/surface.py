@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Plane, Points, Probe, Sphere, SurfaceShape, Torus
+from kanefe.contact.shape import Probe, SurfaceShape
+from kanefe.contact.shapes import Box, Capsule, Cylinder, Plane, Points, Sphere
 from kanefe.errors import ModelError
 
 
@@ -23,9 +24,6 @@ class Surface(NamedTuple):
     frame: Any
     shape: SurfaceShape
 
-
-TOUCHED: tuple[type[SurfaceShape], ...] = (Plane, HeightField, Box, Cylinder, Capsule, Torus, Sphere)
-"""Shapes that others touch, those first that are touched rather than touch."""
 
 BALLS: tuple[type[SurfaceShape], ...] = (Sphere, Points)
 """Shapes whose probes touch all others: points and balls."""

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.contact.contact import Contact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
-from kanefe.contact.shapes import Probe, SurfaceShape
+from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.surface import Surface, paired
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation

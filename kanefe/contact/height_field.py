@@ -1,0 +1,74 @@
+"""Fields of heights: ground that is not flat."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kanefe.contact.shape import SurfaceShape
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+
+
+@dataclass(frozen=True, eq=False)
+class HeightField(SurfaceShape):
+    """Heights z over a grid of x and y, with slopes that are continuous, and all that is below.
+
+    Parameters
+    ----------
+    x, y : array_like, shapes (m,), (n,)
+        Places of the grid, evenly spaced, m; three or more. Beyond it the surface goes on level.
+    heights : array_like, shape (m, n)
+        m.
+    """
+
+    x: Any
+    y: Any
+    heights: Any
+    kind = 7
+
+    def __post_init__(self) -> None:
+        x, y, heights = numbers(self.x), numbers(self.y), numbers(self.heights)
+        for name, places in (("x", x), ("y", y)):
+            steps = np.diff(places) if places.ndim == 1 else np.zeros(0)
+            if len(steps) < 2 or not np.all(steps > 0.0) or not np.allclose(steps, steps[0], rtol=1e-6, atol=0.0):
+                raise ModelError(
+                    f"{name} of a height field must be three or more numbers, evenly spaced and increasing"
+                )
+        if heights.shape != (len(x), len(y)) or not np.all(np.isfinite(heights)):
+            raise ModelError(
+                f"heights of a height field must be finite, shape {(len(x), len(y))} as x and y, not {heights.shape}"
+            )
+        for name, value in (("x", x), ("y", y), ("heights", heights)):
+            object.__setattr__(self, name, value)
+
+    def distance(self, x: Vector) -> tuple[float, Vector]:
+        """Return the distance of a point from the tangent plane below it, m, and its normal."""
+        place = np.asarray(x, dtype=float)
+        (i, a, da), (j, b, db) = _weights(self.x, place[0]), _weights(self.y, place[1])
+        near = self.heights[np.ix_(i, j)]
+        gradient = np.array((da @ near @ b, a @ near @ db))
+        stretch = math.sqrt(1.0 + gradient @ gradient)
+        return float(place[2] - a @ near @ b) / stretch, np.append(-gradient, 1.0) / stretch
+
+    @property
+    def numbers(self) -> Vector:
+        """First place and step of both directions, how many places, and heights."""
+        dx, dy = self.x[1] - self.x[0], self.y[1] - self.y[0]
+        return np.concatenate(((self.x[0], dx, len(self.x), self.y[0], dy, len(self.y)), self.heights.ravel()))
+
+
+def _weights(places: Vector, x: float) -> tuple[list[int], Vector, Vector]:
+    """Return four places about x and the weights of values and slopes there, of cubic convolution (Keys 1981)."""
+    n, step = len(places), places[1] - places[0]
+    s = (x - places[0]) / step
+    held = min(max(s, 0.0), n - 1.0)
+    at = min(int(held), n - 2)
+    f = held - at
+    rate = (1.0 if held == s else 0.0) / step
+    weights = 0.5 * np.array((-f + 2 * f**2 - f**3, 2 - 5 * f**2 + 3 * f**3, f + 4 * f**2 - 3 * f**3, -(f**2) + f**3))
+    slopes = 0.5 * rate * np.array((-1 + 4 * f - 3 * f**2, -10 * f + 9 * f**2, 1 + 8 * f - 9 * f**2, -2 * f + 3 * f**2))
+    return [min(max(at + k, 0), n - 1) for k in (-1, 0, 1, 2)], weights, slopes

@@ -1,0 +1,87 @@
+"""What a shape of a surface is: signed distances for what touches it, and probes by which it touches others."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+class Probe(NamedTuple):
+    """A ball, a point or a ring by which a body touches a surface.
+
+    Attributes
+    ----------
+    point : ndarray, shape (3,)
+        Its centre, from the origin of the frame that it is fixed in, in its axes, m.
+    radius : float
+        Of the ball, or of the ring's cross-section, m; 0: a point, or an edge.
+    share : float
+        Of the stiffness of the contact; of all probes that touch a plane at once together 1.
+    ring : float
+        Radius of the circle of centres of which the lowest is in contact, m; 0: none.
+    axis : ndarray, shape (3,)
+        Of that circle.
+    """
+
+    point: Vector
+    radius: float = 0.0
+    share: float = 1.0
+    ring: float = 0.0
+    axis: Vector = np.array(AXES["z"])
+
+
+class SurfaceShape(ABC):
+    """The shape of a surface, in the axes of the frame that the surface was given.
+
+    Attributes
+    ----------
+    kind : int
+        By which kernels know it: see `kanefe.kernels.force_elements.contact_shapes`.
+    """
+
+    kind: ClassVar[int]
+
+    @abstractmethod
+    def distance(self, x: Vector) -> tuple[float, Vector]:
+        """Return the signed distance of a point x (3,) from the surface, m, and its normal there, away from it."""
+
+    @property
+    @abstractmethod
+    def numbers(self) -> Vector:
+        """What kernels are given of it."""
+
+    def probes(self) -> tuple[Probe, ...]:
+        """Return what it touches other surfaces with; none: others touch it."""
+        return ()
+
+    @property
+    def title(self) -> str:
+        """Its name in messages."""
+        return type(self).__name__.lower()
+
+
+def direction(value: object, what: str) -> Vector:
+    """Return a unit vector from "x", "-z" or three numbers; a ModelError names what it is."""
+    if isinstance(value, str) and value.removeprefix("-") in AXES:
+        return np.array(AXES[value.removeprefix("-")]) * (-1.0 if value.startswith("-") else 1.0)
+    given = numbers(value) if not isinstance(value, str) else np.zeros(0)
+    length = float(np.linalg.norm(given)) if given.shape == (3,) else 0.0
+    if not (length > 0.0 and math.isfinite(length)):
+        raise ModelError(f"{what} must be 'x', 'y', 'z', one of these with a minus, or three numbers, not {value!r}")
+    return given / length
+
+
+def positive(value: object, what: str) -> float:
+    """Return a finite number above zero; a ModelError names what it is."""
+    number = numbers(value)
+    if number.shape != () or not np.isfinite(number) or number <= 0.0:
+        raise ModelError(f"{what} must be one number, finite and > 0, not {value!r}")
+    return float(number)
