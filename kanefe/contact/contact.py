@@ -14,7 +14,7 @@ from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rest import Rest
 from kanefe.contact.shape import Probe, SurfaceShape
-from kanefe.contact.touch import Touch
+from kanefe.contact.touch import Touch, velocity_past
 from kanefe.errors import SimulationWarning
 from kanefe.frames import Vector, cross
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
@@ -129,7 +129,7 @@ class Contact(Load):
             if depth <= 0.0 and (self.rest is None or self.rest.softness == 0.0):
                 found.append(self._left(Touch(depth, number, point, n), surface, probe, states[at : at + 3]))
                 continue
-            v = end.v + cross(end.w, point - end.p) - surface.v - cross(surface.w, point - surface.p)
+            v = velocity_past(surface, end, point)
             rate = -float(v @ n)
             damping = self.normal.damping
             if self.normal.restitution is not None:

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw, Restitution
-from kanefe.contact.touch import Touch
-from kanefe.frames import Vector, cross
+from kanefe.contact.touch import Touch, velocity_past
+from kanefe.frames import Vector
 from kanefe.loads.base import End, LoadEvent
 
 AT_THE_LIMIT = 1e-9
@@ -66,8 +66,8 @@ class Watched:
 
     def events(self) -> tuple[LoadEvent, ...]:
         """Return them. At a touch the step ends, so that none goes through a surface and out again."""
-        friction = self.contact.friction
-        impact = self.impact if isinstance(self.contact.normal, Restitution) else None
+        law, friction = self.contact.normal, self.contact.friction
+        impact = partial(self.impact, law) if isinstance(law, Restitution) else None
         found = [LoadEvent("touch", self.depth, 1, impact, ends_step=True), LoadEvent("lift", self.depth, -1)]
         if friction is not None:
             slip, stick = (partial(self.changed, to) if friction.has_memory else None for to in (0.0, 1.0))
@@ -102,14 +102,12 @@ class Watched:
             return max(touch.reserve for touch, _ in pressed)
         return min((touch.reserve for touch, is_held in pressed if not is_held), default=1.0)
 
-    def impact(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the states to go on with: of a restitution lambda as of the speed at which what touches arrives."""
-        law, after = self.contact.normal, states.copy()
+    def impact(self, law: Restitution, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the states to go on with: lambda as of the speed at which what touches arrives."""
+        after = states.copy()
         nearest = max(self.touches(ends, states), key=lambda touch: touch.depth)
-        end, surface = ends[nearest.end], ends[0]
-        v = end.v + cross(end.w, nearest.point - end.p) - surface.v - cross(surface.w, nearest.point - surface.p)
-        if isinstance(law, Restitution):
-            after[self.contact.begins - 1] = law.damping_at(-float(v @ nearest.normal))
+        v = velocity_past(ends[0], ends[nearest.end], nearest.point)
+        after[self.contact.begins - 1] = law.damping_at(-float(v @ nearest.normal))
         return after
 
     def changed(self, to: float, t: float, ends: Sequence[End], states: Vector) -> Vector:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.frames import Vector
+from kanefe.frames import Vector, cross
+from kanefe.loads.base import End
 
 
 class Touch(NamedTuple):
@@ -52,3 +53,8 @@ class Touch(NamedTuple):
     stretch: Vector = np.zeros(3)
     stretch_rate: Vector = np.zeros(3)
     reserve: float = 0.0
+
+
+def velocity_past(surface: End, end: End, point: Vector) -> Vector:
+    """Return the velocity of what touches at a point in N, seen from the surface there, m/s, in N."""
+    return end.v + cross(end.w, point - end.p) - surface.v - cross(surface.w, point - surface.p)

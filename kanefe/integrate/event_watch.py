@@ -267,9 +267,8 @@ def _may_dip(times: np.ndarray, values: np.ndarray) -> np.ndarray:
     signs = np.sign(values)
     is_one = (signs[:-2] == signs[1:-1]) & (signs[1:-1] == signs[2:]) & (signs[:-2] != 0.0)
     v0, v1, v2 = (signs[:-2] * part for part in (values[:-2], values[1:-1], values[2:]))
-    x = (
-        2.0 * (times[1:-1] - times[:-2]) / (times[2:] - times[:-2]) - 1.0
-    )  # the parabola is a + b x + c x^2 over -1 .. 1
+    # the parabola is a + b x + c x^2 over -1 .. 1, with the sample in the middle at x
+    x = 2.0 * (times[1:-1] - times[:-2]) / (times[2:] - times[:-2]) - 1.0
     b = 0.5 * (v2 - v0)
     c = (0.5 * (v0 + v2) + b * x - v1) / (1.0 - x * x)
     a = 0.5 * (v0 + v2) - c
