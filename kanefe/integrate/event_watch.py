@@ -9,12 +9,11 @@ import numpy as np
 
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
+from kanefe.frames import Vector
 from kanefe.integrate.events import Event
 from kanefe.integrate.load_events import EventOfLoad
-from kanefe.integrate.stepper import StepFailure, Stepper
-
-INTERIOR = np.arange(1, 5) / 4.0
-"""Places in a step at which functions are looked at, its end the last one."""
+from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
+from kanefe.kernels.quiet_steps import LEAST_DIP, SHARES
 
 FIRST_PLACES = 10.0 ** np.arange(-9, -1)
 """The same after an event, whose function begins at zero: its sign shows however short the way to the next zero is."""
@@ -27,9 +26,6 @@ NOISE = 10.0
 
 ROUND_OFF = 1e-15
 """Of the largest value of the function in the step: the same, where the value at the root is zero by chance."""
-
-LEAST_DIP = 0.3
-"""Of the largest of three samples: how near zero their parabola must come for a pair of roots to be looked for."""
 
 STORM, STORM_SHARE = 32, 1e-6
 """So many actions within this share of the span are a storm, which has no end."""
@@ -81,16 +77,33 @@ class EventWatch:
             if event not in happened or abs(self._values[i]) > self._noise[i]:
                 self._noise[i] = 0.0
 
+    @property
+    def _is_at_zero(self) -> bool:
+        """Whether a function is at a zero, so that its sign is not known."""
+        return bool(self._noise.any()) or not self._values.all()
+
+    def lookout(self) -> Vector | None:
+        """Return the values from which a stepper can look out by itself; None where the next step is to be scanned."""
+        if len(self._compiled) < len(self.events) or self._is_at_zero:
+            return None
+        values = np.empty(len(self.events))
+        values[list(self._compiled.values())] = self._values
+        return values
+
+    def passed(self, values: Vector) -> None:
+        """Take in values that a stepper has come to in steps that were quiet."""
+        self._values = values[list(self._compiled.values())]
+
     def scan(self, stepper: Stepper) -> list[tuple[float, Event]]:
         """Return what happened in the last step, in order of time, up to and with the first that acts.
 
         Events that act at the same moment are all returned.
         """
         t0, h = stepper.t_old, stepper.t - stepper.t_old
-        places = INTERIOR if not self._noise.any() and self._values.all() else np.append(FIRST_PLACES, INTERIOR)
+        places = np.append(FIRST_PLACES, SHARES) if self._is_at_zero else SHARES
         times = t0 + h * places
         times = np.append(np.unique(times[(times > t0) & (times < stepper.t)]), stepper.t)
-        table = np.vstack((self._values, self._values_of(times, stepper.states(times))))
+        table = np.vstack((self._values, self._looked_at(stepper, times)))
         times = np.append(t0, times)
         self._check_short_ways(table)
         found: list[tuple[float, Event]] = []
@@ -98,7 +111,9 @@ class EventWatch:
             event = self.events[i]
             function = self._along(stepper, event)
             for bracket in _brackets(times, table[:, i], event.direction, self._noise[i], function):
-                found.append((self._root(function, *bracket), event))
+                t = self._root(function, *bracket)
+                if not self._is_told(t, event):
+                    found.append((t, event))
         found.sort(key=lambda entry: entry[0])
         acting = next((t for t, event in found if event.acts and not self._is_over(t, event)), None)
         self.acting = acting
@@ -116,6 +131,11 @@ class EventWatch:
                 self._noise[i] = 0.0
         self._values = table[-1]
         return found
+
+    def _is_told(self, t: float, event: Event) -> bool:
+        """Return whether an event that only is told has been told of this moment, at which another ended the step."""
+        before = self.times[event.name]
+        return not event.acts and bool(before) and t - before[-1] <= 2 * self._tolerance(t)
 
     def _is_over(self, t: float, event: Event) -> bool:
         """Return whether an event that only ends steps has just done so: what rests touches again and again."""
@@ -168,8 +188,17 @@ class EventWatch:
                         row[i] = event.value(t, state)
         return found
 
+    def _looked_at(self, stepper: Stepper, times: np.ndarray) -> np.ndarray:
+        """Return the values of all functions at times of the last step, shape (times, events)."""
+        if len(self._compiled) == len(self.events) and (quick := _quick_look(stepper)) is not None:
+            columns = list(self._compiled.values())
+            return np.array([quick(t)[columns] for t in times.tolist()])
+        return self._values_of(times, stepper.states(times))
+
     def _along(self, stepper: Stepper, event: Event) -> Callable[[float], float]:
         column = self._compiled.get(self.events.index(event))
+        if column is not None and (quick := _quick_look(stepper)) is not None:
+            return lambda t: float(quick(t)[column])
 
         def function(t: float) -> float:
             times = np.array([t])
@@ -190,6 +219,11 @@ class EventWatch:
         from scipy.optimize import brentq  # which takes longer to import than a short run
 
         return float(brentq(function, a, b, xtol=self._tolerance(b), rtol=4 * EPSILON))
+
+
+def _quick_look(stepper: Stepper) -> Callable[[float], Vector] | None:
+    """Return what gives all that loads look at, at a time of the last step, where a stepper has that at hand."""
+    return stepper.values_at if isinstance(stepper, LooksOut) and stepper.has_values else None
 
 
 def ends_step_alone(event: Event) -> bool:

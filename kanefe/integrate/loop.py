@@ -19,7 +19,7 @@ from kanefe.integrate.events import Event
 from kanefe.integrate.pace import Limits, Pace
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import StepFailure, Stepper, TellsAccelerations
+from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper, TellsAccelerations
 from kanefe.integrate.switching import check_switched
 from kanefe.kane.bent import bent_too_far
 from kanefe.tree.model_data import WORKS
@@ -86,7 +86,9 @@ class RunLoop:
         self._sampler = sampler
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits)
         self.is_interrupted = False
-        self._chunk = 1 if watch or isinstance(stepper, TellsAccelerations) else 16
+        looks_out = watch is None or (sampler is None and isinstance(stepper, LooksOut) and stepper.can_look_out)
+        self._chunk = 16 if looks_out and not isinstance(stepper, TellsAccelerations) else 1
+        self._is_quiet = False
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
         self._before: dict[str, int | float] = {}
@@ -166,7 +168,7 @@ class RunLoop:
                         self._store_accelerations(stored, self.stored)
                 self._pace.check_progress()
                 self._pace.check_pace()
-                if self._watch and (stopped := self._events(self._watch)) is not None:
+                if self._watch and not self._is_quiet and (stopped := self._events(self._watch)) is not None:
                     return stopped
             except StepFailure as failure:
                 return self._ended(self._failed(failure))
@@ -190,9 +192,12 @@ class RunLoop:
 
     def _integrate(self, most: int) -> None:
         stepper, begun = self._stepper, time.perf_counter()
-        first = self.stored
+        first, steps = self.stored, int(stepper.statistics["steps"])
+        self._is_quiet = False
         try:
-            if self._sampler is None:
+            if self._sampler is None and self._watch and self._chunk > 1:
+                self._integrate_quietly(self._watch, most)
+            elif self._sampler is None:
                 self.stored += stepper.integrate_through(self._times[first:], self.states[first:], most)
             else:
                 self._integrate_sampled(self._sampler, most, begun)
@@ -203,8 +208,20 @@ class RunLoop:
         finally:
             self._bar.update(stepper.t - self._start - self._bar.n)
         if self._chunk > 1:
-            wanted = most * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
+            done = max(int(stepper.statistics["steps"]) - steps, 1)
+            wanted = done * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
             self._chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self._chunk)))
+
+    def _integrate_quietly(self, watch: EventWatch, most: int) -> None:
+        """Go on to a step in which events may happen; by single steps where the sign of a function is not known."""
+        stepper, first = self._stepper, self.stored
+        values = watch.lookout()
+        if values is None or not isinstance(stepper, LooksOut):
+            self.stored += stepper.integrate_through(self._times[first:], self.states[first:], 1)
+            return
+        passed, self._is_quiet = stepper.integrate_quietly(self._times[first:], self.states[first:], most, values)
+        self.stored += passed
+        watch.passed(values)
 
     def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
         """Go on from sample to sample, for so many steps or so long as a go takes; steps end at samples."""

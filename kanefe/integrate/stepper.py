@@ -133,6 +133,47 @@ class TellsAccelerations(Protocol):
 
 
 @runtime_checkable
+class LooksOut(Protocol):
+    """A stepper that can look out for events of loads while it goes on."""
+
+    @property
+    def can_look_out(self) -> bool:
+        """Whether it can do so in this scene."""
+        ...
+
+    def integrate_quietly(
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, values: Vector
+    ) -> tuple[int, bool]:
+        """Go on as `integrate_through` does, but no further than a step in which an event may have happened.
+
+        Parameters
+        ----------
+        times, states, most_steps
+            As there.
+        values : ndarray
+            What events look at where it begins, in the order of `WatchedEvents`, none of them zero; in the end before
+            the last step, or after it if that was quiet.
+
+        Returns
+        -------
+        passed : int
+            How many times were passed.
+        is_quiet : bool
+            Whether nothing can have happened in the last step.
+        """
+        ...
+
+    @property
+    def has_values(self) -> bool:
+        """Whether it tells what events look at, without states that would have to be closed for that."""
+        ...
+
+    def values_at(self, t: float) -> Vector:
+        """Return what events look at, at a time of the last step, where it tells that."""
+        ...
+
+
+@runtime_checkable
 class TellsWorst(Protocol):
     """A stepper that knows which component of the state held its last step down."""
 

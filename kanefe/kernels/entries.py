@@ -144,12 +144,8 @@ class Bound:
     def in_python(self, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
         """Do in Python what a call does where nothing is compiled: scalars are read when it is called."""
         signature, rest = self._signature, iter(later)
-        taken = []
-        for part, given in zip(signature.parts, self._arguments, strict=True):
-            value = next(rest) if given is LATER else given
-            if part is not None and not isinstance(part, Group) and part.axes == 0:
-                value = numbers[part.at] if part.is_number else kinds[part.kind](places[part.at])
-            taken.append(value)
+        given = [next(rest) if value is LATER else value for value in self._arguments]
+        taken = [_read(part, value, places, numbers) for part, value in zip(signature.parts, given, strict=True)]
         try:
             found = self._entry.function(*taken)
         except ZeroDivisionError:
@@ -190,6 +186,11 @@ class Call:
             found[i] = kind(found[i])
         return tuple(found) if len(found) > 1 else found[0] if found else None
 
+    @property
+    def signature(self) -> Signature:
+        """Where everything is."""
+        return self._bound.signature
+
     def for_kernels(self) -> Prepared:
         """Return the call as kernels take it; it is to be kept as long as they use that."""
         if IS_COMPILED:
@@ -222,6 +223,15 @@ def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
             places[at : at + part.axes] = value.shape
         else:
             places[part.at] = value.address
+
+
+def _read(part: Part, value: Any, places: Any, numbers: Any) -> Any:
+    """Return an argument with its scalars as they are in its places by now."""
+    if isinstance(part, Group):
+        return part.of(*(_read(inner, item, places, numbers) for inner, item in zip(part.parts, value, strict=True)))
+    if part is None or part.axes != 0:
+        return value
+    return numbers[part.at] if part.is_number else kinds[part.kind](places[part.at])
 
 
 def _address(array: np.ndarray, axes: int, kind: str) -> int:

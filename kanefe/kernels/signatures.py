@@ -98,6 +98,12 @@ class Signature(NamedTuple):
         """Where in `numbers` it is told whether an error was raised; it is their last place."""
         return self.number_count + len(self.result)
 
+    def place_of(self, name: str, field: str) -> int:
+        """Return where a scalar of a named tuple among the parameters is."""
+        group = self.parts[self.names.index(name)]
+        names = group.of._fields  # type: ignore[union-attr]
+        return group.parts[names.index(field)].at  # type: ignore[union-attr, no-any-return]
+
 
 class _Counter:
     def __init__(self, is_complex: bool) -> None:

@@ -14,6 +14,7 @@ from kanefe.kernels.integration import Scene, integrate
 from kanefe.kernels.momenta import balance
 from kanefe.kernels.stepping import AT, NO_INERTIA, STATE, TIME_AT, Run
 from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.lookouts import Lookouts
 from kanefe.order_n.rates_kernel import RatesKernel
 
 NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
@@ -59,6 +60,7 @@ class CompiledRun:
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         scene = Scene(evaluated, closing, balanced, route.has_loops, drives, motions, route.fill, inputs, closed, asked)
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
+        self._lookouts = Lookouts(route, motions, vectors)
 
     def _for_kernels(self, call: Call) -> Prepared:
         self._kept.append(call)
@@ -75,6 +77,19 @@ class CompiledRun:
         route, vectors = self._route, self._vectors
         self._inputs[:] = route.inputs.begun(route.parts(vectors[STATE])[2])  # controllers hold what is in STATE
         command, _ = self._integrate(run)
+        return self._explained(command, run)
+
+    def go_on_quietly(self, run: Run, values: np.ndarray) -> tuple[int, bool]:
+        """Go on until events of loads may have happened in the last step: see `pass_quiet_steps`."""
+        self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
+        command, is_quiet = self._lookouts.pass_steps(self._integrate.prepared(run), self._inputs, run, values)
+        return self._explained(command, run), is_quiet
+
+    def values_at(self, run: Run, t: float) -> np.ndarray:
+        """Return what events of loads look at, at a time of the last step."""
+        return self._lookouts.values_at(run, t)
+
+    def _explained(self, command: int, run: Run) -> int:
         if command == NO_INERTIA:
-            route.explain(float(run.reals[TIME_AT]), vectors[AT])
-        return command  # type: ignore[no-any-return]
+            self._route.explain(float(run.reals[TIME_AT]), self._vectors[AT])
+        return command

@@ -15,7 +15,7 @@ from kanefe.kernels.loads_between import LoadsBetween
 from kanefe.order_n.inputs import InputLayout
 from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.route import Evaluation, PreparedRun
+from kanefe.tree.route import Evaluation, PreparedRun, WatchedEvents
 
 
 class Evaluated(Protocol):
@@ -58,6 +58,11 @@ class Evaluated(Protocol):
     @property
     def closing(self) -> Bound:
         """What closes loops: see `kanefe.kernels.closing.close_state`."""
+        ...
+
+    @property
+    def watching(self) -> WatchedEvents:
+        """What computes what events of loads look at."""
         ...
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.frames import Matrix
+from kanefe.kernels.entries import Call
 from kanefe.kernels.watching import watch_memory_size, watch_states
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_tables import watched_loads
@@ -38,9 +39,16 @@ class Watching:
         pairs = list(zip(times.tolist(), states, strict=True))
         drives = np.array([route.drives(t) for t, _ in pairs]).reshape(len(pairs), -1, 3)
         inputs = np.array([route.values(t, y) for t, y in pairs]).reshape(len(pairs), -1)
-        found = np.empty((len(pairs), int(self._counts.sum())))
-        memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
-        states = np.ascontiguousarray(states)
-        scene = route.tables, route.flexible, self._between, self._counts
-        watch_states(*scene, np.ascontiguousarray(times), drives, inputs, states, found, memory)
+        call, found = self.prepared(np.ascontiguousarray(times), drives, inputs, np.ascontiguousarray(states))
+        call()
         return found
+
+    def prepared(
+        self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix
+    ) -> tuple[Call, Matrix]:
+        """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
+        route = self._route
+        found = np.empty((len(times), int(self._counts.sum())))
+        memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
+        scene = route.tables, route.flexible, self._between, self._counts
+        return watch_states.bound(*scene, times, drives, inputs, states, found, memory).prepared(), found

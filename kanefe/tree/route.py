@@ -85,6 +85,14 @@ class PreparedRun(Protocol):
         """Go on; return what the method wants that is not to be had in compiled code."""
         ...
 
+    def go_on_quietly(self, run: Run, values: Vector) -> tuple[int, bool]:
+        """Go on until events of loads may have happened; return that, and whether the last step was quiet."""
+        ...
+
+    def values_at(self, run: Run, t: float) -> Vector:
+        """Return what events of loads look at, at a time of the last step."""
+        ...
+
 
 class RunSweeps(Protocol):
     """What a route computes of all states of a run at once."""
@@ -121,6 +129,10 @@ class WatchedEvents(Protocol):
 
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
         """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
+        ...
+
+    def prepared(self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix) -> tuple[Any, Matrix]:
+        """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
         ...
 
 

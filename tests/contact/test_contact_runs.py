@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import kanefe as kf
 from kanefe.checks.verification.contact import shaken_slope
+from kanefe.integrate.event_watch import EventWatch
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
 
 
 def arrives(law: kf.contact.normal_laws.NormalLaw, method: str, rtol: float) -> kf.Result:
@@ -43,3 +46,61 @@ def test_a_loose_run_does_not_shake_loose_what_sticks(rtol):
     """At 96 % of the cone; absolute errors of a scene of 1 m would be larger than what the contact yields by."""
     result = shaken_slope(0.112).simulate((0.0, 21.0), rtol=rtol, output_step=0.1)
     assert result.contact("block on slope").slip[-1] == 0.0
+
+
+def thrown(seed: int, is_looped: bool = False) -> kf.System:
+    """Return a ball that is thrown spinning on a floor, on which it bounces, slips and rolls."""
+    rng = np.random.default_rng(seed)
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    start = kf.Free(
+        position=(0, 0, 0.15), velocity=rng.standard_normal(3), angular_velocity=10 * rng.standard_normal(3)
+    )
+    ball = scene.add_rigid_body("ball", 1.0, 4e-3, joint=start)
+    skin = scene.add_surface("skin", ball, kf.shapes.Sphere(0.1))
+    friction = kf.Coulomb(0.3, static=0.4) if seed % 2 else kf.Coulomb(0.3)
+    scene.add_contact("drop", skin, floor, normal=kf.HuntCrossley(1e5, 0.3), friction=friction)
+    if is_looped:
+        bob = scene.add_rigid_body("bob", 0.1, 1e-4, joint=kf.Free(position=(0.5, 0, 0.15)))
+        scene.add_distance("string", ball, bob, 0.5)
+    return scene
+
+
+@pytest.mark.parametrize("method", ["radau5", "dop853"])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_run_that_passes_over_quiet_steps_is_the_same_run(seed, method, monkeypatch):
+    """To the last bit, beside one in which each step is scanned; and few steps are."""
+    scans = []
+    monkeypatch.setattr(EventWatch, "scan", lambda self, s, scan=EventWatch.scan: scans.append(0) or scan(self, s))
+    scene = thrown(seed)
+    quick = scene.simulate((0.0, 0.4), method=method, rtol=1e-6)
+    of_quick, events = len(scans), sum(map(len, quick.events.values()))
+    monkeypatch.setattr(KernelStepper, "can_look_out", False)
+    scanned = scene.copy().simulate((0.0, 0.4), method=method, rtol=1e-6)
+    assert events > 3
+    assert of_quick <= 4 * events < len(scans) - of_quick == scanned.statistics["steps"]
+    np.testing.assert_array_equal(quick.position("ball"), scanned.position("ball"))
+    for name, times in scanned.events.items():
+        np.testing.assert_array_equal(quick.events[name], times)
+
+
+def test_quiet_steps_are_passed_over_in_closed_loops_too(monkeypatch):
+    scene = thrown(0, is_looped=True)
+    quick = scene.simulate((0.0, 0.4), rtol=1e-6)
+    monkeypatch.setattr(KernelStepper, "can_look_out", False)
+    scanned = scene.copy().simulate((0.0, 0.4), rtol=1e-6)
+    assert quick.statistics["steps"] == scanned.statistics["steps"]
+    for name, times in scanned.events.items():
+        np.testing.assert_allclose(quick.events[name], times, rtol=1e-12)
+
+
+def test_what_is_only_told_is_told_once_of_a_moment():
+    """A touch ends the step, and what slips from there on did so before the end of it."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    ball = scene.add_rigid_body("ball", 1.0, 4e-3, joint=kf.Free(position=(0, 0, 0.12), velocity=(1.0, 0, 0)))
+    skin = scene.add_surface("skin", ball, kf.shapes.Sphere(0.1))
+    scene.add_contact("drop", skin, floor, normal=kf.HuntCrossley(1e4, 0.3), friction=kf.Coulomb(0.3))
+    slips = scene.simulate((0.0, 0.3), rtol=1e-4).events["drop slip"]
+    assert len(slips) > 1
+    assert np.diff(slips).min() > 1e-9

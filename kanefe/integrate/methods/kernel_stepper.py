@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
@@ -222,20 +222,45 @@ class KernelStepper:
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
+        return self._integrate(times, states, most_steps, None)[0]
+
+    @property
+    def can_look_out(self) -> bool:
+        """Whether it passes over quiet steps by itself: see `LooksOut`."""
+        return self.dynamics.is_autonomous and self.dynamics.route.watching is not None
+
+    def integrate_quietly(
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, values: Vector
+    ) -> tuple[int, bool]:
+        """Go on in the same way, until events may have happened: see `LooksOut.integrate_quietly`."""
+        return self._integrate(times, states, most_steps, values)
+
+    @property
+    def has_values(self) -> bool:
+        """Whether `values_at` tells: there are no loops to be closed."""
+        return self.can_look_out and not self.dynamics.model.constraints
+
+    def values_at(self, t: float) -> Vector:
+        """Return what events of loads look at, at a time of the last step."""
+        return self._compiled_run.values_at(self._run, t)
+
+    def _integrate(
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, values: Vector | None
+    ) -> tuple[int, bool]:
+        """Go on; return how many times were passed and, where it looks out, whether the last step was quiet."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
-        integers[STORED], integers[IS_LEFT_OPEN], integers[WANTS_DENSE] = 0, 0, most_steps == 1
+        integers[STORED], integers[IS_LEFT_OPEN] = 0, 0
+        integers[WANTS_DENSE] = most_steps == 1 or values is not None
         reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
-        run = Run(
-            self._kernels.advance, self._kernels.interpolate, integers, reals, self._kernels.table, times, states, most
-        )
-        dynamics = self.dynamics
+        run = self._run._replace(times=times, states=states, most_steps=most)
+        dynamics, is_quiet = self.dynamics, False
         is_compiled = dynamics.is_autonomous
         before, evaluations = int(integers[EVALUATIONS]), dynamics.evaluations
         while True:
             try:
                 with np.errstate(over="ignore", invalid="ignore"):  # of states too far ahead, which are not kept
-                    command = self._command(run, is_compiled)
+                    command, is_quiet = self._command(run, is_compiled, values)
             except KanefeError as error:
                 self._answer_nothing(error)
                 continue
@@ -255,7 +280,7 @@ class KernelStepper:
         if dynamics.model.constraints and (integers[IS_LEFT_OPEN] or not is_compiled):
             for i in range(stored):
                 states[i] = dynamics.projected(float(times[i]), states[i])
-        return stored
+        return stored, is_quiet
 
     def _project(self) -> None:
         reals, vectors = self.reals, self.vectors
@@ -268,14 +293,18 @@ class KernelStepper:
                 raise beyond(error) from error
             raise
 
-    def _command(self, run: Run, is_compiled: bool) -> int:
-        """Return what the method wants that is no evaluation: evaluations are done here."""
+    def _command(self, run: Run, is_compiled: bool, values: Vector | None) -> tuple[int, bool]:
+        """Return what the method wants that is no evaluation, which are done here; and whether the step was quiet."""
         dynamics, reals, vectors = self.dynamics, self.reals, self.vectors
-        following = (
+        following: Callable[[], int] = (
             partial(self._compiled_run.go_on, run) if is_compiled else next_command.bound(run, vectors).prepared()
         )
+        is_quiet = False
         while True:
-            command = following()
+            if is_compiled and values is not None:
+                command, is_quiet = self._compiled_run.go_on_quietly(run, values)
+            else:
+                command = following()
             if command == RATES:
                 vectors[SLOPE] = dynamics.rate(float(reals[TIME_AT]), vectors[AT])
                 reals[WEAKEST] = dynamics.weakest
@@ -285,7 +314,13 @@ class KernelStepper:
             elif command == BALANCE:
                 dynamics.balance(run, vectors)
             else:
-                return command
+                return command, is_quiet
+
+    @cached_property
+    def _run(self) -> Run:
+        kernels, none = self._kernels, np.zeros((0, self.vectors.shape[1]))
+        memory = self.integers, self.reals, kernels.table
+        return Run(kernels.advance, kernels.interpolate, *memory, np.zeros(0), none, 0)
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
