@@ -71,6 +71,7 @@ class Contact(Load):
     )  # fmt: skip
     needs_rotation = False
     acts_at_once = True
+    may_part = True
 
     @property
     def exchanges_energy(self) -> bool:
@@ -266,7 +267,7 @@ class Contact(Load):
         return np.array((*(force + drag), normal, np.linalg.norm(drag), depth, *slid, status))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return stiffness and damping of what presses, and of what sticks."""
+        """Return stiffness and damping of what presses, and of what sticks: anchors stretch as its ends move."""
         rows, stiffness, damping = [], [], []
         for i, touch in enumerate(self.touches(ends, states)):
             if touch.depth <= 0.0:
@@ -277,7 +278,7 @@ class Contact(Load):
                 k, c = self._anchor(self.friction, probe)
                 first = cross(touch.normal, np.eye(3)[int(np.argmin(np.abs(touch.normal)))])
                 first = first / np.linalg.norm(first)
-                directions += [(first, 0.0, c), (cross(touch.normal, first), 0.0, c)]
+                directions += [(first, k, c), (cross(touch.normal, first), k, c)]
             for along, k, c in directions:
                 row = np.zeros((len(ends), 6))
                 for number, sign in ((touch.end, 1.0), (0, -1.0)):

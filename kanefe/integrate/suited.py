@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import rate_of_functions
@@ -16,8 +15,6 @@ from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
-from kanefe.loads.base import Load
-from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.scales import modal_frequencies
 
 MOST_EXPLICIT_STEPS = 2000.0
@@ -114,8 +111,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
     sudden = [load for load in model.loads if load.acts_at_once]
     if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
-        share = min(CONTACT_ATOL / atol, 1.0) if any(map(_sticks, sudden)) else 1.0
-        return Suited("radau5", f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once", share=share)
+        reason = f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once"
+        return Suited("radau5", reason, share=min(CONTACT_ATOL / atol, 1.0))
     if not _is_stiff(max(rate, outside), span):
         return Suited("dop853", "no stiff elastic modes")
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
@@ -139,10 +136,6 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
             return Suited("radau5", reason)
         return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
     return _by_vibrations(dynamics, (start, stop), rtol, atol, reason)
-
-
-def _sticks(load: Load) -> bool:
-    return isinstance(load, (Contact, CoordinateFriction))
 
 
 def _by_vibrations(

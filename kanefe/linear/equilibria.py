@@ -18,7 +18,6 @@ from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.state import at_rest, model_in_state, rested_states
-from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.scene.targets import Named
 from kanefe.tree.scales import scene_length
 
@@ -146,7 +145,7 @@ def balanced(
             "several"
         )
     held = tuple(speeds or {}) if len(found) else ()
-    if _may_touch(model) and _is_put_down(model):
+    if any(load.may_part for load in model.loads) and _is_put_down(model):
         q = _felt(model, time, q, u, found, held)
         model = at_rest(model, time, np.concatenate((q, u, model.initial_states)))
     search = BalanceSearch(model, time, q, u, found, held)
@@ -156,11 +155,6 @@ def balanced(
     z = rested_states(model, time, np.concatenate((*state, model.initial_states)))
     y = np.concatenate((*state, z))
     return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations)
-
-
-def _may_touch(model: Model) -> bool:
-    """Return whether loads begin only where things meet; friction in joints acts wherever they are."""
-    return any(load.acts_at_once and not isinstance(load, CoordinateFriction) for load in model.loads)
 
 
 def _is_put_down(model: Model) -> bool:

@@ -209,6 +209,8 @@ class Load(ABC):
         of their own then.
     acts_at_once : bool
         Whether it may become stiff in the middle of a run, as a contact does: its tangent at the start does not tell.
+    may_part : bool
+        Whether it acts only where its ends meet, so that a search for a balance has to bring them together.
 
     Examples
     --------
@@ -238,6 +240,7 @@ class Load(ABC):
     columns: ClassVar[tuple[str, ...]] = ()
     needs_rotation: ClassVar[bool] = True
     acts_at_once: ClassVar[bool] = False
+    may_part: ClassVar[bool] = False
 
     @abstractmethod
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:

@@ -115,13 +115,12 @@ class CoordinateFriction(Load):
         return np.array((-self._drag(end, states), self._stretch(end, states), sticks))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return the damping of an anchor that holds; its spring is a state."""
+        """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""
         if abs(self._pull(ends[0], states)) > self._cap(states):
             return None
         row = np.zeros((1, 6))
         row[0, FORCE] = 1.0
-        stiffness = 0.0 if self.rest is None else self.stiffness
-        return Tangent(row, np.array((stiffness,)), np.array((self.damping,)))
+        return Tangent(row, np.array((self.stiffness,)), np.array((self.damping,)))
 
     @property
     def kernel(self) -> LoadKernel:

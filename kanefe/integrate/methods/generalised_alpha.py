@@ -18,16 +18,18 @@ from kanefe.equations.model import Model
 from kanefe.errors import KanefeError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.followed_states import FollowedStates
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, no_step
-from kanefe.integrate.methods.method import Method, kept_states
+from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
+from kanefe.kane.route import state_rates
 from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents, elastic_stiffness
 from kanefe.storage.scipy_later import scipy
-from kanefe.tree.model_data import ModelData
+from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.route import Form
 from kanefe.tree.scales import displacement_scales
 
@@ -75,6 +77,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         formula: GeneralisedAlpha = FORMULA,
     ) -> None:
         super().__init__(name, dynamics)
+        self._states = FollowedStates()
         self._formula, self._model = formula, dynamics.model
         self._stop, self._fixed = stop, control.step
         rtol = control.rtol if control.step is None else FIXED_RTOL
@@ -115,7 +118,8 @@ class GeneralisedAlphaStepper(PythonStepper):
         self._a, self._begun, self._h_of_a = self._du.copy(), self._du, 0.0
         self._jerk: Vector | None = None
         self._move = np.zeros_like(u)
-        self._power = self._tail_rates(t, y, self._du)
+        self._power = self._dynamics.powers(t, y, self._du)
+        self._states.forget()
         self._kept: _Kept | None = None
 
     def snapshot(self) -> dict[str, np.ndarray]:
@@ -171,17 +175,18 @@ class GeneralisedAlphaStepper(PythonStepper):
                 if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
                     raise self._no_answer[1]
                 raise no_step(trial is not None, "loosen rtol, or use method='dop853'", self._worst)
-        error, q, u, du, a = trial
+        error, q, u, du, a, z = trial
         self._before, self._t_old = self._state, self.t
         self._move = self._formula.move(h, self._dynamics.parts(self._state)[1], self._begun, a)
         self._jerk, self._h_of_a = (a - self._begun) / h, h
         self._steps += 1
-        tail = self._state[len(q) + len(u) :]
-        power = self._tail_rates(self.t + h, np.concatenate((q, u, tail)), du)
-        works = tail + 0.5 * h * (self._power + power)
+        self._states.keep(self._model.parts(self._state)[2], h)
+        works, y = self._state[-WORKS:], np.concatenate((q, u, z))
+        power = self._dynamics.powers(self.t + h, np.concatenate((y, works)), du)
+        works = works + 0.5 * h * (self._power + power)
         # in the metric of the iteration, so that closing a loop does not strike stiff modes
         stiffness = self._formula.stiffness_share(h) * self._stiffness
-        self._state = self._dynamics.projected(self.t + h, np.concatenate((q, u, works)), stiffness)
+        self._state = self._dynamics.projected(self.t + h, np.concatenate((y, works)), stiffness)
         self._du, self._a, self._power = du, a, power
         self._t = target if h == rest else self.t + h
         if self._fixed:
@@ -202,7 +207,9 @@ class GeneralisedAlphaStepper(PythonStepper):
         model, n, t, (q, u) = self._model, self._model.free_count, self.t, self._dynamics.parts(self._state)
         e, z = 1e-4 * h, model.parts(self._state)[2]
         moved = model.advance(q, e * u + 0.5 * e * e * self._du)
-        jerk = (accelerations(State(model, t + e, moved, u + e * self._du, z)) - self._du) / e
+        z = z + e * state_rates(State(model, t, q, u, z)) if model.states_move else z
+        ahead = State(model, t + e, moved, u + e * self._du, z)
+        jerk = (accelerations(ahead) - self._du) / e
         state = State(model, t, q, u, z)
         mass = mass_matrix(state)[:n, :n]
         matrix = self._iteration_matrix(h, mass, state)
@@ -212,11 +219,11 @@ class GeneralisedAlphaStepper(PythonStepper):
         rows = constraint_rates(state).over(slice(n))
         return constrained_solver(model, matrix, rows).solve(mass @ jerk, -rows.J @ jerk)[0]
 
-    def _try(self, h: float) -> tuple[float, Vector, Vector, Vector, Vector] | None:
-        """Return (error, q, u, du, a) after a step of h, or None if the iteration does not converge."""
+    def _try(self, h: float) -> tuple[float, Vector, Vector, Vector, Vector, Vector] | None:
+        """Return (error, q, u, du, a, z) after a step of h, or None if the iteration does not converge."""
         q0, u0 = self._dynamics.parts(self._state)
         if not self._model.free_count:  # driven all through: nothing to solve for
-            return 0.0, q0, u0, self._du, self._a
+            return 0.0, q0, u0, self._du, self._a, self._followed(h, q0, u0)
         is_swept = not self._dynamics.route.lacks(Form.SWEEPS) and not self._model.constraints
         correct = self._correct_by_rates if is_swept else self._correct_literally
         if self._kept is not None and self._kept.h != h:
@@ -224,7 +231,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         du, last, reach = self._du.copy(), np.inf, self._formula.stiffness_share(h)
         for iteration in range(LARGEST_ITERATIONS):
             q, u, _ = self._reached(h, du)
-            correction = correct(h, q, u, du)
+            correction = correct(h, q, u, du, self._followed(h, q, u))
             if correction is None:
                 return None
             du = du - correction
@@ -245,7 +252,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         filtered = kept.solve(kept.mass @ self._formula.error(h, self._begun, a))
         if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents or self._model.constraints:
             self._kept = None
-        return self._size(filtered), q, u, du, a
+        return self._size(filtered), q, u, du, a, self._followed(h, q, u)
 
     def _size(self, move: Vector) -> float:
         """Return how large a move is against what is allowed, and remember which speed has the worst part."""
@@ -266,22 +273,25 @@ class GeneralisedAlphaStepper(PythonStepper):
     def _literal(self, t: float, y: Vector) -> State:
         return State(self._model, t, *self._model.parts(y))
 
-    def _tail_rates(self, t: float, y: Vector, du: Vector) -> Vector:
-        """Return the rates of what follows q and u in a state: internal states, which stay, and the quadratures."""
-        return np.concatenate((np.zeros(self._model.state_count), self._dynamics.powers(t, y, du)))
+    def _followed(self, h: float, q: Vector, u: Vector) -> Vector:
+        """Return the internal states of loads at the end of a step, with q and u there."""
+        z = self._model.parts(self._state)[2]
+        if not self._model.states_move:
+            return z
+        return self._states.reached(State(self._model, self.t + h, q, u, z), z, h)
 
     def _iteration_matrix(self, h: float, M: Matrix, state: State) -> Matrix:
         K, C = current_tangents(state, self._stiffness, self._damping)
         return np.asarray(M + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K)
 
-    def _correct_by_rates(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
+    def _correct_by_rates(self, h: float, q: Vector, u: Vector, du: Vector, z: Vector) -> Vector | None:
         """Return a Newton step from one sweep.
 
         ``M (du - M^-1 F)`` vanishes where ``M du - F`` does, also with the M of some steps ago: the matrices are made
         anew only when the step changes or the iteration slows down.
         """
         n, t = self._model.free_count, self.t + h
-        y = np.concatenate((q, u, self._state[len(q) + len(u) :]))
+        y = np.concatenate((q, u, z, self._state[-WORKS:]))
         needed = self._dynamics.rate(t, y)[len(q) : len(q) + n]
         if not np.all(np.isfinite(needed)):
             return None
@@ -292,12 +302,12 @@ class GeneralisedAlphaStepper(PythonStepper):
             self._kept = _factored(h, mass, self._iteration_matrix(h, mass, state))
         return self._kept.solve(self._kept.mass @ (du - needed))
 
-    def _correct_literally(self, h: float, q: Vector, u: Vector, du: Vector) -> Vector | None:
+    def _correct_literally(self, h: float, q: Vector, u: Vector, du: Vector, z: Vector) -> Vector | None:
         """Return a Newton step from the assembled equations, with the loops held."""
         model, n = self._model, self._model.free_count
         t = self.t + h
         self._dynamics.evaluations += 1
-        state = State(model, t, q, u, model.parts(self._state)[2])
+        state = State(model, t, q, u, z)
         M, F = equations(state)
         rates = np.concatenate((du, state.driven_rates))
         residual = M[:n] @ rates - F[:n]
@@ -378,7 +388,6 @@ def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
 
 
 METHOD = Method(
-    serves=kept_states,
     name="generalised-alpha",
     about="damps what a step does not resolve: stiff scenes of every kind",
     stepper=GeneralisedAlphaStepper,

@@ -17,9 +17,10 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.followed_states import FollowedStates
 from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, no_step
-from kanefe.integrate.methods.method import Method, kept_states
+from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
 from kanefe.tree.model_data import WORKS
@@ -61,13 +62,14 @@ LEAST_HALVINGS, MOST_HALVINGS = 3, 40
 
 
 class _End(NamedTuple):
-    """A trial of a step: its error, and the state at its end."""
+    """A trial of a step: its error, and the state at its end; z of the loads there."""
 
     error: float
     q: Vector
     u: Vector
     du: Vector
     a: Vector
+    z: Vector
 
 
 class _Measured(NamedTuple):
@@ -107,7 +109,7 @@ class UnreducedStepper(PythonStepper):
         self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
         self._reach = 1.0 / (control.rtol * large_displacements(self._scene))
         self._start, self._span, self._stop = start, stop - start, stop
-        self._halvings = FIRST_HALVINGS
+        self._halvings, self._states = FIRST_HALVINGS, FollowedStates()
         self._patience, self._calm, self._is_first = 1, 0, True
         self._matrices = IterationMatrices(self._scene, self._formula, self._span)
         self.iterations = self._unmeasured = 0
@@ -141,22 +143,28 @@ class UnreducedStepper(PythonStepper):
         self._q, self._u, self._works = q.copy(), u.copy(), y[len(q) + len(u) :].copy()
         self._du = self._scene.accelerations(t, self._q, self._u, self._z)
         self._a = self._du.copy()
-        self._power = self._powers(t, self._q, self._u, self._du)
+        self._power = self._powers(t, self._q, self._u, self._du, self._z)
+        self._states.forget()
         self._before = (t, self._q, self._u, self._du, self._works)
         self._move = np.zeros_like(self._u)
         self._begun: tuple[float, Step] | None = None
         self._matrices.bordered = None
         self._rate, self._measured = 1.0, _Measured(-1, 0.0, 0.0)
 
-    def _powers(self, t: float, q: Vector, u: Vector, du: Vector) -> Vector:
-        """Return the rates of what follows q and u in a state: internal states, which stay, and the quadratures."""
-        z = self._z
-        return np.concatenate((np.zeros_like(z), self._scene.powers(t, np.concatenate((q, u, z)), du)))
+    def _powers(self, t: float, q: Vector, u: Vector, du: Vector, z: Vector) -> Vector:
+        """Return the rates of the quadratures."""
+        return self._scene.powers(t, np.concatenate((q, u, z)), du)
 
     @property
     def _z(self) -> Vector:
-        """Internal states, which change at events alone."""
+        """Internal states of loads."""
         return self._works[:-WORKS]
+
+    def _followed(self, h: float, q: Vector, u: Vector) -> Vector:
+        """Return the internal states of loads at the end of a step, with q and u there."""
+        if not self._model.states_move:
+            return self._z
+        return self._states.reached(self._scene.condensed.state(self.t + h, q, u, self._z), self._z, h)
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to go on; of factors and borders the states at which they were made."""
@@ -230,9 +238,10 @@ class UnreducedStepper(PythonStepper):
     def _accept(self, h: float, end: _End) -> None:
         t1 = self.t + h
         q, u = self._closed(t1, end.q, end.u)
-        power = self._powers(t1, q, u, end.du)
-        works = self._works + 0.5 * h * (self._power + power)
+        power = self._powers(t1, q, u, end.du, end.z)
+        works = np.concatenate((end.z, self._works[-WORKS:] + 0.5 * h * (self._power + power)))
         self._before = (self.t, self._q, self._u, self._du, self._works)
+        self._states.keep(self._z, h)
         self._move = self._formula.move(h, self._u, self._a, end.a)
         self._begun = None
         self._steps += 1
@@ -281,9 +290,10 @@ class UnreducedStepper(PythonStepper):
     def _try(self, h: float) -> _End | None:
         """Return the end of a step of h, or None if the iteration does not converge."""
         if not self._model.free_count:
-            return _End(0.0, self._q, self._u, self._du, self._a)
+            return _End(0.0, self._q, self._u, self._du, self._a, self._followed(h, self._q, self._u))
         du, first = self._du.copy(), 0.0
         last, rate, allowed = 0.0, self._expected_rate(), math.ldexp(CONVERGED, -self._halvings)
+        slowest = 0.0
         for iteration in range(LARGEST_ITERATIONS):
             done = self.iterate(h, du)
             if done is None:
@@ -291,7 +301,9 @@ class UnreducedStepper(PythonStepper):
             du -= done.correction
             size = self._formula.stiffness_share(h) * self._size(done.correction)
             if iteration:
-                rate = self._rate = size / last if last else 0.0
+                rate = size / last if last else 0.0
+                # far from the end the iteration is slower than near it: what is expected of a first correction is that
+                slowest = self._rate = max(slowest, rate)
             else:
                 first = size
             if size <= allowed or (rate < 1.0 and size * rate / (1.0 - rate) <= allowed):
@@ -315,7 +327,7 @@ class UnreducedStepper(PythonStepper):
             filtered = done.bordered.solve(*local)
             error = self._size(self._scene.condensed.joined(filtered.z, filtered.parts))
             self._remember(error, first)
-        return _End(error, q, u, du, a)
+        return _End(error, q, u, du, a, self._followed(h, q, u))
 
     def _size(self, move: Vector) -> float:
         """Return how large a move is against what is allowed, and remember which speed has the worst part."""
@@ -348,7 +360,7 @@ class UnreducedStepper(PythonStepper):
         One residual and one solve with the factors of S.
         """
         q, u, _ = self._reached(h, du)
-        at = Reached(self.t + h, q, u, du, self._z)
+        at = Reached(self.t + h, q, u, du, self._followed(h, q, u))
         found = self._scene.residual(*at)
         if not all(np.isfinite(part @ part) for part in (found.twin, *found.parts)):
             return None
@@ -392,5 +404,4 @@ METHOD = Method(
     order=2,
     refuses_step="unreduced bodies, whose run chooses its own. Remedy: rtol",
     form=Form.SUBSTRUCTURES,
-    serves=kept_states,
 )

@@ -6,10 +6,9 @@ from functools import partial
 
 from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
-from kanefe.integrate.methods.method import Method, kept_states
+from kanefe.integrate.methods.method import Method
 
 METHOD = Method(
-    serves=kept_states,
     name="hht",
     about="the earlier form of generalised-alpha, of Hilber, Hughes & Taylor",
     stepper=partial(GeneralisedAlphaStepper, formula=GeneralisedAlpha(SPECTRAL_RADIUS, is_hht=True)),

@@ -25,7 +25,7 @@ def kept_states(model: Model) -> str:
     if not model.states_move:
         return ""
     names = ", ".join(repr(load.name) for load in model.loads if load.has_rates)
-    return f"does not follow the internal states of the load {names}. Remedy: 'dopri5', 'extrapolation' or 'auto'"
+    return f"does not follow the internal states of the load {names}. Remedy: 'radau5', 'generalised-alpha' or 'auto'"
 
 
 class MakesSteppers(Protocol):
