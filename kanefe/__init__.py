@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from kanefe.reduction import FreeInterface as FreeInterface
     from kanefe.reduction import Krylov as Krylov
     from kanefe.reduction import LoadCase as LoadCase
+    from kanefe.reduction import PatchCase as PatchCase
     from kanefe.reduction import flexible_body as flexible_body
     from kanefe.result import Result as Result
     from kanefe.result import load_result as load_result

@@ -19,6 +19,7 @@ from kanefe.bodies.nodal_moments import NodalMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
+from kanefe.fe_model.node_shares import NodeShares
 from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.scipy_later import scipy, sp
 
@@ -128,6 +129,8 @@ class FlexibleBody(PickledByFields):
         Surfaces and lines that can carry distributed loads.
     elasticity : Elasticity or None
         Moduli of the cells, for stresses and section forces.
+    groups : tuple of NodeShares
+        Named parts of the mesh, for contacts.
     units : str
     provenance : dict
         Where the body comes from (json-able).
@@ -147,6 +150,7 @@ class FlexibleBody(PickledByFields):
     cells: tuple[Cells, ...] = ()
     load_patterns: tuple[LoadPattern, ...] = ()
     elasticity: Elasticity | None = None
+    groups: tuple[NodeShares, ...] = ()
     units: str = UNITS
     provenance: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
@@ -158,6 +162,7 @@ class FlexibleBody(PickledByFields):
             frozen += [] if frame.quadratic is None else [frame.quadratic]
         frozen += [block.nodes for block in self.cells]
         frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
+        frozen += [a for group in self.groups for a in (group.nodes, group.shares)]
         for array in frozen:
             array.flags.writeable = False
 

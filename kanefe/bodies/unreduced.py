@@ -56,6 +56,7 @@ class UnreducedBody(FlexibleBody):
         frozen += [a for frame in self.interfaces for a in (frame.position, frame.motion)]
         frozen += [block.nodes for block in self.cells]
         frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
+        frozen += [a for group in self.groups for a in (group.nodes, group.shares)]
         for array in frozen:
             array.flags.writeable = False
 

@@ -8,29 +8,51 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.node_shares import NodeShares
 from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.skin import group_at
 
 
 def contact_points(
-    nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, most: int, label: str
+    nodes: np.ndarray, cells: Sequence[Cells], groups: Sequence[NodeShares], place: str | PlaceLike, most: int, of: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes of a place on the outside of a body, and their shares of its area, which are 1 together.
+    """Return nodes of a group, or of a place on the outside of a body, and their shares of its area, together 1.
 
-    Shares are as the diagonal of ``int N_i N_j``, which is above zero for elements of all orders. Of more nodes than
-    `most` those are taken that lie furthest from each other, and each has the shares of all that it is nearest to.
+    Of more nodes than `most` those are taken that lie furthest from each other, and each has the shares of all that it
+    is nearest to.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (n, 3)
+        Of the mesh, m.
+    cells : sequence of Cells
+    groups : sequence of NodeShares
+        That the mesh has.
+    place : str or Place
+        Name of a group, or a place.
+    most : int
+    of : str
+        What has the points, for messages.
 
     Raises
     ------
     ModelError
-        If there is no node in the place, or `most` is no number of points.
+        If there is no such group, no node in the place, or `most` is no number of points.
     """
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-        raise ModelError(f"most of {label} must be a whole number of points, 1 or more, not {most!r}")
-    group = group_at(nodes, cells, place, label)
-    members = np.asarray(group.nodes)
-    shares = np.ones(len(members)) if group.measure is None else group.measure.diagonal()
-    shares = shares / shares.sum()
+        raise ModelError(f"most of a patch of {of} must be a whole number of points, 1 or more, not {most!r}")
+    if isinstance(place, str):
+        named = {group.name: group for group in groups}
+        if place not in named:
+            known = ", ".join(named) or "none"
+            raise ModelError(
+                f"{of} has no group of nodes called {place!r} for a patch. It has: {known}. Remedy: one of them, or a "
+                "place such as kanefe.OnPlane"
+            )
+        group = named[place]
+    else:
+        group = NodeShares.of("", group_at(nodes, cells, place, f"a patch of {of}"))
+    members, shares = group.nodes, group.shares
     if len(members) <= most:
         return members, shares
     places = nodes[members]

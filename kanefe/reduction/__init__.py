@@ -7,3 +7,4 @@ from kanefe.reduction.enriched import Enriched as Enriched
 from kanefe.reduction.free_interface import FreeInterface as FreeInterface
 from kanefe.reduction.krylov import Krylov as Krylov
 from kanefe.reduction.load_cases import LoadCase as LoadCase
+from kanefe.reduction.patch_case import PatchCase as PatchCase

@@ -34,7 +34,7 @@ class Reduction(Protocol):
 
     Attributes
     ----------
-    loads : tuple of str or LoadCase
+    loads : tuple of str, LoadCase or PatchCase
         Load cases whose static shapes are kept.
     error_up_to : float or None
         Frequency in Hz up to which the error is estimated; None: it is not.

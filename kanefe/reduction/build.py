@@ -23,6 +23,7 @@ from kanefe.fe_model.damping import Damping, damping_matrix, damping_name
 from kanefe.fe_model.factorise import Factorise, splu_factorise
 from kanefe.fe_model.interface import Interface
 from kanefe.fe_model.model import FiniteElementModel
+from kanefe.fe_model.node_shares import NodeShares
 from kanefe.fe_model.progress import stage
 from kanefe.fe_model.rigid_patch_error import tie_errors
 from kanefe.fe_model.skin import with_places
@@ -126,6 +127,7 @@ def flexible_body(
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
         elasticity=model.elasticity,
+        groups=tuple(NodeShares.of(name, group) for name, group in model.groups.items()),
         **_inertia(model, full_basis),
         provenance={
             **model.provenance,

@@ -35,12 +35,12 @@ class CraigBampton(Options):
         Hz. Without `modes`: all normal modes up to this frequency. With "auto": the highest frequency of the loads.
     tol : float
         Relative error of the response that "auto" may leave.
-    loads : sequence of str or LoadCase
+    loads : sequence of str, LoadCase or PatchCase
         Load cases whose static shapes are kept too, so that they act statically exact (see
         `kanefe.reduction.load_cases`): among "gravity", "angular acceleration", "centrifugal", names of interfaces and
-        load patterns, and given forces. With "auto" they are also what the response is measured with; without any,
-        that is all loads of interfaces and of inertia, and their static shapes are kept if this makes the basis
-        smaller.
+        load patterns, given forces, and single forces on contact patches. With "auto" they are also what the response
+        is measured with; without any, that is all loads of interfaces and of inertia, and their static shapes are kept
+        if this makes the basis smaller.
     error_up_to : float, optional
         Hz up to which the error is estimated (see `kanefe.reduction.error_estimate`). "auto" always does, up to
         `up_to_frequency`.

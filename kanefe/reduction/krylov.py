@@ -35,7 +35,7 @@ class Krylov(Options):
         Hz; 0 for statics, which needs no factorisation of its own.
     order : int
         Blocks of shapes around each of them.
-    loads : sequence of str or LoadCase
+    loads : sequence of str, LoadCase or PatchCase
         What the body answers to (see `kanefe.reduction.load_cases`). None of them: its interfaces, and all inertial
         loads.
     error_up_to

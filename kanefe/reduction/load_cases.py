@@ -8,7 +8,8 @@ A load case is named by
 - the name of an interface: unit forces and moments on its components that are not fixed;
 - the name of a load pattern: unit tractions along x, y, z, and a unit pressure;
 
-or given as a `LoadCase`. A spin about another point is a combination of "centrifugal" and "gravity".
+or given as a `LoadCase`, or as the points of a contact patch, `PatchCase`. A spin about another point is a combination
+of "centrifugal" and "gravity".
 
 Load-dependent vectors: static shapes of load cases, which make a basis statically complete for them.
 
@@ -27,6 +28,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, PRODUCTS, TRANSLATIONS, FiniteElementModel
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.reduction.patch_case import PatchCase
 
 INERTIAL = ("gravity", "angular acceleration", "centrifugal")
 """Names of the loads that the motion of G itself puts on a body."""
@@ -76,7 +78,7 @@ class LoadCase:
         return f"LoadCase({self.name!r}, {self.forces.shape}, sha256 {digest})"
 
 
-Load = str | LoadCase
+Load = str | LoadCase | PatchCase
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,14 +104,14 @@ class LoadGroup:
 
 def checked_loads(loads: Any) -> tuple[Load, ...]:
     """Return loads as a tuple; refuse what is no sequence of names and load cases."""
-    if isinstance(loads, (str, LoadCase)) or not isinstance(loads, Iterable):
+    if isinstance(loads, (str, LoadCase, PatchCase)) or not isinstance(loads, Iterable):
         raise ModelError(f"loads must be a sequence of names and LoadCases, such as ('gravity', 'tip'), not {loads!r}")
     kept = tuple(loads)
     for load in kept:
-        if not isinstance(load, (str, LoadCase)):
+        if not isinstance(load, (str, LoadCase, PatchCase)):
             raise ModelError(
-                f"a load is a name or a LoadCase, not {type(load).__name__}. Remedy: LoadCase('my load', forces) with "
-                "forces on the degrees of freedom of the model"
+                f"a load is a name, a LoadCase or a PatchCase, not {type(load).__name__}. Remedy: LoadCase('my load', "
+                "forces) with forces on the degrees of freedom of the model"
             )
     return kept
 
@@ -135,7 +137,7 @@ def load_groups(problem: StaticProblem, loads: Sequence[Load]) -> list[LoadGroup
         is_inertial = isinstance(load, str) and load in INERTIAL
         # a floating body is in free fall under gravity: nothing to say
         if not found and not is_inertial:
-            name = load.name if isinstance(load, LoadCase) else load
+            name = load if isinstance(load, str) else load.name
             raise ModelError(
                 f"load {name!r} does not deform the body: it acts on nothing but components fixed in G, or has no "
                 "forces. Remedy: leave it out"
@@ -203,6 +205,8 @@ def _groups_of(problem: StaticProblem, load: Load) -> list[LoadGroup]:
                 f"{model.size}. Remedy: {len(model.components)} components ({', '.join(model.components)}) a node"
             )
         return [LoadGroup(load.name, "1", T @ load.forces)]
+    if isinstance(load, PatchCase):
+        return [LoadGroup(load.name, "N", T @ load.forces(model))]
     if load == "gravity":
         return [LoadGroup(load, "m/s2", T @ (model.mass @ model.rigid_modes()[:, :3]))]
     if load == "angular acceleration":

@@ -62,7 +62,7 @@ def chosen_modes(
         Constraint modes of the released components.
     vectors : ndarray, shape (tied, v), or None
         Load vectors to be kept. None: the static shapes of the loads are kept if this makes the basis smaller.
-    loads : sequence of str or LoadCase
+    loads : sequence of str, LoadCase or PatchCase
         What the response is measured with. None of them: interface loads and inertial loads, of every kind.
     up_to_frequency : float
         Hz.

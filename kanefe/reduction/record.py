@@ -20,6 +20,7 @@ from kanefe.reduction.basis import Basis, Reduction
 from kanefe.reduction.error_estimate import error_estimate
 from kanefe.reduction.left_out import left_out
 from kanefe.reduction.load_cases import some_groups
+from kanefe.reduction.patch_case import contact_compliance
 
 
 def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis, modes: np.ndarray) -> dict[str, Any]:
@@ -40,7 +41,7 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
         "method": the options; "columns" given and "kept" after dependent and rigid ones were left out; "effective_mass"
         of the modes kept; "modes": normal modes looked at; "load_vectors": names and numbers; "error_estimate" if it
         was asked for (see `kanefe.reduction.error_estimate`); "left_out" of the statics of inertia and load patterns
-        (see `kanefe.reduction.left_out`).
+        (see `kanefe.reduction.left_out`); "contact_compliance" of its surfaces (see `kanefe.reduction.patch_case`).
     """
     record = {
         "method": repr(reduction),
@@ -51,6 +52,7 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
     }
     with stage("what the modes leave out"):
         record["left_out"] = left_out(problem, modes)
+        record["contact_compliance"] = contact_compliance(problem, modes)
     limit = reduction.error_up_to
     if limit is not None:
         groups = some_groups(problem, reduction.loads)

@@ -14,6 +14,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.damping import Damping, ModalDamping, RayleighDamping, checked_damping, damping_name
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel
+from kanefe.fe_model.node_shares import NodeShares
 from kanefe.fe_model.statics import StaticProblem
 
 
@@ -63,6 +64,7 @@ def unreduced_body(
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, basis) for name, pattern in model.load_patterns.items()),
         elasticity=model.elasticity,
+        groups=tuple(NodeShares.of(name, group) for name, group in model.groups.items()),
         provenance={
             **model.provenance,
             "reduction": {"method": "None"},

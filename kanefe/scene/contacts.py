@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -14,12 +15,15 @@ from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.surface import Surface, paired
-from kanefe.errors import ModelError
+from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Orientation
 from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import ContactPatch, Frame, three
 
 SHARE_OF_CRITICAL = 0.1
+
+MOST_LEFT_OUT = 0.1
+"""Of what the law of a contact yields by: how much of a body's own yielding its modes may leave out untold."""
 
 
 class ContactMethods(LoadMethods):
@@ -126,6 +130,8 @@ class ContactMethods(LoadMethods):
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
         frames, other, probes = self._touching(one, other, label)
+        if isinstance(one, ContactPatch):
+            _warn_of_stiff_modes(one, normal, label)
         if any(
             frame.number == other.frame.number and frame.number >= 0 and not _is_flexible(frame) for frame in frames
         ):
@@ -205,6 +211,21 @@ class ContactMethods(LoadMethods):
             return 0.0
         entry = self._entries[frame.number]
         return float(entry.flexible.mass if entry.flexible is not None else entry.rigid.mass if entry.rigid else 0.0)
+
+
+def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> None:
+    """Tell where modes leave out what the points of a patch yield by, beside what the law does."""
+    if normal.exponent != 1.0:
+        return
+    softening = patch.left_out * normal.stiffness * max(patch.shares)
+    if softening > MOST_LEFT_OUT:
+        warnings.warn(
+            f"{label}: a point of the patch yields by {patch.left_out:.2g} m/N more than the modes of "
+            f"{patch.frames[0].name!r} have, {softening:.2g} times as much as by the law of the contact. Remedy: a "
+            f"PatchCase of the same place and most={len(patch.frames)} among the loads of its reduction",
+            AccuracyWarning,
+            stacklevel=3,
+        )
 
 
 def _is_flexible(frame: Frame) -> bool:

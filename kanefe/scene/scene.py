@@ -147,20 +147,20 @@ class FlexibleMember(Frame):
         """Return a frame that moves with a node of the mesh, to carry a load or the end of a spring."""
         return Frame(self.system, self.number, self.name, self.body.node_frame(number))
 
-    def patch(self, place: PlaceLike, most: int = 16) -> ContactPatch:
+    def patch(self, place: str | PlaceLike, most: int = 16) -> ContactPatch:
         """Return points of the body's outside that touch surfaces: see `System.add_contact`.
 
         Parameters
         ----------
-        place : Place or function of nodes (n, 3) -> bool (n,)
-            `OnPlane`, `Near`, `InBox` or `InCylinder`, in the axes of the mesh.
+        place : str, Place or function of nodes (n, 3) -> bool (n,)
+            Name of a group of the mesh; `OnPlane`, `Near`, `InBox` or `InCylinder`, in the axes of the mesh.
         most : int
             Of more nodes those are taken that lie furthest from each other, each with the area that it is nearest to.
 
         Raises
         ------
         ModelError
-            If there is no node on the outside of the body in the place.
+            If there is no such group, or no node on the outside of the body in the place.
 
         Examples
         --------
@@ -168,9 +168,16 @@ class FlexibleMember(Frame):
         """
         from kanefe.fe_model.contact_points import contact_points
 
-        body, label = self.body, f"a patch of {self.name!r}"
-        numbers_of, shares = contact_points(body.nodes, body.cells, place, most, label)
-        return ContactPatch(tuple(self.node(int(number)) for number in numbers_of), tuple(shares.tolist()))
+        body = self.body
+        numbers_of, shares = contact_points(body.nodes, body.cells, body.groups, place, most, repr(self.name))
+        frames = tuple(self.node(int(number)) for number in numbers_of)
+        return ContactPatch(frames, tuple(shares.tolist()), self._left_out_at(place))
+
+    def _left_out_at(self, place: str | PlaceLike) -> float:
+        """Return how the mesh yields at a point of a surface beyond what the modes have, m/N, where that is known."""
+        known = self.body.provenance.get("reduction", {}).get("contact_compliance", ())
+        found = [entry for entry in known if entry["surface"] == place]
+        return found[0]["compliance"] * (1.0 - found[0]["held"]) if found else 0.0
 
 
 class ContactPatch(NamedTuple):
@@ -181,10 +188,13 @@ class ContactPatch(NamedTuple):
     frames : tuple of Frame
     shares : tuple of float
         Of the stiffness of the contact; together 1.
+    left_out : float
+        How the mesh yields at a point beyond what the body's modes have, as far as it is known, m/N.
     """
 
     frames: tuple[Frame, ...]
     shares: tuple[float, ...]
+    left_out: float = 0.0
 
 
 class Scene:

@@ -23,6 +23,7 @@ SAVED_CLASSES = {
     "nodal moments": "kanefe.bodies.nodal_moments:NodalMoments",
     "nodal pattern": "kanefe.fe_model.load_pattern:NodalPattern",
     "node group": "kanefe.fe_model.model:NodeGroup",
+    "node shares": "kanefe.fe_model.node_shares:NodeShares",
     "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
 }
 """Word -> "module:Class"."""
