@@ -124,9 +124,10 @@ class Result(Reader):
         Parameters
         ----------
         what : str
-            "overview", "energy", "momentum", or a quantity such as "position" or "coupling_force".
+            "overview", "energy", "momentum", "contacts", or a quantity such as "position" or "coupling_force".
         *names : str
-            Body and, where it applies, interface. A quantity of bodies without a name is drawn for all of them.
+            Body and, where it applies, interface. A quantity of bodies without a name is drawn for all of them. Of
+            contacts: which.
         path : path, optional
             File to write; its folder is made.
 
@@ -147,6 +148,8 @@ class Result(Reader):
         self, path: str | Path, *, fps: float | None = None, every: int | None = None, scale: float = 1.0
     ) -> Path:
         """Write the moving scene for ParaView: a .pvd file, and a folder of .vtu files beside it.
+
+        Contacts are points with their force (draw them as glyphs) and their status: 0 open, 1 sticks, 2 slips.
 
         Parameters
         ----------

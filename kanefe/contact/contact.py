@@ -67,7 +67,7 @@ class Contact(Load):
     kind = "contact"
     columns = (
         *(f"force {c} [N]" for c in "xyz"), "normal [N]", "tangential [N]",
-        "penetration [m]", "slip [m]", "work [J]", "status [1]",
+        "penetration [m]", "slip [m]", *(f"point {c} [m]" for c in "xyz"), "work [J]", "status [1]",
     )  # fmt: skip
     needs_rotation = False
     acts_at_once = True
@@ -253,7 +253,7 @@ class Contact(Load):
         return after
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return force on what touches, its normal and tangential size, depth, slip, work of friction and status."""
+        """Return what `columns` say of force, depth, slip, place, work of friction and status."""
         touches = self.touches(ends, states)
         pressed = [touch for touch in touches if touch.depth > 0.0]
         drag = -sum((touch.drag for touch in pressed), np.zeros(3))
@@ -264,7 +264,11 @@ class Contact(Load):
         slid = (0.0, 0.0) if self.friction is None else (states[0], states[1])
         depth = max(touch.depth for touch in touches)
         normal = sum(touch.press for touch in pressed)
-        return np.array((*(force + drag), normal, np.linalg.norm(drag), depth, *slid, status))
+        if normal > 0.0:
+            point = sum((touch.press * touch.point for touch in pressed), np.zeros(3)) / normal
+        else:
+            point = max(touches, key=lambda touch: touch.depth).point
+        return np.array((*(force + drag), normal, np.linalg.norm(drag), depth, slid[0], *point, slid[1], status))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of what presses, and of what sticks: anchors stretch as its ends move."""

@@ -26,6 +26,8 @@ class ContactHistory(NamedTuple):
         Of the deepest point, m; below 0: the gap.
     slip : ndarray, shape (T,)
         Path slid so far, the mean of all points by their shares, m.
+    point : ndarray, shape (T, 3)
+        Where the normal forces together act, and where nothing touches what is next to the surface, in N, m.
     work : ndarray, shape (T,)
         That sliding has taken so far, J.
     status : ndarray of str, shape (T,)
@@ -37,8 +39,14 @@ class ContactHistory(NamedTuple):
     tangential: np.ndarray
     penetration: np.ndarray
     slip: np.ndarray
+    point: np.ndarray
     work: np.ndarray
     status: np.ndarray
+
+
+def is_contact(columns: Sequence[str]) -> bool:
+    """Return whether a load that tells these is a contact."""
+    return tuple(columns) == Contact.columns
 
 
 def contact_history(told: np.ndarray, columns: Sequence[str], name: str) -> ContactHistory:
@@ -49,9 +57,9 @@ def contact_history(told: np.ndarray, columns: Sequence[str], name: str) -> Cont
     ModelError
         If the load is none.
     """
-    if tuple(columns) != Contact.columns:
+    if not is_contact(columns):
         raise ModelError(f"load {name!r} is no contact. Remedy: result.load({name!r})")
-    normal, tangential, penetration, slip, work, status = told[:, 3:].T
+    normal, tangential, penetration, slip, *_, work, status = told[:, 3:].T
     return ContactHistory(
-        told[:, :3], normal, tangential, penetration, slip, work, np.array(STATUS)[status.astype(int)]
+        told[:, :3], normal, tangential, penetration, slip, told[:, 7:10], work, np.array(STATUS)[status.astype(int)]
     )

@@ -13,7 +13,8 @@ from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.channels import Channels, RunChannels
-from kanefe.results.contact_history import ContactHistory, contact_history
+from kanefe.results.contact_history import ContactHistory, contact_history, is_contact
+from kanefe.results.contact_report import contact_report
 from kanefe.results.quantities import (
     CENTRES,
     DRIVES,
@@ -206,6 +207,27 @@ class Reader:
         ``result.contact("skid").slip[-1]``, ``result.contact("skid").normal.max()``
         """
         return contact_history(self.read("load", name), self.loads[name], name)
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return tuple(name for name, columns in self.loads.items() if is_contact(columns))
+
+    def contact_report(self) -> str:
+        """Return a table of the contacts: first touch, largest forces, how long it held, slip and work.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+        >>> ball = scene.add_point("ball", 1.0, at=(0, 0, 0.1))
+        >>> scene.add_contact("drop", ball, floor, normal=kf.KelvinVoigt(1e4, damping=40.0))
+        >>> result = scene.simulate((0.0, 0.5), output_step=1e-3)
+        >>> result.contact_report().splitlines()[1].split()[:3]
+        ['drop', '0.142784', '4']
+        """
+        return contact_report(self.times, {name: self.contact(name) for name in self.contacts}, self.events)
 
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None

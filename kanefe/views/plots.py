@@ -31,6 +31,9 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#44
 
 STYLES = ("-", "--", ":", "-.")
 
+STATUS_COLORS = {"sticks": "#d8ecd8", "slips": "#fbe3cf"}
+"""Behind the curves of a contact; white where it is open."""
+
 LARGEST_LEGEND = 12
 """Curves above which a legend names only the first ones."""
 
@@ -42,14 +45,16 @@ def draw(result: Reader, what: str, names: Sequence[str], path: str | Path | Non
         "energy": _energy_picture,
         "momentum": _momentum_picture,
     }
-    if what in pictures:
+    if what == "contacts":
+        figure = _contacts_picture(result, names)
+    elif what in pictures:
         if names:
             raise ModelError(f"the picture {what!r} is of the whole scene and takes no names, not {', '.join(names)}")
         figure = pictures[what](result)
     elif what in QUANTITIES:
         figure = _quantity_picture(result, what, names)
     else:
-        raise ModelError(f"there is no picture {what!r}. There are: {', '.join((*pictures, *QUANTITIES))}")
+        raise ModelError(f"there is no picture {what!r}. There are: {', '.join((*pictures, 'contacts', *QUANTITIES))}")
     if path is not None:
         save_figure(figure, path)
     return figure
@@ -187,6 +192,37 @@ def _momentum_picture(result: Reader) -> Figure:
         values = result.read(name)
         _curves(ax, result.times, [(c, values[:, i]) for i, c in enumerate(components)])
         _dress(ax, f"{label} [{unit}]", QUANTITIES[name].title.capitalize(), time=ax is axes[1])
+    return figure
+
+
+def _contacts_picture(result: Reader, names: Sequence[str]) -> Figure:
+    """Draw normal force, friction and slip of contacts, on the colour of what they do."""
+    shown = names or result.contacts
+    if not shown:
+        raise ModelError("nothing to draw: the run has no contact")
+    times = result.times
+    figure, axes = _figure(len(shown), 1, (9.0, 1.2 + 2.4 * len(shown)))
+    for ax, name in zip(axes, shown, strict=True):
+        history = result.contact(name)
+        for status, color in STATUS_COLORS.items():
+            there = history.status == status
+            # up to the middle between an output that has the status and one that has not
+            before = np.concatenate(([False], there[:-1])) | there
+            if there.any():
+                ax.fill_between(
+                    times, 0.0, 1.0, where=before, transform=ax.get_xaxis_transform(), color=color, linewidth=0.0,
+                    label=status,
+                )  # fmt: skip
+        _curves(ax, times, [("normal", history.normal)])
+        if history.slip.any() or history.tangential.any():
+            _curves(ax, times, [("friction", history.tangential)], color=1)
+            slid = ax.twinx()
+            slid.plot(times, 1e3 * history.slip, "--", color="0.35", linewidth=1.2)
+            slid.set_ylabel("slip [mm] (dashed)", color="0.35")
+            slid.spines["top"].set_visible(False)
+        _dress(ax, "force [N]", name, time=ax is axes[-1])
+        if (legend := ax.get_legend()) is not None:
+            legend.set_bbox_to_anchor((1.12, 1.02))  # beside the second axis
     return figure
 
 

@@ -15,6 +15,7 @@ from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.fe_model.model import CELL_TYPES
 from kanefe.frames import rotation_matrix
 from kanefe.results.body_shape import BodyShape
+from kanefe.results.contact_history import STATUS, ContactHistory
 from kanefe.storage.files import ready_path
 
 try:
@@ -31,7 +32,7 @@ MOST_FRAMES = 200
 SMALLEST_SIDE = 0.02
 """Side of the box that stands for a point, as a share of the scene's size."""
 
-_FRAME = re.compile(r"(body\d+|rigid)_\d{4,}\.vtu")
+_FRAME = re.compile(r"(body\d+|rigid|contacts)_\d{4,}\.vtu")
 
 _QUOTES = {'"': "&quot;"}
 
@@ -59,7 +60,7 @@ def write_series(
 
     Each flexible body has one .vtu a frame: its deformed mesh in N, with the elastic displacement in the axes of N
     as point data. The rigid bodies share one: boxes of their mass and inertia, with the body's number as cell data.
-    A body without mass is not shown.
+    A body without mass is not shown. Contacts share one more: points with force, normal force, slip and status.
     """
     target = Path(path)
     if target.suffix.lower() not in ("", ".pvd"):
@@ -81,6 +82,8 @@ def write_series(
     grids = [_mesh_grid(shape, part) if shape.is_flexible else None for part, shape in enumerate(shapes)]
     boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
     cubes = _grid([("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))], [number for number, _, _ in boxes])
+    contacts = [result.contact(name) for name in result.contacts]
+    spots = _grid([("vertex", np.arange(len(contacts))[:, None])], range(len(contacts)))
     try:
         folder.mkdir(exist_ok=True)
         listed: list[tuple[Path, float, int, str]] = []
@@ -94,6 +97,9 @@ def write_series(
             if boxes:
                 file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame), cubes)
                 listed.append((file, time, len(shapes), "rigid bodies"))
+            if contacts:
+                file = _write_contacts(folder / f"contacts_{number:04d}", contacts, int(frame), spots)
+                listed.append((file, time, len(shapes) + 1, "contacts"))
         _write_collection(target, listed)
         _remove_other_frames(folder, {file for file, _, _, _ in listed})
     except OSError as error:
@@ -221,6 +227,16 @@ def _write_boxes(
         A_NR = rotation_matrix(result.rotation(shape.name)[frame])
         corners.append(local @ A_NR.T + result.position(shape.name)[frame])
     return _write_grid(path, np.vstack(corners), grid, {}, {})
+
+
+def _write_contacts(path: Path, contacts: Sequence[ContactHistory], frame: int, grid: _Grid) -> Path:
+    fields = {
+        "force [N]": np.array([contact.force[frame] for contact in contacts]),
+        "normal [N]": np.array([contact.normal[frame] for contact in contacts]),
+        "slip [m]": np.array([contact.slip[frame] for contact in contacts]),
+        "status": np.array([STATUS.index(contact.status[frame]) for contact in contacts], dtype=np.int32),
+    }
+    return _write_grid(path, np.array([contact.point[frame] for contact in contacts]), grid, fields, {})
 
 
 def _write_grid(
