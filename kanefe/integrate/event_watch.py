@@ -111,7 +111,7 @@ class EventWatch:
             event = self.events[i]
             function = self._along(stepper, event)
             for bracket in _brackets(times, table[:, i], event.direction, self._noise[i], function):
-                t = self._root(function, *bracket)
+                t = self._root(function, *bracket, is_beyond=ends_step_alone(event))
                 if not self._is_told(t, event):
                     found.append((t, event))
         found.sort(key=lambda entry: entry[0])
@@ -123,7 +123,9 @@ class EventWatch:
             roots = [t for t, other in found if other is event]
             self.times[event.name] += roots
             if acting is not None and roots:
-                at_root = abs(self._along(stepper, event)(roots[-1]))
+                function, last = self._along(stepper, event), roots[-1]
+                # of a function that jumps the value before it
+                at_root = min(abs(function(t)) for t in (last, max(last - self._tolerance(last), t0)))
                 self._noise[i] = max(NOISE * at_root, ROUND_OFF * float(np.abs(table[:, i]).max()))
                 before = table[np.searchsorted(times, roots[-1]) - 1, i]
                 self._ways[i] = -np.sign(before)
@@ -212,13 +214,21 @@ class EventWatch:
     def _tolerance(self, t: float) -> float:
         return max(ROOT_TOLERANCE * self._span, 4 * EPSILON * abs(t))
 
-    def _root(self, function: Callable[[float], float], a: float, b: float) -> float:
+    def _root(self, function: Callable[[float], float], a: float, b: float, is_beyond: bool) -> float:
+        """Return where the function passes zero; on request where it has its new sign.
+
+        A step from there on has a force that jumps behind it: rates that change sides within it have no solution.
+        """
         ends = function(a), function(b)
         if ends[0] * ends[1] > 0.0:  # at one of the ends, but for round-off
             return a if abs(ends[0]) < abs(ends[1]) else b
         from scipy.optimize import brentq  # which takes longer to import than a short run
 
-        return float(brentq(function, a, b, xtol=self._tolerance(b), rtol=4 * EPSILON))
+        tolerance = self._tolerance(b)
+        found = float(brentq(function, a, b, xtol=tolerance, rtol=4 * EPSILON))
+        while is_beyond and found < b and function(found) * ends[1] <= 0.0:
+            found = min(found + tolerance, b)
+        return found
 
 
 def _quick_look(stepper: Stepper) -> Callable[[float], Vector] | None:

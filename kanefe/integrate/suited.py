@@ -107,12 +107,12 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     own = serving(model, *own_methods())
     if len(own) == 1:
         return Suited(own[0], f"the only one for {model.route.reason}")
-    span, dynamics = stop - start, Dynamics(model)
-    outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
     sudden = [load for load in model.loads if load.acts_at_once]
     if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
         reason = f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once"
         return Suited("radau5", reason, share=min(CONTACT_ATOL / atol, 1.0))
+    span, dynamics = stop - start, Dynamics(model)
+    outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
     if not _is_stiff(max(rate, outside), span):
         return Suited("dop853", "no stiff elastic modes")
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"

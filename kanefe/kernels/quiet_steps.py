@@ -53,10 +53,11 @@ class Lookout(NamedTuple):
         Places in a step at which values are looked at, the last one its end, 1.
     motions : Drives
     fill : function (t, y, inputs)
+    held : ndarray, shape (inputs,)
+        Values of loads, those written that do not change in the run.
     times : ndarray, shape (T,)
     drives : ndarray, shape (T, driven, 3)
     inputs : ndarray, shape (T, inputs)
-        The constant ones written.
     states : ndarray, shape (T, state)
     found : ndarray, shape (T, values)
     """
@@ -65,6 +66,7 @@ class Lookout(NamedTuple):
     shares: Reals
     motions: Drives
     fill: Filler
+    held: Reals
     times: Reals
     drives: RealBlocks
     inputs: RealRows
@@ -133,6 +135,7 @@ def _look(lookout: Lookout, run: Run, vectors: RealRows) -> None:
         else:
             copy(vectors[STATE], y)
         put_drives(lookout.motions, t, lookout.drives[i])
+        copy(lookout.held, lookout.inputs[i])
         lookout.fill(t, y, lookout.inputs[i])
     call_address(lookout.looking.address, (lookout.looking.places, lookout.looking.numbers))
 

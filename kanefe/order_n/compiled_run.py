@@ -60,7 +60,8 @@ class CompiledRun:
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         scene = Scene(evaluated, closing, balanced, route.has_loops, drives, motions, route.fill, inputs, closed, asked)
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
-        self._lookouts = Lookouts(route, motions, vectors)
+        self._lookouts = Lookouts(route, motions, inputs, vectors)
+        self._passing: tuple[Run, Call] | None = None
 
     def _for_kernels(self, call: Call) -> Prepared:
         self._kept.append(call)
@@ -82,8 +83,11 @@ class CompiledRun:
     def go_on_quietly(self, run: Run, values: np.ndarray) -> tuple[int, bool]:
         """Go on until events of loads may have happened in the last step: see `pass_quiet_steps`."""
         self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
-        command, is_quiet = self._lookouts.pass_steps(self._integrate.prepared(run), self._inputs, run, values)
-        return self._explained(command, run), is_quiet
+        if self._passing is None or self._passing[0] is not run:
+            call = self._lookouts.passing(self._integrate.prepared(run), run, values)
+            self._passing = run, call
+        command, is_quiet = self._passing[1]()
+        return self._explained(int(command), run), bool(is_quiet)
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return what events of loads look at, at a time of the last step."""

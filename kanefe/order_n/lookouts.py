@@ -23,23 +23,24 @@ class Lookouts:
     route : Evaluated
         Of an autonomous scene.
     motions : Drives
+    inputs : ndarray
+        Of the run: values of loads, with those that controllers hold.
     vectors : ndarray
         Memory of the method.
     """
 
-    def __init__(self, route: Evaluated, motions: Drives, vectors: np.ndarray) -> None:
-        self._route, self._motions, self._vectors = route, motions, vectors
+    def __init__(self, route: Evaluated, motions: Drives, inputs: np.ndarray, vectors: np.ndarray) -> None:
+        self._route, self._motions, self._inputs, self._vectors = route, motions, inputs, vectors
         self._kept: list[Call] = []  # of which kernels know the addresses
+        self._going: Call | None = None
         self._looking: Call | None = None
 
-    def pass_steps(self, going: Call, inputs: np.ndarray, run: Run, values: np.ndarray) -> tuple[int, bool]:
-        """Go on: see `pass_quiet_steps`. `inputs` are those that controllers hold."""
-        lookout, passing = self._passing
-        lookout.inputs[:] = inputs
+    def passing(self, going: Call, run: Run, values: np.ndarray) -> Call:
+        """Return the call of `pass_quiet_steps` around one of `integrate`."""
         signature = going.signature
         step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
-        command, is_quiet = passing(step, run, values)
-        return int(command), bool(is_quiet)
+        self._going = going
+        return self._passing.prepared(step, run, values)
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return the values of all watched loads at a time of the last step."""
@@ -52,20 +53,19 @@ class Lookouts:
         return lookout.found[0]
 
     @cached_property
-    def _passing(self) -> tuple[Lookout, Bound]:
-        lookout = self._lookout(SHARES)
-        return lookout, pass_quiet_steps.bound(LATER, lookout, LATER, self._vectors, LATER)
+    def _passing(self) -> Bound:
+        return pass_quiet_steps.bound(LATER, self._lookout(SHARES), LATER, self._vectors, LATER)
 
     @cached_property
     def _at_a_time(self) -> tuple[Lookout, Bound]:
         lookout = self._lookout(STEP_END)
-        lookout.inputs[:] = self._passing[0].inputs[0]
         return lookout, look_at.bound(lookout, LATER, self._vectors, LATER)
 
     def _lookout(self, shares: np.ndarray) -> Lookout:
         route, count, size = self._route, len(shares), self._vectors.shape[1]
         times, drives = np.empty(count), np.empty((count, len(route.model.drives), 3))
-        inputs, states = np.empty((count, len(route.inputs.constants))), np.empty((count, size))
+        inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
         looking, found = route.watching.prepared(times, drives, inputs, states)
         self._kept.append(looking)
-        return Lookout(looking.for_kernels(), shares, self._motions, route.fill, times, drives, inputs, states, found)
+        held = self._motions, route.fill, self._inputs
+        return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found)

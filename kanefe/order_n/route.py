@@ -20,7 +20,6 @@ from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
 from kanefe.kernels._numba import IS_COMPILED
 from kanefe.kernels.closing import CLOSED, close_state, closing_memory_size
-from kanefe.kernels.derivatives import derivatives
 from kanefe.kernels.entries import LATER, Bound
 from kanefe.kernels.evaluation import evaluate, workspace_size
 from kanefe.kernels.filling import filler
@@ -34,6 +33,7 @@ from kanefe.kernels.units import expect
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.compiled_run import CompiledRun
 from kanefe.order_n.constraint_tables import loop_tables
+from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.drive_tables import drive_tables
 from kanefe.order_n.load_tables import loads_between
 from kanefe.order_n.moving_frames import MotionsKernel, MovingFrames
@@ -83,6 +83,7 @@ class OrderN(LiteralRoute):
         self._drives = model.drives
         self.motion_tables = drive_tables(model)
         self._frames = MotionsKernel(self)
+        self._derivative_calls: list[DerivativeCall] = []  # that no thread uses
 
     def __reduce__(self) -> tuple[Any, ...]:
         return OrderN, (self.model,)  # tables have addresses, which are those of a process
@@ -229,17 +230,19 @@ class OrderN(LiteralRoute):
         """
         if not self.is_complex:
             return None
-        vectors = np.empty((2, len(y)), dtype=complex)
-        vectors[AT] = y
-        inputs = self.values(t, y)
-        found = np.empty((len(directions), len(y)))
-        memory = np.empty(self.memory_size, dtype=complex)
-        scene = False, t, 0.0, 0.0, self.tables, self.elastic, self.between, self.loops, self.drives(t), inputs
-        call = evaluate.bound(*scene, vectors, memory, is_complex=True).prepared()
-        along = np.ascontiguousarray(directions, dtype=float)
-        if not derivatives.bound(call.for_kernels(), vectors, along, found, is_complex=True)():
+        calls = self._derivative_calls
+        call = calls.pop() if calls else self._derivative_call(len(y))
+        done, found = call(t, y, self.drives(t), self.values(t, y), directions)
+        calls.append(call)
+        if not done:
             self.explain(t, y)
         return found
+
+    def _derivative_call(self, size: int) -> DerivativeCall:
+        return DerivativeCall(
+            (self.tables, self.elastic, self.between, self.loops), self.memory_size, size, len(self._drives),
+            len(self.inputs.constants),
+        )  # fmt: skip
 
     @property
     def is_complex(self) -> bool:

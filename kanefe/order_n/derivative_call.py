@@ -1,0 +1,42 @@
+"""The call of the kernels that give exact derivatives of the rates, prepared once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kernels.derivatives import derivatives
+from kanefe.kernels.entries import LATER
+from kanefe.kernels.evaluation import AT_TIME, evaluate
+from kanefe.kernels.stepping import AT
+
+
+class DerivativeCall:
+    """A call whose arrays stay where they are: of one thread at a time.
+
+    Parameters
+    ----------
+    scene : tuple
+        Tables of bodies, of flexible bodies, of loads between frames and of loops.
+    memory_size, size, driven, inputs : int
+        Numbers of an evaluation, of a state; driven coordinates; values of loads.
+    """
+
+    def __init__(self, scene: tuple[Any, ...], memory_size: int, size: int, driven: int, inputs: int) -> None:
+        self._drives, self._inputs = np.empty((driven, 3)), np.empty(inputs)
+        self._vectors, memory = np.empty((2, size), dtype=complex), np.empty(memory_size, dtype=complex)
+        arguments = False, 0.0, 0.0, 0.0, *scene, self._drives, self._inputs, self._vectors, memory
+        self._evaluation = evaluate.bound(*arguments, is_complex=True).prepared()
+        self._bound = derivatives.bound(self._evaluation.for_kernels(), self._vectors, LATER, LATER, is_complex=True)
+
+    def __call__(
+        self, t: float, y: Vector, drives: np.ndarray, inputs: np.ndarray, directions: Matrix
+    ) -> tuple[bool, Matrix]:
+        """Return whether the mass matrix was regular, and derivatives of dy/dt along the rows of directions."""
+        self._evaluation.numbers[AT_TIME] = t
+        self._vectors[AT], self._drives[:], self._inputs[:] = y, drives, inputs
+        along = np.ascontiguousarray(directions, dtype=float)
+        found = np.empty_like(along)
+        return bool(self._bound(along, found)), found
