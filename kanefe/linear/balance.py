@@ -46,12 +46,22 @@ class BalanceSearch:
     """Newton's method for a state without accelerations.
 
     Unknown are the independent tangents p, and speeds that are to be found; the equations are the leading
-    accelerations. In the metric of the mass matrix their Jacobian is minus a stiffness over mass.
+    accelerations. In the metric of the mass matrix their Jacobian is minus a stiffness over mass. No iteration goes
+    farther than `longest`, in rad or scene lengths.
     """
 
-    def __init__(self, model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: Sequence[str]) -> None:
+    def __init__(
+        self,
+        model: Model,
+        t: float,
+        q: Vector,
+        u: Vector,
+        found: np.ndarray,
+        held: Sequence[str],
+        longest: float = LARGEST_STEP,
+    ) -> None:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
-        self.iterations = 0
+        self.iterations, self._longest = 0, longest
         self._held = np.zeros(model.free_count, dtype=bool)
         self._held[found] = True
         for name in held:
@@ -139,6 +149,10 @@ class BalanceSearch:
             shift = -1.5 * lowest if settles and lowest < -1e-9 * size else 0.0
             H = H + shift * np.eye(len(H))
             x = _solved(H, residual)
+            if settles and (along := float(residual @ x)) < 0.0:
+                # against the forces: a curvature that is below zero, but too small beside stiff modes to be seen above
+                H = H - 2.0 * along / float(x @ x) * np.eye(len(H))
+                x = _solved(H, residual)
             p = inverse.T @ x
             return P.z @ p, P.du @ p, _unresisted(H, x, residual)
         columns = P.ddu[np.ix_(lead, kept)]
@@ -155,7 +169,7 @@ class BalanceSearch:
 
         Too far to settle: where the forces push back harder than they pushed on. Else: where accelerations are larger.
         """
-        share = LARGEST_STEP / max(_length(self.model, z), LARGEST_STEP)
+        share = self._longest / max(_length(self.model, z), self._longest)
         before, pushed = self._size(q, u, z)
         for _ in range(LARGEST_HALVINGS):
             q_new, u_new = self._closed(self.model.advance(q, share * z), u + share * du)

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from kanefe.linear.linearisation import Linearisation
     from kanefe.linear.state import Freezable
 
+SHORTEST = 3e-3
+"""Of the steps of a search among contacts, in rad or scene lengths: they pass through nothing that is thicker."""
+
 SOFTNESS = 3e-2, 3e-3, 3e-4, 3e-5, 3e-6
 """Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest."""
 
@@ -166,13 +169,14 @@ def _is_put_down(model: Model) -> bool:
 def _felt(model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...]) -> Vector:
     """Return coordinates near the balance of a scene with contacts, which act from afar at first, then from less.
 
-    What sticks is put down anew, without tension, each time: in the end friction holds what it has to and no more.
+    Steps are no longer than that, so that they pass through nothing. What sticks is put down anew, without tension,
+    each time: in the end friction holds what it has to and no more.
     """
     length = scene_length(model)
     for softness in SOFTNESS:
         soft = at_rest(model, t, np.concatenate((q, u, model.initial_states)), softness * length)
         try:
-            q, _ = BalanceSearch(soft, t, q, u, found, held).run()
+            q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST)).run()
         except SimulationError:
             continue  # the next ones may do without
     return q

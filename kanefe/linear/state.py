@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol, runtime_checkable
 
@@ -11,6 +12,14 @@ from kanefe.equations.given_state import Start, given_state, slack_time, time_of
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
+from kanefe.loads.base import End, Load
+from kanefe.tree.scales import scene_weight
+
+MOST_WEIGHTS = 10.0
+"""Of the scene: what a contact that acts from afar presses by at most, where a search for a rest begins."""
+
+HALVINGS = 30
+"""Of the distance over which it does."""
 
 
 @runtime_checkable
@@ -67,13 +76,32 @@ def _check_states(model: Model, what: str) -> None:
 def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
     """Return a model whose loads act as they do about a state y (q, u, z) at rest: contacts that stick hang on springs.
 
-    `softness` (m): over what distance contacts act from afar.
+    `softness` (m): over what distance contacts act from afar, or less where they would push by many times the weight of
+    the scene, away from what they are to hold.
     """
     scene = model.route.state(t, y)
-    loads = tuple(load.resting(scene.load_ends(i), softness) or load for i, load in enumerate(model.loads))
+    most = MOST_WEIGHTS * scene_weight(model)
+    loads = tuple(
+        _resting(load, t, scene.load_ends(i), scene.load_states(i), softness, most)
+        for i, load in enumerate(model.loads)
+    )
     if all(load is before for load, before in zip(loads, model.loads, strict=True)):
         return model
     return replace(model, loads=loads, initial_states=model.parts(y)[2])
+
+
+def _resting(load: Load, t: float, ends: Sequence[End], z: Vector, softness: float, most: float) -> Load:
+    """Return a load as it acts about a rest, so soft that none of its forces is above `most` (N) there."""
+    for _ in range(HALVINGS):
+        found = load.resting(ends, softness)
+        if found is None:
+            return load
+        if softness == 0.0 or most == 0.0 or not load.may_part:
+            break
+        if np.abs(found.action(t, ends, z).wrenches[:, :3]).max() <= most:
+            break
+        softness *= 0.5
+    return found
 
 
 def rested_states(model: Model, t: float, y: Vector) -> Vector:

@@ -59,7 +59,14 @@ def contact_history(told: np.ndarray, columns: Sequence[str], name: str) -> Cont
     """
     if not is_contact(columns):
         raise ModelError(f"load {name!r} is no contact. Remedy: result.load({name!r})")
-    normal, tangential, penetration, slip, *_, work, status = told[:, 3:].T
+    normal, tangential, penetration, slip, *_, work, status = told[..., 3:].T
     return ContactHistory(
-        told[:, :3], normal, tangential, penetration, slip, told[:, 7:10], work, np.array(STATUS)[status.astype(int)]
+        told[..., :3],
+        normal,
+        tangential,
+        penetration,
+        slip,
+        told[..., 7:10],
+        work,
+        np.array(STATUS)[status.astype(int)],
     )

@@ -38,17 +38,20 @@ def contact_report(times: np.ndarray, contacts: Mapping[str, ContactHistory], ev
 
 
 def _row(name: str, times: np.ndarray, history: ContactHistory, events: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    history = ContactHistory(*map(np.atleast_1d, history))  # of an instant
     touched = history.status != OPEN
     touches = events.get(f"{name} touch", np.zeros(0))
     begins = bool(touched[0])
     if not (touched.any() or len(touches)):
         return (name, "never", *["-"] * (len(HEADER) - 2))
+    # what begins in touch, but without depth, passes nothing
+    first = float(touches[0] if len(touches) else times[np.argmax(touched)])
     largest = int(np.argmax(history.normal))
     held = np.count_nonzero(history.status == STICKS) / max(np.count_nonzero(touched), 1)
     return (
         name,
-        "from the start" if begins else f"{touches[0]:.6g}",
-        f"{len(touches) + begins}",
+        "from the start" if begins else f"{first:.6g}",
+        f"{max(len(touches) + begins, 1)}",
         f"{history.normal[largest]:.5g}",
         f"{times[largest]:.5g}",
         f"{history.tangential.max():.5g}",

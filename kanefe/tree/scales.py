@@ -46,6 +46,11 @@ def scene_energy(model: ModelData, length: float) -> float:
     return (mass * length**2 + _inertia(model)) or 1.0
 
 
+def scene_weight(model: ModelData) -> float:
+    """Return the weight of all bodies, N."""
+    return sum(part.mass for part in _masses(model)) * float(np.linalg.norm(model.gravity))
+
+
 def _masses(model: ModelData) -> list[Any]:
     return [body.flexible.body if body.flexible else body.rigid for body in model.bodies if body.flexible or body.rigid]
 

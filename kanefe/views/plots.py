@@ -220,6 +220,7 @@ def _contacts_picture(result: Reader, names: Sequence[str]) -> Figure:
             slid.plot(times, 1e3 * history.slip, "--", color="0.35", linewidth=1.2)
             slid.set_ylabel("slip [mm] (dashed)", color="0.35")
             slid.spines["top"].set_visible(False)
+            slid.ticklabel_format(axis="y", scilimits=(-3, 4), useMathText=True)
         _dress(ax, "force [N]", name, time=ax is axes[-1])
         if (legend := ax.get_legend()) is not None:
             legend.set_bbox_to_anchor((1.12, 1.02))  # beside the second axis

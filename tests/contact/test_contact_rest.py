@@ -7,6 +7,9 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 
 MASS, G, STIFFNESS, LAMBDA = 2.0, 9.81, 1e5, 0.3
 ROUGH = kf.Coulomb(0.5)
@@ -88,3 +91,18 @@ def test_what_is_put_exactly_on_each_other_settles():
     result.raise_for_status()
     sunk = sum((5 - i) * G / 1e6 for i in range(5))
     assert result.position("board 4")[-1, 2] == pytest.approx(0.9 - sunk, abs=1e-6)
+
+
+@pytest.mark.parametrize("raised", [0.0, 1e-3, 0.3])
+def test_a_flexible_arm_comes_to_rest_on_a_thin_stop_and_does_not_fall_through(raised):
+    # its highest modes are 1e6 times stiffer than gravity along the hinge, which pulls the arm on and does not hold it
+    beam = straight_beam(1.0, Rectangle(0.04, 0.04), Material(E=70e9, nu=0.33, rho=2700.0), elements=6)
+    body = kf.flexible_body(beam, {"root": "clamped"}, reduction=kf.CraigBampton(8))
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    hinged = scene.add_flexible_body("arm", body, joint=kf.Revolute("y", position=-raised))
+    stop = scene.add_surface("stop", scene.ground, kf.shapes.Box((0.1, 0.1, 0.01)), at=(1.0, 0.0, -0.005))
+    scene.add_contact("end", hinged.node(6), stop, normal=kf.KelvinVoigt(1e5, damping=100.0))
+    found = kf.equilibrium(scene)
+    # moments about the hinge: the stop carries half the weight
+    assert found.contact("end").normal == pytest.approx(0.5 * body.mass * 9.81, rel=1e-3)
+    assert "end" in found.contact_report()
