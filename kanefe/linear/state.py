@@ -92,15 +92,15 @@ def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
 
 def _resting(load: Load, t: float, ends: Sequence[End], z: Vector, softness: float, most: float) -> Load:
     """Return a load as it acts about a rest, so soft that none of its forces is above `most` (N) there."""
-    for _ in range(HALVINGS):
-        found = load.resting(ends, softness)
-        if found is None:
-            return load
-        if softness == 0.0 or most == 0.0 or not load.may_part:
-            break
-        if np.abs(found.action(t, ends, z).wrenches[:, :3]).max() <= most:
-            break
-        softness *= 0.5
+    found = load.resting(ends, softness)
+    if found is None:
+        return load
+    if load.may_part and most > 0.0 and softness > 0.0:
+        for _ in range(HALVINGS):
+            if np.abs(found.action(t, ends, z).wrenches[:, :3]).max() <= most:
+                break
+            softness *= 0.5
+            found = load.resting(ends, softness) or found
     return found
 
 
