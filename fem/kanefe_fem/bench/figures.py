@@ -4,6 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from kanefe_fem.bench.contacts import (
+    BOUNCING_GOALS,
+    ENERGY_GOALS,
+    ONSET_GOAL,
+    RATE_GOAL,
+    ROLLING_GOALS,
+    STICKING_GOAL,
+    bouncing,
+    energy,
+    onset,
+    rolling,
+    sticking,
+)
 from kanefe_fem.bench.equal_error import AUTO_GOALS, CHAIN_GOALS, HINGED_GOALS, automatic, chains, hinged_bars
 from kanefe_fem.bench.goals import Figure, Goal
 from kanefe_fem.bench.long_runs import (
@@ -24,6 +37,11 @@ GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
     spin_up: [SPIN_UP_GOAL],
     tumbling: [TUMBLING_GOAL],
     free_flight: [FLIGHT_GOAL],
+    bouncing: list(BOUNCING_GOALS.values()),
+    rolling: list(ROLLING_GOALS.values()),
+    sticking: [STICKING_GOAL],
+    onset: [ONSET_GOAL, RATE_GOAL],
+    energy: list(ENERGY_GOALS.values()),
     automatic: list(AUTO_GOALS.values()),
     suite_time: [SUITE_GOAL],
 }

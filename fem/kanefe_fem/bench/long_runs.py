@@ -6,8 +6,6 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -16,11 +14,11 @@ from kanefe.checks.robustness.case import Effort
 from kanefe.checks.robustness.drift import free_flight as flights
 from kanefe.checks.robustness.drift import invariants
 from kanefe.equations.model import Model
-from kanefe.errors import SimulationError
 from kanefe.integrate.methods.table import METHODS
 from kanefe_fem.bench import spinning_arm, steel_bar
 from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, seconds
 from kanefe_fem.bench.goals import Figure, Goal
+from kanefe_fem.bench.good_enough import coarsest, fastest
 from kanefe_fem.bench.machine import Machine
 from kanefe_fem.bench.peer_curves import (
     BEAM_ELEMENTS,
@@ -32,8 +30,7 @@ from kanefe_fem.bench.peer_curves import (
     peer_run,
     sampled,
 )
-from kanefe_fem.bench.peer_process import NoPeers
-from kanefe_fem.bench.runs import TookTooLong, run
+from kanefe_fem.bench.runs import run
 from kanefe_fem.bench.scene import BenchScene, Setting
 from kanefe_fem.bench.settings import AUTO, settings_of
 
@@ -71,8 +68,8 @@ def spin_up(machine: Machine) -> list[Figure]:
         return _peak_error(sampled(peer_run(peers, beam, scene, setting, every), scene))
 
     beam = beam_scene(peers, scene, BEAM_ELEMENTS[0])
-    mine, own = _coarsest(settings_of(scene, AUTO), own_error, PEAK_TOLERANCE)
-    other, theirs = _coarsest(beam.settings, peer_error, PEAK_TOLERANCE)
+    mine, own = coarsest(settings_of(scene, AUTO), own_error, PEAK_TOLERANCE)
+    other, theirs = coarsest(beam.settings, peer_error, PEAK_TOLERANCE)
     race = Race(
         lambda: seconds(lambda: run(model, scene, mine)),
         lambda: peer_run(peers, beam, scene, other)["seconds"],
@@ -108,9 +105,9 @@ def tumbling(machine: Machine) -> list[Figure]:
 
     # whole steps between outputs: what is kept is kept at steps
     by_steps = [[Setting(name, step=2e-2 / 2**i) for i in range(9)] for name in CONSERVING if name in METHODS]
-    mine = _fastest([settings_of(scene, AUTO), *by_steps], own_excess, own_seconds)
+    mine = fastest([settings_of(scene, AUTO), *by_steps], own_excess, own_seconds)
     peer_settings = [of_steps(GENERALISED_ALPHA, 4e-4, 5e-5), of_steps("rk4", 1.2e-4, 3e-5)]
-    other = _fastest(peer_settings, peer_excess, peer_seconds)
+    other = fastest(peer_settings, peer_excess, peer_seconds)
     race = Race(lambda: own_seconds(mine), lambda: peer_seconds(other), FEW_ROUNDS)
     drifts = _own_drifts(model, scene, mine)
     remark = (
@@ -150,50 +147,6 @@ def suite_time(machine: Machine) -> list[Figure]:
     if done.returncode:
         return [SUITE_GOAL.skipped(f"the tests fail after {minutes:.1f} min: {last}")]
     return [SUITE_GOAL.figure(minutes, last)]
-
-
-def _fastest(
-    curves: Iterable[Iterable[Setting]], excess: Callable[[Setting], float], clock: Callable[[Setting], float]
-) -> Setting:
-    """Return the fastest of the settings that are each the coarsest of their curve that is good enough."""
-    found = []
-    for settings in curves:
-        with suppress(NoPeers):
-            found.append(_coarsest(settings, excess, 1.0)[0])
-    if not found:
-        raise NoPeers("no method keeps energy and angular momentum so well")
-    return min(found, key=clock)
-
-
-def _coarsest(settings: Iterable[Setting], error: Callable[[Setting], float], allowed: float) -> tuple[Setting, float]:
-    """Return the coarsest setting that is good enough, and its error; the next finer one must be so as well.
-
-    Raises
-    ------
-    NoPeers
-        If none is before two runs have taken too long.
-    """
-    before: tuple[Setting, float] | None = None
-    slow = 0
-    for setting in settings:
-        try:
-            found = error(setting)
-        except TookTooLong:
-            slow += 1
-            if slow > 1:
-                break
-            continue
-        except (NoPeers, SimulationError):
-            found = np.inf
-        if not found <= allowed:
-            before = None
-        elif before is not None:
-            return before
-        else:
-            before = setting, found
-    if before is None:
-        raise NoPeers("no setting is good enough")
-    return before
 
 
 def _peak_error(values: np.ndarray) -> float:

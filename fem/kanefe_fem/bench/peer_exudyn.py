@@ -30,7 +30,7 @@ from exudyn.FEM import (  # noqa: E402
     HCBstaticModeSelection,
     ObjectFFRFreducedOrderInterface,
 )
-from exudyn.utilities import CreateSymbolicUserFunction  # noqa: E402
+from exudyn.utilities import CreateSymbolicUserFunction, RigidBodyInertia  # noqa: E402
 
 Answer = dict[str, Any]
 Sample = Callable[[Any, float], list[float]]
@@ -158,6 +158,20 @@ class Runs:
         squares = scipy.linalg.eigvalsh(body.stiffnessMatrixReduced, body.massMatrixReduced)
         return {"hertz": (np.sqrt(squares) / (2 * np.pi)).tolist(), "mass": float(body.totalMass)}
 
+    def build_ball(self, name: str, zone: float, ball: Answer) -> Answer:
+        """Build a ball over a plane, a triangle that is much larger; friction is viscous below a speed (zone, m/s)."""
+
+        def end(mbs: Any, node: int) -> list[float]:
+            return [float(x) for x in mbs.GetNodeOutput(node, OUTPUT.Position)]
+
+        def tune(settings: Any) -> None:
+            run = settings.timeIntegration
+            if run.automaticStepSize:  # longer ones pass through the plane unseen
+                run.numberOfSteps = round(run.endTime / LARGEST_ABOVE_A_PLANE)
+
+        self.scenes[name] = Scene(lambda: _ball(zone, ball), end, tune=tune)
+        return {}
+
     def solve(
         self,
         name: str,
@@ -255,6 +269,44 @@ def _chain(links: list[Answer], gravity: list[float], q: list[float]) -> tuple[A
         )
     )
     return mbs, node
+
+
+LARGEST_ABOVE_A_PLANE = 0.05
+"""Of adaptive runs, s: the same where a ball may bounce."""
+
+LARGE = 100.0
+"""Of the triangle that a ball is above, m."""
+
+
+def _ball(zone: float, ball: Answer) -> tuple[Any, int]:
+    mbs = exudyn.SystemContainer().AddSystem()
+    body = mbs.CreateRigidBody(
+        inertia=RigidBodyInertia(mass=ball["mass"], inertiaTensor=np.eye(3) * ball["inertia"]),
+        nodeType=exudyn.NodeType.RotationRotationVector,
+        referencePosition=ball["position"],
+        initialVelocity=ball["velocity"],
+        initialAngularVelocity=ball["omega"],
+        gravity=ball["gravity"],
+    )
+    bodies = body, mbs.AddObject(items.ObjectGround())
+    corners = [[-LARGE, -LARGE, 0.0], [LARGE, -LARGE, 0.0], [0.0, 2.0 * LARGE, 0.0]]
+    mbs.AddObject(
+        items.ObjectContactSphereTriangle(
+            markerNumbers=[
+                mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=number, localPosition=[0, 0, 0])) for number in bodies
+            ],
+            nodeNumber=mbs.AddNode(
+                items.NodeGenericData(numberOfDataCoordinates=4, initialCoordinates=[ball["radius"], 0, 0, 0])
+            ),
+            sphereRadius=ball["radius"],
+            trianglePoints=exudyn.Vector3DList(corners),
+            includeEdges=0,
+            dynamicFriction=ball["friction"],
+            frictionProportionalZone=zone,
+            contactStiffness=ball["stiffness"],
+        )
+    )
+    return mbs, mbs.GetObject(body)["nodeNumber"]
 
 
 def _hub(t: float, beam: Answer) -> float:

@@ -190,37 +190,54 @@ def coin(reference: Reference) -> Iterator[Check]:
     yield Check.absolute("slip [m]", result.contact("c").slip[-1], 0.0, 1e-12)
 
 
+INCLINE = math.radians(10.0)
+UP = np.array((math.cos(INCLINE), 0.0, math.sin(INCLINE)))
+
+
 def oscillating_incline(reference: Reference) -> Iterator[Check]:
     """F01a: a block on a slope that moves along itself, and slips down once a period."""
-    angle, amplitude, omega = math.radians(10.0), 0.1, 2.0 * math.pi
-    up = np.array((math.cos(angle), 0.0, math.sin(angle)))
-    normal = np.array((-math.sin(angle), 0.0, math.cos(angle)))
-    times = np.array([time for _, time in reference.values["res"]["events"]])
-    errors = []
+    values, errors = reference.values["res"], []
+    times = np.array([time for _, time in values["events"]])
     for stiffness in STIFFNESS:
-        moving = Motion(
-            lambda t: amplitude * math.sin(omega * t),
-            lambda t: amplitude * omega * math.cos(omega * t),
-            lambda t: -amplitude * omega**2 * math.sin(omega * t),
-        )
-        scene = System(gravity=(0.0, 0.0, -GRAVITY))
-        deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=Prismatic(up.tolist(), motion=moving))
-        top = scene.add_surface("top", deck, Plane(normal))
-        pressed = GRAVITY * math.cos(angle) / stiffness
-        start = Free(position=(-pressed * normal).tolist(), velocity=(amplitude * omega * up).tolist())
-        block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
-        friction = Coulomb(0.3, damping=2.0 * math.sqrt(stiffness))  # critical: what sticks does not ring
-        scene.add_contact("c", block, top, normal=HuntCrossley(stiffness, DAMPING), friction=friction)
-        result = run_of(scene, 3.0, 1e-9)
+        result = run_of(block_on_incline(stiffness), 3.0, 1e-9)
         slip, stick = (result.events[f"c {what}"] for what in ("slip", "stick"))
         found = np.sort(np.concatenate((slip[slip > 0.1], stick[stick > 0.1])))
         errors.append(float(np.abs(found - times).max()) if len(found) == len(times) else math.nan)
     yield Check.absolute("times of slip and stick [s]", errors[1], 0.0, 1e-4)
     yield falling_with_stiffness("the times", errors, 1.0, 0.05)
     relative = result.position("block")[-1] - result.position("deck")[-1]
-    yield Check.absolute("slip after 3 s, up positive [m]", relative @ up, reference.values["res"]["slip_end"], 1e-4)
-    speed = (result.velocity("block")[-1] - result.velocity("deck")[-1]) @ up
-    yield Check.absolute("relative velocity after 3 s [m/s]", speed, reference.values["res"]["vel_end"], 1e-4)
+    yield Check.absolute("slip after 3 s, up positive [m]", relative @ UP, values["slip_end"], 1e-4)
+    speed = (result.velocity("block")[-1] - result.velocity("deck")[-1]) @ UP
+    yield Check.absolute("relative velocity after 3 s [m/s]", speed, values["vel_end"], 1e-4)
+
+
+def block_on_incline(stiffness: float) -> System:
+    """Return the block of F01a."""
+    amplitude, omega = 0.1, 2.0 * math.pi
+    normal = np.array((-math.sin(INCLINE), 0.0, math.cos(INCLINE)))
+    moving = Motion(
+        lambda t: amplitude * math.sin(omega * t),
+        lambda t: amplitude * omega * math.cos(omega * t),
+        lambda t: -amplitude * omega**2 * math.sin(omega * t),
+    )
+    scene = System(gravity=(0.0, 0.0, -GRAVITY))
+    deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=Prismatic(UP.tolist(), motion=moving))
+    top = scene.add_surface("top", deck, Plane(normal))
+    pressed = GRAVITY * math.cos(INCLINE) / stiffness
+    start = Free(position=(-pressed * normal).tolist(), velocity=(amplitude * omega * UP).tolist())
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
+    friction = Coulomb(0.3, damping=2.0 * math.sqrt(stiffness))  # critical: what sticks does not ring
+    scene.add_contact("c", block, top, normal=HuntCrossley(stiffness, DAMPING), friction=friction)
+    return scene
+
+
+def late_on_incline(stiffness: float) -> float:
+    """Return by how much the block of F01a begins to slip late or early, s: on a rigid slope where mu is reached."""
+    result = run_of(block_on_incline(stiffness), 0.7, 1e-9)
+    (onset,) = (time for time in result.events["c slip"] if time > 0.1)
+    asked = GRAVITY * (0.3 * math.cos(INCLINE) - math.sin(INCLINE))  # m/s2 down the slope
+    rigid = 0.5 + math.asin(asked / (0.1 * (2.0 * math.pi) ** 2)) / (2.0 * math.pi)
+    return abs(float(onset) - rigid)
 
 
 CASES = (
