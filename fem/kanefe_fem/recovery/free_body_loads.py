@@ -1,7 +1,8 @@
-"""What acts on the free body of beams at an instant: gravity and inertia of its mass points, forces at interfaces."""
+"""What acts on the free body of beams at an instant: gravity and inertia of its mass points, forces at nodes."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
 from kanefe.kane.assemble import accelerations
+from kanefe.kane.interactions import load_wrenches
 from kanefe.kane.state import State
 from kanefe.results.reader import Reader
 from kanefe_fem.beams import elements as be
@@ -74,7 +76,7 @@ class FreeBodyLoads:
     point_forces : ndarray, shape (T, P, 3)
         Gravity less mass times acceleration, N.
     nodal_forces : ndarray, shape (T, N)
-        Of the interfaces on the degrees of freedom of the nodes, N and N m.
+        Of interfaces, and of loads at nodes such as contacts, on the degrees of freedom of the nodes, N and N m.
     """
 
     points: np.ndarray
@@ -114,6 +116,11 @@ def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLo
         place = frame.position + np.array([frame.moved(row)[0][:3] for row in eta])
         wrench += np.concatenate((coupling[:, :3], coupling[:, 3:] + np.cross(place, coupling[:, :3])), axis=1)
         scale = np.maximum(scale, np.repeat([abs(coupling[:, :3]).max(), abs(coupling[:, 3:]).max()], len(frames)))
+    for row, node, acting in _forces_at_nodes(result, name, body, frames):
+        nodal[row, node * len(kept) + np.arange(len(kept))] += acting[kept]
+        place = body.nodes[node] + body.node_displacements(eta[row])[node]
+        wrench[row] += np.concatenate((acting[:3], acting[3:] + np.cross(place, acting[:3])))
+        scale[row] = max(scale[row], abs(acting[:3]).max())
     _check_balance(name, wrench[:, kept], np.repeat(scale.reshape(2, -1), 3, axis=0).T[:, kept])
     return FreeBodyLoads(body.inertia_points, forces, nodal)
 
@@ -149,6 +156,30 @@ def _inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.nd
     return forces, moved
 
 
+def _forces_at_nodes(
+    result: Reader, name: str, body: FlexibleBody, frames: np.ndarray
+) -> Iterator[tuple[int, int, np.ndarray]]:
+    """Yield row, node, and force and moment about it in G (6,), of loads between frames that act at nodes: contacts."""
+    run = result.run
+    if run is None or not run.model.loads:
+        return
+    number, named = run.model.index(name), {frame.name for frame in body.interfaces}
+    for row, frame in enumerate(frames):
+        trajectory = run.trajectory
+        q, u, z = trajectory.coordinates[frame], trajectory.speeds[frame], trajectory.internal[frame]
+        state = State(run.model, run.times[frame], q, u, z)
+        A_NG = state.motion(number, None).A_NF
+        for acting in load_wrenches(state):
+            marker = acting.marker
+            if marker.body != number or marker.interface is None or marker.interface.name in named:
+                continue
+            force, moment = acting.wrench[:3], acting.wrench[3:]
+            to_G = A_NG.T @ acting.frame.A_NF
+            arm = acting.frame.p_NoFo_N - state.motion(number, marker.interface).p_NoFo_N
+            at_node = np.concatenate((to_G @ force, to_G @ moment + np.cross(A_NG.T @ arm, to_G @ force)))
+            yield row, int(np.linalg.norm(body.nodes - marker.interface.position, axis=1).argmin()), at_node
+
+
 def _node_of(name: str, body: FlexibleBody, frame: InterfaceFrame) -> int:
     """Return the node that an interface is."""
     distance = np.linalg.norm(body.nodes - frame.position, axis=1)
@@ -169,6 +200,6 @@ def _check_balance(name: str, wrench: np.ndarray, scale: np.ndarray) -> None:
     worst = float((abs(wrench) / np.maximum(scale, 1e-300)).max(initial=0.0))
     if worst > BALANCE and abs(wrench).max() > 0.0:
         raise ModelError(
-            f"gravity, inertia and the forces at the interfaces of {name!r} are not in balance (by {worst:.1e} of "
-            "them): other loads act on it. Remedy: inertia=False, or put those loads on interfaces that carry a body"
+            f"gravity, inertia and the forces at interfaces and nodes of {name!r} are not in balance (by {worst:.1e} "
+            "of them): other loads act on it. Remedy: inertia=False, or put those loads on interfaces that carry a body"
         )

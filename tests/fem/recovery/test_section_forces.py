@@ -87,6 +87,21 @@ def test_an_inner_load_that_is_not_at_an_interface_is_noticed():
         recover(result, "arm").section_forces(inertia=True)
 
 
+def test_the_force_of_a_contact_is_among_the_loads():
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    body = beam_arm()
+    arm = scene.add_flexible_body("arm", body)
+    end = int(np.argmax(body.nodes[:, 0]))
+    stop = scene.add_surface("stop", scene.ground, kf.shapes.Plane("z"), at=(0, 0, body.nodes[end, 2] - 1e-5))
+    scene.add_contact("end", arm.node(end), stop, normal=kf.KelvinVoigt(1e5, damping=50.0))
+    rest = kf.equilibrium(scene)
+    forces = recover(rest, "arm").section_forces(inertia=True)
+    weight, reach = body.mass * 9.81, body.nodes[end, 0]
+    # of the clamp: half the weight's moment, less that of the stop
+    wanted = weight * body.center_of_mass[0] - float(rest.contact("end").normal) * reach
+    assert abs(forces["My"][0, 0, 0]) == pytest.approx(abs(wanted), rel=1e-6)
+
+
 def test_what_has_no_section_forces_is_refused(tmp_path):
     with pytest.raises(kf.ModelError, match="rigid"):
         recover(turntable(), "table")
