@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 UNITS = "m, kg, s, N, rad"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class InterfaceFrame:
     """A frame n of a flexible body that moves with its interface.
 
@@ -59,6 +59,9 @@ class InterfaceFrame:
     fixed_columns: tuple[int, ...] = ()
     quadratic: np.ndarray | None = None
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+    def __repr__(self) -> str:
+        return f"InterfaceFrame({self.name!r})"
 
     def moved(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return translation and slopes of the frame, (6,), and their derivatives by the leading coordinates (6, k).
@@ -98,7 +101,7 @@ class InterfaceFrame:
         return np.asarray((self.quadratic[:, :count, :count] @ deta) @ deta)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FlexibleBody(PickledByFields):
     """A flexible body ready for the Kane assembler.
 
@@ -165,6 +168,13 @@ class FlexibleBody(PickledByFields):
         frozen += [a for group in self.groups for a in (group.nodes, group.shares)]
         for array in frozen:
             array.flags.writeable = False
+
+    def __repr__(self) -> str:
+        interfaces = ", ".join(f"{f.name}{' (fixed)' if f.fixed_components else ''}" for f in self.interfaces)
+        return (
+            f"{type(self).__name__}({self.mass:.6g} kg, {len(self.nodes)} nodes, {self.free_count} coordinates, "
+            f"interfaces: {interfaces or 'none'})"
+        )
 
     @property
     def count(self) -> int:

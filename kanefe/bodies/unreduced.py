@@ -20,7 +20,7 @@ LISTED_FREQUENCIES = 12
 """How many of its natural frequencies an unreduced body tells."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class UnreducedBody(FlexibleBody):
     """A flexible body without reduction: coordinates are degrees of freedom (m, rad), matrices are sparse.
 

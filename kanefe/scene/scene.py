@@ -56,7 +56,7 @@ class BodyEntry:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """A frame of a scene: where bodies, loads, springs and constraints attach.
 
@@ -82,6 +82,9 @@ class Frame:
     interface_frame: InterfaceFrame | None = None
     at: np.ndarray = field(default_factory=lambda: np.zeros(3), kw_only=True)
     axes: np.ndarray = field(default_factory=lambda: np.eye(3), kw_only=True)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.label})"
 
     def frame(self, at: Sequence[float] = (0.0, 0.0, 0.0), orientation: Orientation = (1.0, 0.0, 0.0, 0.0)) -> Frame:
         """Return a frame fixed in this one.
@@ -124,12 +127,12 @@ class Frame:
         return self.interface_frame is not None and not self.interface_frame.motion[3:].any()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RigidBody(Frame):
     """A rigid body of a system."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FlexibleMember(Frame):
     """A flexible body of a system."""
 

@@ -35,6 +35,10 @@ WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
 
 
+LISTED = 8
+"""Bodies that a model names when it is shown."""
+
+
 @dataclass(frozen=True, eq=False)
 class FlexibleTerms:
     """What the equations need of a flexible body, decided at freeze.
@@ -157,7 +161,7 @@ class BodyTerms:
         return self.coordinates[is_free], self.speeds[is_free]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ModelData(PickledByFields):
     """A frozen scene.
 
@@ -204,6 +208,12 @@ class ModelData(PickledByFields):
     def __post_init__(self) -> None:
         for array in (self.gravity, self.initial_coordinates, self.initial_speeds, self.initial_states):
             array.flags.writeable = False
+
+    def __repr__(self) -> str:
+        names = ", ".join(repr(body.name) for body in self.bodies[:LISTED]) + (
+            ", ..." if len(self.bodies) > LISTED else ""
+        )
+        return f"{type(self).__name__}({names}; {self.free_count} speeds)"
 
     @property
     def has_power(self) -> bool:
