@@ -52,6 +52,8 @@ class Contact(Load):
         Of what it holds, kg: both bodies in series.
     rest : Rest or None
         Of a contact that is looked at about a rest.
+    slides : tuple of int
+        Probes that slip or do not touch at the start.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Contact(Load):
     belt: np.ndarray
     mass: float = 1.0
     rest: Rest | None = None
+    slides: tuple[int, ...] = ()
 
     kind = "contact"
     columns = (
@@ -90,10 +93,10 @@ class Contact(Load):
 
     @property
     def initial_states(self) -> Vector:
-        """At rest, unstretched, held."""
+        """Unstretched; held, but for what slips or does not touch."""
         states = np.zeros(self.begins + self.each * len(self.probes))
         if self.each == 4:
-            states[self.begins + 3 :: 4] = 1.0
+            states[self.begins + 3 :: 4] = [float(i not in self.slides) for i in range(len(self.probes))]
         return states
 
     def state_scales(self, acceleration: float) -> Vector:
@@ -224,8 +227,9 @@ class Contact(Load):
         return Action(wrenches, potential, taken, given, rates)
 
     def started(self, t: float, ends: Sequence[End]) -> Contact:
-        """Return it; what begins deep in the surface is told."""
-        deepest = max(self.touches(ends, self.initial_states), key=lambda touch: touch.depth)
+        """Return it with what slips at the start; what begins deep in the surface is told."""
+        touches = self.touches(ends, replace(self, slides=()).initial_states)
+        deepest = max(touches, key=lambda touch: touch.depth)
         if deepest.depth > DEEP:
             warnings.warn(
                 f"contact {self.name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
@@ -233,7 +237,8 @@ class Contact(Load):
                 SimulationWarning,
                 stacklevel=2,
             )
-        return self
+        slides = [i for i, touch in enumerate(touches) if touch.depth <= 0.0 or touch.reserve > 0.0]
+        return replace(self, slides=tuple(slides))
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Contact:
         """Return the contact about a state of rest: what sticks hangs on springs to where it is now."""
@@ -250,6 +255,8 @@ class Contact(Load):
                 k, _ = self._anchor(self.friction, self.probes[i][1])
                 at = self.begins + self.each * i
                 after[at : at + 3] = ends[0].A.T @ touch.drag / k
+                if self.friction.has_memory:
+                    after[at + 3] = float(touch.depth > 0.0)
         return after
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:

@@ -122,3 +122,30 @@ def test_a_step_after_a_touch_begins_within_the_surface(rtol):
     impulse = 0.3 * 2.0 * 9.81 * touch  # mu times that of the normal force, but for the weight while it lasts
     assert result.velocity("ball")[-1, 0] == pytest.approx(1.0 - impulse, abs=2e-2)
     assert result.statistics["rejected"] < 60
+
+
+def test_what_slides_from_the_start_does_so_by_the_kinetic_coefficient():
+    """Where friction remembers whether it slips, a run that begins sliding has no event that would say so."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    start = kf.Free(position=(0, 0, -9.81e-6), velocity=(1.0, 0, 0))
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
+    scene.add_contact("c", block, floor, normal=kf.HuntCrossley(1e6, 0.3), friction=kf.Coulomb(0.3, static=0.6))
+    result = scene.simulate((0.0, 0.5), rtol=1e-6)
+    assert result.events["c stick"] == pytest.approx([1.0 / (0.3 * 9.81)], abs=1e-4)
+    assert result.contact("c").tangential[1] == pytest.approx(0.3 * 9.81, rel=1e-6)
+
+
+def test_a_run_goes_on_to_the_bit_from_a_checkpoint_within_a_stick(tmp_path):
+    """The anchor's stretch, and that it holds, are part of what is kept."""
+    scene, path = shaken_slope(0.112), tmp_path / "run.ckpt"
+    options = {"rtol": 1e-6, "output_step": 0.05}
+    whole = scene.copy().simulate((0.0, 3.0), **options)
+    first = scene.copy().simulate((0.0, 3.0), checkpoint=path, most_steps=whole.statistics["steps"] // 2, **options)
+    assert first.status.kind == "stopped"
+    assert first.contact("block on slope").status[-1] == "sticks"
+    rest = scene.copy().simulate((0.0, 3.0), resume=path, **options)
+    np.testing.assert_array_equal(rest.position("block"), whole.position("block"))
+    np.testing.assert_array_equal(rest.contact("block on slope").force, whole.contact("block on slope").force)
+    for name, times in whole.events.items():
+        np.testing.assert_array_equal(rest.events[name], times)

@@ -50,7 +50,7 @@ def holding(effort: Effort, rtols: Sequence[float] = (1e-3, 1e-5)) -> Iterator[F
 
 def impacts(effort: Effort) -> Iterator[Finding]:
     """Bounce thousands of times, without loss and with it."""
-    count = effort.count(1000, 40)
+    count = effort.count(10000, 40)
     scene = System()
     walls = [scene.add_surface(f"wall {i}", scene.ground, Plane(n), at=(x, 0.0, 0.0))
              for i, (n, x) in enumerate((("x", -1e-3), ("-x", 1e-3)))]  # fmt: skip
@@ -105,7 +105,7 @@ def _crowds(effort: Effort) -> Iterator[tuple[str, System, float, Sequence[Level
     scene.add_contact("legs on floor", legs, floor, normal=LAW, friction=FRICTION)
     yield "table on four legs", scene, 8.0, [("table", 2, 0.75 - 8.0 * GRAVITY / LAW.stiffness)]
 
-    count, side = effort.count(10, 4), 0.2
+    count, side = effort.count(20, 4), 0.2
     scene, below = _on_floor()
     levels: list[Level] = []
     for i in range(count):

@@ -12,6 +12,7 @@ from operator import attrgetter
 from kanefe.checks.registry import Registry
 from kanefe.checks.robustness import (
     contact,
+    contact_changes,
     determinism,
     drift,
     events,
@@ -42,6 +43,7 @@ OWN: tuple[StressCase, ...] = (
     *steps.CASES,
     *events.CASES,
     *contact.CASES,
+    *contact_changes.CASES,
     *invariances.CASES,
     *determinism.CASES,
 )
