@@ -18,6 +18,7 @@ from kanefe.contact.touch import Touch, velocity_past
 from kanefe.errors import SimulationWarning
 from kanefe.frames import Vector, cross
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.reach import LoadReach
 
 OPEN, STICKS, SLIPS = range(3)
 
@@ -301,6 +302,22 @@ class Contact(Load):
         if not rows:
             return None
         return Tangent(np.array(rows), np.array(stiffness), np.array(damping))
+
+    @property
+    def reach(self) -> LoadReach | None:
+        """Balls about its probes, against the bounds of the surface; a soft contact about a rest acts from afar."""
+        if self.rest is not None and self.rest.softness > 0.0:
+            return None
+        decays = np.zeros((len(self.initial_states), 2))
+        if self.friction is not None and self.rest is None:
+            for i, (_, probe) in enumerate(self.probes):
+                k, c = self._anchor(self.friction, probe)
+                at = self.begins + self.each * i
+                decays[at : at + 3] = k / c, 0.5 * k
+        factor = self.normal.stiffness
+        watched = (-1.0, -1.0, -factor, factor)[: len(self.events)]
+        balls = tuple((end, probe.point, probe.radius + probe.ring) for end, probe in self.probes)
+        return LoadReach(balls, self.shape.bounds, decays, watched)
 
     @property
     def kernel(self) -> LoadKernel:

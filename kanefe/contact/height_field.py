@@ -11,6 +11,14 @@ import numpy as np
 from kanefe.contact.shape import SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
+from kanefe.loads.reach import Bounds
+
+OVERSHOOT = 9.0 / 32.0
+"""Of the differences of heights: by how much cubic convolution goes beyond them, at most: the sum of the weights below
+zero halfway between places of a grid."""
+
+STEEPER = 2.0
+"""Times the slope between two places of the grid: the most there is, 3/2 along it times 5/4 of the weights across."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +61,16 @@ class HeightField(SurfaceShape):
         gradient = np.array((da @ near @ b, a @ near @ db))
         stretch = math.sqrt(1.0 + gradient @ gradient)
         return float(place[2] - a @ near @ b) / stretch, np.append(-gradient, 1.0) / stretch
+
+    @property
+    def bounds(self) -> Bounds:
+        """All below its highest place; balls are measured along the normal, which leans by the steepest slope."""
+        steps = self.x[1] - self.x[0], self.y[1] - self.y[0]
+        rises = [np.abs(np.diff(self.heights, axis=axis)).max() for axis in (0, 1)]
+        slopes = [STEEPER * rise / step for rise, step in zip(rises, steps, strict=True)]
+        over = OVERSHOOT * float(np.ptp(self.heights))
+        top = np.array((np.inf, np.inf, float(self.heights.max()) + over))
+        return Bounds(upper=top, stretch=math.sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2))
 
     @property
     def numbers(self) -> Vector:

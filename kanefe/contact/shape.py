@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
+from kanefe.loads.reach import Bounds
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -57,6 +58,11 @@ class SurfaceShape(ABC):
     @abstractmethod
     def numbers(self) -> Vector:
         """What kernels are given of it."""
+
+    @property
+    def bounds(self) -> Bounds:
+        """Out of what there is nothing of it: what is far away is not looked at. Unless told, it is everywhere."""
+        return Bounds()
 
     def probes(self) -> tuple[Probe, ...]:
         """Return what it touches other surfaces with; none: others touch it."""

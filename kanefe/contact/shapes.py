@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from kanefe.contact.height_field import HeightField as HeightField
+from kanefe.contact.mesh import Mesh as Mesh
 from kanefe.contact.shape import AXES, Probe, direction, positive
 from kanefe.contact.shape import SurfaceShape as SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.loads.reach import Bounds
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,13 @@ class Plane(SurfaceShape):
         return float(self.normal @ np.asarray(x, dtype=float)), self.normal
 
     @property
+    def bounds(self) -> Bounds:
+        """Half of space."""
+        axes = np.linalg.svd(self.normal[None])[2].T[:, ::-1]
+        axes[:, 2] = self.normal
+        return Bounds(upper=np.array((np.inf, np.inf, 0.0)), axes=axes)
+
+    @property
     def numbers(self) -> Vector:
         """Its normal."""
         return np.array(self.normal)
@@ -63,6 +72,13 @@ class Sphere(SurfaceShape):
         """Return the signed distance of a point from it, m, and its normal."""
         length, along = _length(np.asarray(x, dtype=float))
         return _side(self.inside, length - self.radius, along)
+
+    @property
+    def bounds(self) -> Bounds:
+        """The ball itself; of a room the cube in it."""
+        if self.inside:
+            return _room(np.full(3, self.radius / math.sqrt(3.0)))
+        return Bounds(np.zeros(3), np.zeros(3), rounding=self.radius)
 
     @property
     def numbers(self) -> Vector:
@@ -103,6 +119,12 @@ class Capsule(SurfaceShape):
         along = float(np.clip(self.axis @ x, -0.5 * self.length, 0.5 * self.length))
         length, normal = _length(x - along * self.axis)
         return length - self.radius, normal
+
+    @property
+    def bounds(self) -> Bounds:
+        """The box about its axis, rounded."""
+        half = 0.5 * self.length * np.abs(self.axis)
+        return Bounds(-half, half, rounding=self.radius)
 
     @property
     def numbers(self) -> Vector:
@@ -149,6 +171,14 @@ class Cylinder(SurfaceShape):
             distance = math.hypot(over, beyond)
             return _side(self.inside, distance, (over * outward + beyond * end) / distance)
         return _side(self.inside, over, outward) if over > beyond else _side(self.inside, beyond, end)
+
+    @property
+    def bounds(self) -> Bounds:
+        """The box about it; of a room the cube in it."""
+        if self.inside:
+            return _room(np.full(3, min(self.radius, 0.5 * self.length) / math.sqrt(3.0)))
+        half = 0.5 * self.length * np.abs(self.axis) + self.radius * np.sqrt(1.0 - self.axis**2)
+        return Bounds(-half, half)
 
     @property
     def numbers(self) -> Vector:
@@ -199,6 +229,11 @@ class Box(SurfaceShape):
         return _side(self.inside, float(over[nearest]), sides * np.eye(3)[nearest])
 
     @property
+    def bounds(self) -> Bounds:
+        """The box itself."""
+        return _room(0.5 * self.size) if self.inside else Bounds(-0.5 * self.size, 0.5 * self.size)
+
+    @property
     def numbers(self) -> Vector:
         """Size, and side."""
         return np.append(self.size, _sign(self.inside))
@@ -241,6 +276,12 @@ class Torus(SurfaceShape):
         _, outward = _length(x - (self.axis @ x) * self.axis)
         length, normal = _length(x - self.radius * outward)
         return length - self.tube, normal
+
+    @property
+    def bounds(self) -> Bounds:
+        """The box about the circle of centres, rounded."""
+        half = self.radius * np.sqrt(1.0 - self.axis**2)
+        return Bounds(-half, half, rounding=self.tube)
 
     @property
     def numbers(self) -> Vector:
@@ -296,6 +337,10 @@ def _length(x: Matrix) -> tuple[float, Vector]:
     """Return the length of a vector, and its direction; z where it has none."""
     length = float(np.linalg.norm(x))
     return length, x / length if length > 0.0 else np.array(AXES["z"])
+
+
+def _room(half: Vector) -> Bounds:
+    return Bounds(-half, half, is_room=True)
 
 
 def _sign(inside: bool) -> float:

@@ -41,7 +41,8 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.loads import add_field_loads, add_point_loads
-from kanefe.kernels.loads_between import LoadsBetween, add_loads_between
+from kanefe.kernels.loads_between import add_loads_between
+from kanefe.kernels.loads_layout import WHOLE, LoadsBetween
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.signatures import Variant
@@ -112,7 +113,7 @@ def workspace_size(
     if flexible is not None:
         size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     m = len(loops.rows)
-    return size + int(between.workspace_size[0]) + m + hold_size(m, speeds)
+    return size + int(between.workspace_size[WHOLE]) + m + hold_size(m, speeds)
 
 
 @expanded

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
-from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
+from kanefe.kernels._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.calls import call_address
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
@@ -23,55 +22,39 @@ from kanefe.kernels.force_elements.places import (
 )
 from kanefe.kernels.layout import FlexibleTables
 from kanefe.kernels.loads import push
-from kanefe.kernels.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
+from kanefe.kernels.loads_layout import (
+    A_POINT,
+    AT,
+    COMPLEX,
+    COORDINATE,
+    END_COUNT,
+    FIRST_END,
+    FIRST_NUMBER,
+    FIRST_STATE,
+    INPUT,
+    POINT_COUNT,
+    REAL,
+    SPEED,
+    STATE_COUNT,
+    TEAM,
+    LoadsBetween,
+    place_of_load,
+    span_of_load,
+)
+from kanefe.kernels.markers import axes_of, lever_of, motion_of
+from kanefe.kernels.points import clear_points, gather_points, push_points, put_points, take_shares
+from kanefe.kernels.reach import (
+    FIRST_LOAD,
+    FIRST_STATE_OF_TEAM,
+    FIRST_SWEPT,
+    HAS_SWEPT_STATES,
+    LOADS,
+    STATES_OF_TEAM,
+    find_near,
+    near_load,
+    nearness_at,
+)
 from kanefe.kernels.vectors import cross, plus, put_three, three
-
-# Columns of the integers of a load
-FIRST_END, END_COUNT, FIRST_NUMBER, INPUT, FIRST_STATE, STATE_COUNT = range(6)
-LOAD_INTEGERS = 6
-REAL, COMPLEX = range(2)
-
-COORDINATE = -2
-"""In the place of the row of an end that is a joint coordinate."""
-AT, SPEED = range(2)
-"""Numbers of the marker of such an end: where the coordinate is in q (-1 - drive: it is driven), and its speed."""
-
-
-class LoadsBetween(NamedTuple):
-    """Loads between frames of a scene; None in its place leaves out their code.
-
-    Attributes
-    ----------
-    loads : ndarray of int, shape (n, LOAD_INTEGERS)
-        First end and number of ends, first of its numbers, first input, first internal state and number of states.
-    addresses : ndarray of int, shape (n, 2)
-        Of its function for real and for complex numbers.
-    rows : ndarray of int, shape (ends,)
-        Row of each end (-1: N, COORDINATE: it is a joint coordinate).
-    markers : ndarray, shape (ends, MARKER_NUMBERS)
-    numbers : ndarray
-        Constants of all loads.
-    workspace_size : ndarray of int, shape (1,)
-        How many numbers the workspace of a load has: see `load_workspace_size`.
-    """
-
-    loads: IntegerRows
-    addresses: IntegerRows
-    rows: Integers
-    markers: RealRows
-    numbers: Reals
-    workspace_size: Integers
-
-
-def no_loads_between() -> LoadsBetween:
-    """Return the tables of a scene without such loads."""
-    none = np.zeros((0, LOAD_INTEGERS), dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return LoadsBetween(*none, np.zeros((0, MARKER_NUMBERS)), np.zeros(0), np.zeros(1, dtype=np.int64))
-
-
-def load_workspace_size(ends: int, states: int) -> int:
-    """Return how many numbers the workspace of a load with so many ends and internal states has."""
-    return ends * (END_NUMBERS + WRENCH) + WRENCHES + states
 
 
 @kernel
@@ -93,29 +76,100 @@ def add_loads_between(
 ) -> tuple[Any, Any]:
     """Apply loads between frames and write the rates of their states; return the power taken and the power given."""
     taken = given = 0.0 * work[0, 0]
-    for n in range(len(between.loads)):
-        first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
-        out = workspace[END_NUMBERS * count :]
-        evaluate_load(between, n, t, inputs, states, drives, q, u, work, workspace[: END_NUMBERS * count], out)
-        taken += out[TAKEN]
-        given += out[GIVEN]
-        for i in range(count):
-            row = between.rows[first + i]
-            if row == COORDINATE:
-                applied[int(between.markers[first + i, SPEED])] += out[WRENCHES + WRENCH * i]
+    reach = between.reach
+    swept = find_near(reach, flexible, work, modal, workspace)
+    nearness = workspace[nearness_at(reach) :]
+    teams = len(reach.teams)
+    for i in range(teams + swept):
+        team = i if i < teams else -1
+        first = reach.teams[i, FIRST_LOAD] if i < teams else near_load(reach, i - teams, workspace)
+        last = first + (reach.teams[i, LOADS] if i < teams else 1)
+        while first < last and nearness[first].real <= 0.0:
+            first += 1
+        while first < last and nearness[last - 1].real <= 0.0:
+            last -= 1
+        if i < teams:
+            taken += decay_beside(between, team, first, last, states, rates)
+        if first == last:
+            continue
+        gather_points(between, flexible, team, first, last, work, modal, workspace)
+        for n in range(first, last):
+            if nearness[n].real <= 0.0:
+                taken += decay(between, between.loads[n, FIRST_STATE], between.loads[n, STATE_COUNT], states, rates)
+                clear_points(between, flexible, n, first, workspace)
                 continue
-            force, moment = three(out, WRENCHES + WRENCH * i), three(out, WRENCHES + WRENCH * i + 3)
-            lever = lever_of(between.markers, first + i, row, work)
-            push(rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
-        of_states = between.loads[n, FIRST_STATE]
-        for i in range(between.loads[n, STATE_COUNT]):
-            rates[of_states + i] = out[WRENCHES + WRENCH * count + i]
+            evaluate_load(between, n, first, flexible, t, inputs, states, drives, q, u, work, workspace)
+            apply_load(between, n, first, rows, flexible, rates, applied, work, modal, workspace)
+            out = place_of_load(between) + END_NUMBERS * between.loads[n, END_COUNT]
+            taken, given = taken + workspace[out + TAKEN], given + workspace[out + GIVEN]
+        push_points(between, flexible, team, first, last, modal, workspace)
+    if reach.sizes[HAS_SWEPT_STATES]:
+        for n in range(reach.sizes[FIRST_SWEPT], len(between.loads)):
+            if nearness[n].real <= 0.0:
+                taken += decay(between, between.loads[n, FIRST_STATE], between.loads[n, STATE_COUNT], states, rates)
     return taken, given
+
+
+@inlined
+def decay_beside(between: LoadsBetween, team: int, first: int, last: int, states: np.ndarray, rates: np.ndarray) -> Any:
+    """Do the same as `decay` for the loads of a team before one and from another on, of which none acts."""
+    teams, taken = between.reach.teams, 0.0 * states.dtype.type(0.0)
+    begin, end = teams[team, FIRST_LOAD], teams[team, FIRST_LOAD] + teams[team, LOADS]
+    if first == last and teams[team, FIRST_STATE_OF_TEAM] >= 0:
+        return decay(between, teams[team, FIRST_STATE_OF_TEAM], teams[team, STATES_OF_TEAM], states, rates)
+    for n in range(begin, end):
+        if first == last or n < first or n >= last:
+            taken += decay(between, between.loads[n, FIRST_STATE], between.loads[n, STATE_COUNT], states, rates)
+    return taken
+
+
+@vector_kernel
+def decay(between: LoadsBetween, first: int, count: int, states: np.ndarray, rates: np.ndarray) -> Any:
+    """Write the rates of states of loads that do not act; return the power that they take."""
+    taken = states.dtype.type(0.0)
+    for i in range(first, first + count):
+        z = states[i]
+        rates[i] = -between.decay_rates[i] * z
+        taken += 2.0 * between.decay_rates[i] * between.decay_energies[i] * z * z
+    return taken
 
 
 @kernel
 def potential_between(
     between: LoadsBetween,
+    flexible: FlexibleTables | None,
+    t: float,
+    inputs: np.ndarray,
+    states: np.ndarray,
+    drives: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    workspace: np.ndarray,
+) -> Any:
+    """Return the energy in loads between frames."""
+    energy = 0.0 * work[0, 0]
+    find_near(between.reach, flexible, work, modal, workspace)
+    nearness = workspace[nearness_at(between.reach) :]
+    for n in range(len(between.loads)):
+        if nearness[n].real > 0.0:
+            gather_points(between, flexible, between.loads[n, TEAM], n, n + 1, work, modal, workspace)
+            evaluate_load(between, n, n, flexible, t, inputs, states, drives, q, u, work, workspace)
+            energy += workspace[place_of_load(between) + END_NUMBERS * between.loads[n, END_COUNT] + POTENTIAL]
+            continue
+        first = between.loads[n, FIRST_STATE]
+        for i in range(first, first + between.loads[n, STATE_COUNT]):
+            energy += between.decay_energies[i] * states[i] * states[i]
+    return energy
+
+
+@inlined
+def evaluate_load(
+    between: LoadsBetween,
+    n: int,
+    first_gathered: int,
+    flexible: FlexibleTables | None,
     t: float,
     inputs: np.ndarray,
     states: np.ndarray,
@@ -124,36 +178,19 @@ def potential_between(
     u: np.ndarray,
     work: np.ndarray,
     workspace: np.ndarray,
-) -> Any:
-    """Return the energy in loads between frames."""
-    energy = 0.0 * work[0, 0]
-    for n in range(len(between.loads)):
-        ends = END_NUMBERS * between.loads[n, END_COUNT]
-        evaluate_load(between, n, t, inputs, states, drives, q, u, work, workspace[:ends], workspace[ends:])
-        energy += workspace[ends + POTENTIAL]
-    return energy
-
-
-@kernel
-def evaluate_load(
-    between: LoadsBetween,
-    n: int,
-    t: float,
-    inputs: np.ndarray,
-    states: np.ndarray,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    work: np.ndarray,
-    ends: np.ndarray,
-    out: np.ndarray,
 ) -> None:
-    """Write the motion of the ends of a load, and what it does: see `kanefe.kernels.force_elements.places`."""
+    """Write the motion of the ends of a load, and what it does: see `kanefe.kernels.force_elements.places`.
+
+    Points have been gathered from those of load `first_gathered` on.
+    """
     first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
+    ends, out = workspace[place_of_load(between) :], workspace[span_of_load(between, n)]
     for i in range(count):
         row, at = between.rows[first + i], END_NUMBERS * i
         if row == COORDINATE:
             put_coordinate(between.markers[first + i], drives, q, u, ends[at : at + END_NUMBERS])
+            continue
+        if row == A_POINT:
             continue
         p, v, w = motion_of(row, lever_of(between.markers, first + i, row, work), work)
         axes = axes_of(between.markers, first + i, row, work)
@@ -162,11 +199,46 @@ def evaluate_load(
             ends[at + A + c] = axes[c]
         put_three(ends, at + V, v)
         put_three(ends, at + W, w)
+    if flexible is not None and between.loads[n, POINT_COUNT] > 0:
+        put_points(between, n, first_gathered, flexible, work, ends, workspace)
     out[:] = 0.0
     address = between.addresses[n, COMPLEX if np.iscomplexobj(work) else REAL]
     own = between.numbers[between.loads[n, FIRST_NUMBER] :]
     given, z = inputs[between.loads[n, INPUT] :], states[between.loads[n, FIRST_STATE] :]
     call_address(address, (t, own, given, ends, z, out))
+
+
+@inlined
+def apply_load(
+    between: LoadsBetween,
+    n: int,
+    first_gathered: int,
+    rows: np.ndarray,
+    flexible: FlexibleTables | None,
+    rates: np.ndarray,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    workspace: np.ndarray,
+) -> None:
+    """Apply what a load has written, and write the rates of its states."""
+    first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
+    out = workspace[span_of_load(between, n)]
+    for i in range(count):
+        row = between.rows[first + i]
+        if row == COORDINATE:
+            applied[int(between.markers[first + i, SPEED])] += out[WRENCHES + WRENCH * i]
+            continue
+        if row < 0:  # N, which does not move, or a point
+            continue
+        force, moment = three(out, WRENCHES + WRENCH * i), three(out, WRENCHES + WRENCH * i + 3)
+        lever = lever_of(between.markers, first + i, row, work)
+        push(rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
+    if flexible is not None and between.loads[n, POINT_COUNT] > 0:
+        take_shares(between, n, first_gathered, flexible, out, work, workspace)
+    of_states = between.loads[n, FIRST_STATE]
+    for i in range(between.loads[n, STATE_COUNT]):
+        rates[of_states + i] = out[WRENCHES + WRENCH * count + i]
 
 
 @inlined

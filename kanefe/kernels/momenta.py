@@ -44,7 +44,8 @@ from kanefe.kernels.layout import (
     R,
     Tables,
 )
-from kanefe.kernels.loads_between import LoadsBetween, potential_between
+from kanefe.kernels.loads_between import potential_between
+from kanefe.kernels.loads_layout import LoadsBetween
 from kanefe.kernels.modal_elimination import coupling_span
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.signatures import Variant
@@ -103,7 +104,7 @@ def _energies(
     set_inertia(tables, flexible, work, modal)
     kinetic, weight = 0.0, 0.0
     elastic = _joint_energy(tables, drives, q)
-    elastic += potential_between(between, t, inputs, z, drives, q, u, work, acting)
+    elastic += potential_between(between, flexible, t, inputs, z, drives, q, u, work, modal, acting)
     size = abs(elastic)
     for i in range(len(tables.rows)):
         mass, c, v, w, momentum, spin = _momenta_of_row(tables, flexible, i, work, modal)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.advance import put_turned
 from kanefe.kernels.arrays import Advance, Integers, Interpolate, RealRows, Reals
 from kanefe.kernels.entries import entry
@@ -204,12 +204,12 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
             return command
 
 
-@inlined
+@vector_kernel
 def is_finite(x: np.ndarray) -> bool:
     """Tell whether no number of x is infinite or not a number."""
     total = 0.0
     for i in range(len(x)):
-        total += abs(x[i])
+        total += abs(x[i].real) + abs(x[i].imag)
     return total < np.inf
 
 

@@ -15,6 +15,7 @@ from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.functions import SPENT, Constant, SceneView
+from kanefe.loads.reach import LoadReach
 
 WORDS = {(): "one finite number", (3,): "three finite numbers"}
 REAL = "fiub"
@@ -274,6 +275,11 @@ class Load(ABC):
     def events(self) -> tuple[LoadEvent, ...]:
         """Moments that are looked for in a run, such as that at which a rope breaks."""
         return ()
+
+    @property
+    def reach(self) -> LoadReach | None:
+        """Where it acts at all; None: it may always act."""
+        return None
 
     @property
     def kernel(self) -> LoadKernel | None:

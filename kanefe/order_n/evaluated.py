@@ -11,7 +11,7 @@ from kanefe.kernels.constraints import Loops
 from kanefe.kernels.drives import Drives
 from kanefe.kernels.entries import Bound
 from kanefe.kernels.layout import FlexibleTables, Tables
-from kanefe.kernels.loads_between import LoadsBetween
+from kanefe.kernels.loads_layout import LoadsBetween
 from kanefe.order_n.inputs import InputLayout
 from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData

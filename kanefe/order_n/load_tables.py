@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,17 +10,28 @@ from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.kernels.addresses import addresses
 from kanefe.kernels.force_elements.given import given
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
-from kanefe.kernels.loads_between import LOAD_INTEGERS, LoadsBetween, load_workspace_size, no_loads_between
+from kanefe.kernels.loads_layout import (
+    A_POINT,
+    LOAD_INTEGERS,
+    POINT_NUMBERS,
+    LoadsBetween,
+    load_workspace_size,
+    no_loads_between,
+)
 from kanefe.kernels.markers import MARKER_NUMBERS
+from kanefe.kernels.reach import POINTS, reach_size
 from kanefe.loads.base import LoadKernel
+from kanefe.order_n.reach_tables import in_teams, reach_tables, sweeps
 from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
 
 
-def attached_interfaces(model: ModelData, is_complete: bool = False) -> list[dict[str, tuple[InterfaceFrame, bool]]]:
+def attached_interfaces(
+    model: ModelData, point_bodies: Sequence[int], is_complete: bool = False
+) -> list[dict[str, tuple[InterfaceFrame, bool]]]:
     """Return for each body its interfaces with something attached, and whether they carry a body or close a loop.
 
-    `is_complete`: all its interfaces.
+    Ends that are points, see `Seats.point_bodies`, have no rows. `is_complete`: all its interfaces.
     """
     attached: list[dict[str, tuple[InterfaceFrame, bool]]] = [{} for _ in model.bodies]
     for body in model.bodies:
@@ -30,8 +41,8 @@ def attached_interfaces(model: ModelData, is_complete: bool = False) -> list[dic
         for _, interface in body.loads:
             if interface is not None:
                 attached[number].setdefault(interface.name, (interface, False))
-    for load in model.loads:
-        for marker in load.ends:
+    for load, body_of_points in zip(model.loads, point_bodies, strict=True):
+        for marker in load.ends[: 1 if body_of_points >= 0 else None]:
             if marker.interface is not None:
                 attached[marker.body].setdefault(marker.interface.name, (marker.interface, False))
     for constraint in model.constraints:
@@ -79,45 +90,70 @@ def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
 
 def loads_between(builder: Seats) -> LoadsBetween:
     """Return the tables of loads between frames."""
-    kernels = []
-    for load in builder.model.loads:
+    kernels = {}
+    for number, load in enumerate(builder.model.loads):
         kernel = load.kernel or LoadKernel(given, np.array((float(load.input_count),)), given)
-        kernels.append((addresses(kernel.real, kernel.complex_, SIGNATURE), kernel.numbers))
-    return _tables(builder, range(len(kernels)), kernels)
+        kernels[number] = addresses(kernel.real, kernel.complex_, SIGNATURE), kernel.numbers
+    return _tables(builder, kernels)[0]
 
 
-def watched_loads(builder: Seats, chosen: Sequence[int]) -> LoadsBetween:
-    """Return the same of some loads, whose functions write what their events look at."""
-    kernels = []
-    for number in chosen:
-        kernel = builder.model.loads[number].kernel
+def watched_loads(builder: Seats) -> tuple[LoadsBetween, list[int]]:
+    """Return the same of those whose functions write what their events look at, and their numbers in the model."""
+    kernels = {}
+    for number, load in enumerate(builder.model.loads):
+        kernel = load.kernel
         if kernel is not None and kernel.watch is not None:
-            kernels.append((addresses(kernel.watch, None, WATCH_SIGNATURE), kernel.numbers))
-    return _tables(builder, chosen, kernels)
+            kernels[number] = addresses(kernel.watch, None, WATCH_SIGNATURE), kernel.numbers
+    return _tables(builder, kernels)
 
 
 def _tables(
-    builder: Seats, chosen: Sequence[int], kernels: Sequence[tuple[tuple[int, int], np.ndarray]]
-) -> LoadsBetween:
-    if not chosen:
-        return no_loads_between()
+    builder: Seats, kernels: Mapping[int, tuple[tuple[int, int], np.ndarray]]
+) -> tuple[LoadsBetween, list[int]]:
+    """Return the tables of loads by their numbers in the model, and these in the order of the tables."""
+    if not kernels:
+        return no_loads_between(), []
     model = builder.model
+    swept = sweeps(builder, list(kernels))
+    teams = in_teams(builder, [number for number in kernels if number not in set(swept)])
+    reach = reach_tables(builder, teams, swept)
     integers, rows, markers = [], list[int](), list[np.ndarray]()
     pool: list[float] = []
-    for number, (_, constants) in zip(chosen, kernels, strict=True):
-        load, states = model.loads[number], model.load_states[number]
-        first, count = max(builder.inputs.of(load), 0), len(load.ends)
-        integers.append((len(rows), count, len(pool), first, states.start, states.stop - states.start))
-        pool += constants.tolist()
-        for marker in load.ends:
-            row, numbers = builder.marker_numbers(marker)
-            rows.append(row)
-            markers.append(numbers)
+    decays = np.zeros((model.state_count, 2))
+    for team, numbers in [*enumerate(teams), (-1, swept)]:
+        points = 0
+        for number in numbers:
+            load, states, constants = model.loads[number], model.load_states[number], kernels[number][1]
+            first, count = max(builder.inputs.of(load), 0), len(load.ends)
+            own_points = count - 1 if builder.point_bodies[number] >= 0 else 0
+            where = len(rows), count, len(pool), first, states.start, states.stop - states.start
+            integers.append((*where, team, points, own_points, count - own_points))
+            points += own_points
+            pool += constants.tolist()
+            reach_of_load = builder.reaches[number]
+            if reach_of_load is not None:
+                decays[states] = reach_of_load.decays
+            for end, marker in enumerate(load.ends):
+                if end >= count - own_points:
+                    row, at = A_POINT, np.concatenate((marker.point, marker.axes.ravel()))
+                else:
+                    row, at = builder.marker_numbers(marker)
+                rows.append(row)
+                markers.append(at)
+    order = [number for team in teams for number in team] + swept
+    near, of_points = (
+        reach_size(reach),
+        POINT_NUMBERS * max((int(count) for count in reach.teams[:, POINTS]), default=0),
+    )
+    of_loads = max(load_workspace_size(row[1], row[5]) for row in integers)
     return LoadsBetween(
         loads=np.array(integers, dtype=np.int64).reshape(-1, LOAD_INTEGERS),
-        addresses=np.array([found for found, _ in kernels], dtype=np.int64).reshape(-1, 2),
+        addresses=np.array([kernels[number][0] for number in order], dtype=np.int64).reshape(-1, 2),
         rows=np.array(rows, dtype=np.int64),
         markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
         numbers=np.array(pool, dtype=float),
-        workspace_size=np.array([max(load_workspace_size(row[1], row[5]) for row in integers)]),
-    )
+        decay_rates=np.ascontiguousarray(decays[:, 0]),
+        decay_energies=np.ascontiguousarray(decays[:, 1]),
+        reach=reach,
+        workspace_size=np.array([near + of_points + of_loads, near, of_points]),
+    ), order

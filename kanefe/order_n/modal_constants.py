@@ -41,6 +41,11 @@ class ModalConstants:
     damping: Matrix | None
     quadratic: Matrix | None
 
+    @property
+    def count(self) -> int:
+        """How many modes there are."""
+        return len(self.constants[3])
+
     def of_interface(self, motion: Matrix) -> Matrix:
         """Return the motion of an interface (6, k) from the modes of unit mass."""
         return motion if self.transform is None else motion @ self.transform[1].T

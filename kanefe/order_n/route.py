@@ -25,7 +25,7 @@ from kanefe.kernels.evaluation import evaluate, workspace_size
 from kanefe.kernels.filling import filler
 from kanefe.kernels.integration import integrate
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, no_flexible
-from kanefe.kernels.loads_between import COMPLEX
+from kanefe.kernels.loads_layout import COMPLEX
 from kanefe.kernels.momenta import balance
 from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.kernels.tolerances import NEAR_SINGULAR

@@ -9,9 +9,11 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.loads_between import AT, COORDINATE, SPEED
+from kanefe.kernels.loads_layout import AT, COORDINATE, SPEED
 from kanefe.kernels.markers import MARKER_NUMBERS
 from kanefe.order_n.inputs import InputLayout
+from kanefe.order_n.load_points import body_of_points
+from kanefe.order_n.modal_constants import ModalConstants
 from kanefe.tree.model_data import ModelData
 
 
@@ -37,6 +39,14 @@ class Seats:
         Of every body's frame.
     interfaces : dict
         Row of an interface by body number and name.
+    modes : dict of int to ModalConstants
+        Of flexible bodies, by their number in the model.
+    flexible_numbers : dict of int to int
+        Their numbers among the flexible bodies of the kernels.
+    reaches : list of LoadReach or None
+        Of loads with kernels that say where they can act.
+    point_bodies : list of int
+        Whose points all ends of a load but the first are, or -1.
     inputs : InputLayout
         Where the values of loads are.
     """
@@ -45,6 +55,10 @@ class Seats:
         self.model = model
         self.seats: list[Seat] = []
         self.interfaces: dict[tuple[int, str], int] = {}
+        self.modes: dict[int, ModalConstants] = {}
+        self.flexible_numbers: dict[int, int] = {}
+        self.reaches = [load.reach if load.kernel is not None else None for load in model.loads]
+        self.point_bodies = [body_of_points(load, reach) for load, reach in zip(model.loads, self.reaches, strict=True)]
         self.inputs = InputLayout(model)
 
     def seat(self, number: int, interface: InterfaceFrame | None) -> Seat:

@@ -107,7 +107,7 @@ class TableBuilder(Seats):
         self._carrying: list[int] = []
         self._fields: list[tuple[int, int, int, int, int, int, int]] = []
         self._modal = self._border = 0
-        wanted = attached_interfaces(model, is_complete)
+        wanted = attached_interfaces(model, self.point_bodies, is_complete)
         for number, body in enumerate(model.bodies):
             self._add_body(number, body, wanted[number])
 
@@ -227,6 +227,7 @@ class TableBuilder(Seats):
         if modes.quadratic is not None:
             integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._modal_space(9 * k)
         flexible = len(self._bodies)
+        self.modes[number], self.flexible_numbers[number] = modes, flexible
         self._integers[row][FLEXIBLE] = flexible
         integers[CARRIED] = len(self._carrying)
         for name, (frame, carries) in attached.items():

@@ -9,6 +9,7 @@ from kanefe.kernels.entries import Call
 from kanefe.kernels.watching import watch_memory_size, watch_states
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_tables import watched_loads
+from kanefe.order_n.reach_tables import far_values
 
 
 class Watching:
@@ -26,11 +27,11 @@ class Watching:
 
     def __init__(self, route: Evaluated) -> None:
         self._route = route
-        numbers = [i for i, load in enumerate(route.model.loads) if load.kernel is not None and load.kernel.watch]
-        self._between = watched_loads(route.places, numbers)
+        self._between, numbers = watched_loads(route.places)
         counts = [len(route.model.loads[i].events) for i in numbers]
         ends = np.cumsum(counts, dtype=np.int64)
         self._counts = np.array(counts, dtype=np.int64)
+        self._far = np.concatenate((*(far_values(route.places, i) for i in numbers), np.zeros((0, 2))))
         self.columns = {i: slice(int(end) - n, int(end)) for i, end, n in zip(numbers, ends, counts, strict=True)}
 
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
@@ -50,5 +51,5 @@ class Watching:
         route = self._route
         found = np.empty((len(times), int(self._counts.sum())))
         memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
-        scene = route.tables, route.flexible, self._between, self._counts
+        scene = route.tables, route.flexible, self._between, self._counts, self._far
         return watch_states.bound(*scene, times, drives, inputs, states, found, memory).prepared(), found

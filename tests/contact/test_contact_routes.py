@@ -9,23 +9,10 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
+from touched_shapes import TOUCHED
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
-GRID = np.linspace(-1.0, 1.0, 9)
-HILLS = 0.1 * np.outer(np.sin(2.0 * GRID), np.cos(GRID))
 
-TOUCHED = {
-    "plane": shapes.Plane((0.2, -0.1, 1.0)),
-    "sphere": shapes.Sphere(0.7),
-    "room of a sphere": shapes.Sphere(0.9, inside=True),
-    "capsule": shapes.Capsule(0.5, 0.8, axis=(1.0, 0.3, 0.0)),
-    "cylinder": shapes.Cylinder(0.6, 1.0),
-    "room of a cylinder": shapes.Cylinder(0.9, 1.4, inside=True),
-    "box": shapes.Box((1.1, 1.0, 0.9)),
-    "room of a box": shapes.Box((1.4, 1.5, 1.6), inside=True),
-    "torus": shapes.Torus(0.5, 0.3, axis="z"),
-    "hills": shapes.HeightField(GRID, GRID, HILLS),
-}
 FRICTION = {
     "none": None,
     "one": kf.Coulomb(0.4, stiffness=3e4, damping=20.0),

@@ -43,6 +43,15 @@ def spring_beside(scene: kf.System) -> None:
     scene.add_spring("idle", scene.ground, scene.add_rigid_body("block", 1.0, at=(1, 0, 0)), stiffness=3.0)
 
 
+def contact_beside(scene: kf.System, gap: float) -> None:
+    ball = scene.add_rigid_body("ball", 1.0, 0.1, at=(3, 0, 0.2 + gap), joint=kf.Prismatic("z"))
+    skin, floor = (
+        scene.add_surface("skin", ball, kf.shapes.Sphere(0.2)),
+        scene.add_surface("floor", scene.ground, kf.shapes.Plane("z")),
+    )
+    scene.add_contact("idle", skin, floor, normal=kf.HuntCrossley(1e4))
+
+
 def loop_beside(scene: kf.System) -> None:
     block = scene.add_rigid_body("block", 1.0, at=(1, 0, 0), joint=kf.Prismatic("x"))
     scene.add_loop_joint("idle", kf.Prismatic("x"), scene.ground, block)
@@ -77,6 +86,11 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
         lambda: chain(flexible_beside),
     ),
     "springs": (["evaluation.add_loads_between"], chain, lambda: chain(spring_beside)),
+    "contacts out of reach": (
+        ["loads_between.evaluate_load", "loads_between.apply_load"],
+        lambda: chain(lambda scene: contact_beside(scene, gap=1e-3)),
+        lambda: chain(lambda scene: contact_beside(scene, gap=-1e-4)),
+    ),
     "constraints": (["evaluation.hold"], chain, lambda: chain(loop_beside)),
     "constraints that are switched off": (
         ["constraints.write_row", "constraints.walk_inward"],

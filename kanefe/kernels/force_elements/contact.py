@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.force_elements.contact_shapes import distance, norm
+from kanefe.kernels.force_elements.contact_shapes import PLANE, distance, norm
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     GIVEN,
@@ -149,12 +149,16 @@ def place_of(numbers: Any, i: int) -> int:
     return own + (4 if numbers[HAS_MEMORY] > 0.0 else 3) * i
 
 
-@kernel
+@inlined
 def located(numbers: Any, probe: int, ends: Any) -> Any:
     """Return depth, normal and place of a probe."""
     shape, at = int(numbers[SHAPE]), END_NUMBERS * int(numbers[probe + END])
     A_s, p_s, A_p = nine(ends, A), three(ends, P), nine(ends, at + A)
     centre = plus(three(ends, at + P), rotated(A_p, three(numbers, probe + POINT)))
+    if int(numbers[shape]) == PLANE and numbers[probe + RING] == 0.0:  # most often
+        normal = rotated(A_s, three(numbers, shape + 1))
+        phi, radius = dot(normal, minus(centre, p_s)), numbers[probe + RADIUS]
+        return radius - phi, normal, minus(centre, times(radius, normal))
     found = distance(numbers, shape, rotated_back(A_s, minus(centre, p_s)))
     normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
     ring = numbers[probe + RING]

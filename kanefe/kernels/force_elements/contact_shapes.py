@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.force_elements.contact_mesh import mesh_distance
 from kanefe.kernels.vectors import Numbers, dot, minus, plus, three, times
 
-PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD = range(8)
+PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
 
 
 @inlined
@@ -66,6 +67,8 @@ def distance(numbers: Any, at: int, x: Numbers) -> Any:
         r = norm(offset)
         n = unit(offset, r)
         return r - numbers[own + 1], n[0], n[1], n[2]
+    if kind == MESH:
+        return mesh_distance(numbers, own, x)
     return _height_field(numbers, own, x)
 
 

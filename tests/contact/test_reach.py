@@ -1,0 +1,155 @@
+"""What is out of reach: nothing of it is computed, nothing is missed, and both routes agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+import scenes
+from kanefe import shapes
+from kanefe.kernels.layout import WORK
+from kanefe.kernels.outward import sweep_outward
+from kanefe.kernels.reach import find_near, gap_to, nearness_at, reach_size
+from touched_shapes import TOUCHED
+
+LAW = kf.HuntCrossley(2e4, damping=0.4)
+ROUGH = kf.Coulomb(0.4, stiffness=3e4, damping=20.0)
+STATIC = kf.Coulomb(0.3, static=0.5, stiffness=3e4, damping=20.0)
+
+
+@pytest.mark.parametrize("shape", TOUCHED.values(), ids=TOUCHED)
+def test_what_is_out_of_bounds_does_not_touch(shape):
+    """Of balls that a shape's bounds say are away, all balls in them are away; some of those near by are not told."""
+    rng = np.random.default_rng(3)
+    bounds = shape.bounds
+    row = np.concatenate(
+        (np.zeros(3), bounds.axes.ravel(), bounds.lower, bounds.upper,
+         (bounds.rounding, bounds.stretch, float(bounds.is_room)))
+    )[None]  # fmt: skip
+    told = 0
+    for _ in range(1000):
+        centre, radius = rng.uniform(-1.5, 1.5, 3), rng.uniform(0.0, 0.2)
+        if gap_to(row, 0, tuple(bounds.axes.T @ centre), radius) <= 0.0:
+            continue
+        told += 1
+        for _ in range(5):
+            inner = rng.uniform(0.0, 1.0) * radius
+            along = rng.standard_normal(3)
+            x = centre + (radius - inner) * along / np.linalg.norm(along)
+            assert inner - shape.distance(x)[0] <= 0.0
+    assert told > 2
+
+
+def patches(h: float, friction=None, arm: bool = False) -> kf.System:
+    """Return a lattice above a floor, with two patches of four points, of which one turns, and a point on a ball."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    body = scenes.lattice_body(1, {"tip": "rigid"}, interior=4, reduction=kf.CraigBampton(modes=8))
+    member = scene.add_flexible_body("lattice", body, joint=kf.Free(position=(0, 0, h)))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    tip = member.interface("tip")
+    corners = [tip.frame(at=(0.1 * (i % 2), 0.1 * (i // 2), -0.2)) for i in range(4)]
+    for i, frames in enumerate(([member.node(n) for n in range(4)], corners)):
+        if arm:
+            frames = [frame.frame(at=(0.02, 0.01, -0.03), orientation=kf.rotation_about("x", 0.3)) for frame in frames]
+        scene.add_contact(f"patch {i}", frames, floor, normal=LAW, friction=friction)
+    ball = scene.add_rigid_body("ball", 1.0, 0.1, joint=kf.Free(position=(0.5, 0.0, -0.6)))
+    skin = scene.add_surface("skin", ball, shapes.Sphere(0.4))
+    scene.add_contact("on ball", [member.node(5)], skin, normal=LAW, friction=friction)
+    return scene
+
+
+def displaced(model, seed: int) -> np.ndarray:
+    q, u = scenes.random_state(model, seed)
+    return np.concatenate((q, u, 1e-3 * np.random.default_rng(seed).standard_normal(model.state_count), (0.0, 0.0)))
+
+
+@pytest.mark.filterwarnings("ignore:contact:kanefe.SimulationWarning")
+@pytest.mark.parametrize("friction", [None, STATIC], ids=["smooth", "rough"])
+@pytest.mark.parametrize("arm", [False, True])
+def test_routes_agree_on_patches(arm, friction):
+    pushed, model = 0, patches(3.0, friction, arm).freeze()
+    assert model.route.name == "order n"
+    for h in (0.1, 0.4, 3.0):
+        for seed in range(4):
+            y = displaced(model, seed)
+            y[2] = h
+            theirs = model.literal.evaluate(0.0, y).rates
+            np.testing.assert_allclose(model.route.evaluate(0.0, y).rates, theirs, rtol=1e-9, atol=1e-9)
+            ours, literal = model.route.energy(0.0, y), model.literal.energy(0.0, y)
+            assert ours.total == pytest.approx(literal.total, rel=1e-12)
+            status = model.loads[0].touches(model.literal.state(0.0, y).load_ends(0), np.zeros(50))
+            pushed += any(touch.depth > 0.0 for touch in status)
+    assert pushed > 2
+
+
+def test_points_of_patches_have_no_rows():
+    scene = patches(3.0)
+    bare = kf.System()
+    bare.add_flexible_body("lattice", scene.body("lattice").body, joint=kf.Free())
+    bare.add_rigid_body("ball", 1.0, 0.1, joint=kf.Free())
+    assert len(scene.freeze().route.tables.rows) == len(bare.freeze().route.tables.rows)
+
+
+def cloud(count: int, friction=None) -> kf.System:
+    scene = kf.System()
+    rng = np.random.default_rng(7)
+    skins = []
+    for i in range(count):
+        ball = scene.add_rigid_body(f"ball {i}", 1.0, 0.1, joint=kf.Free(position=tuple(rng.uniform(-1.0, 1.0, 3))))
+        skins.append(scene.add_surface(f"skin {i}", ball, shapes.Sphere(rng.uniform(0.05, 0.25))))
+    scene.add_contacts(skins, normal=LAW, friction=friction)
+    return scene
+
+
+def near_loads(model, y: np.ndarray) -> int:
+    """Return how many loads are evaluated at a state, as the kernels find them."""
+    route = model.route
+    q, u, _ = route.parts(y)
+    work, out = np.zeros((len(route.tables.rows), WORK)), np.zeros(reach_size(route.between.reach))
+    sweep_outward(route.tables, None, np.zeros((0, 3)), q, u, work, np.zeros(0))
+    find_near(route.between.reach, None, work, np.zeros(0), out)
+    at = nearness_at(route.between.reach)
+    return int((out[at : at + len(route.between.loads)] > 0.0).sum())
+
+
+@pytest.mark.filterwarnings("ignore:contact:kanefe.SimulationWarning")
+@pytest.mark.parametrize("friction", [None, ROUGH], ids=["smooth", "rough"])
+def test_of_many_balls_only_those_that_meet_are_looked_at(friction):
+    model = cloud(24, friction).freeze()
+    reach = model.route.between.reach
+    assert len(reach.teams) == 0
+    assert len(reach.balls) == 24  # a ball that touches and is touched counts once
+    y = displaced(model, 5)
+    y[: model.coordinate_count] = model.initial_state[: model.coordinate_count]
+    depths = [
+        float(np.linalg.norm(y[7 * i : 7 * i + 3] - y[7 * j : 7 * j + 3]))
+        - sum(load.probes[0][1].radius + load.shape.radius for load in (model.loads[k],))
+        for k, (i, j) in enumerate((i, j) for i in range(24) for j in range(i + 1, 24))
+    ]
+    touching, near = sum(d < 0.0 for d in depths), near_loads(model, y)
+    assert 0 < touching <= near <= touching + 5 < len(depths) / 4
+    np.testing.assert_allclose(
+        model.route.evaluate(0.0, y).rates, model.literal.evaluate(0.0, y).rates, rtol=1e-10, atol=1e-9
+    )
+    assert model.route.energy(0.0, y).total == pytest.approx(model.literal.energy(0.0, y).total, rel=1e-12)
+
+
+def test_events_of_what_comes_from_far_are_found():
+    """Two balls that fly past each other touch for a moment: by a sweep, and each by itself."""
+    touches = []
+    for count in (2, 12):
+        scene = kf.System()
+        skins = []
+        for i in range(count):
+            at, speed = (float(i), 0.0, 0.0), (0.0, 0.0, 0.0)
+            if i == 0:
+                at, speed = (1.0, 0.7, 0.19), (0.0, -1.5, 0.0)
+            ball = scene.add_rigid_body(f"ball {i}", 1.0, 0.1, joint=kf.Free(position=at, velocity=speed))
+            skins.append(scene.add_surface(f"skin {i}", ball, shapes.Sphere(0.1)))
+        scene.add_contacts(skins, normal=LAW)
+        result = scene.simulate((0.0, 1.0))
+        touches.append(np.concatenate([times for name, times in result.events.items() if name.endswith("touch")]))
+    exact = (0.7 - np.sqrt(0.2**2 - 0.19**2)) / 1.5
+    for found in touches:
+        np.testing.assert_allclose(found, [exact], atol=1e-9)
