@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.contact.shape import SurfaceShape
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, numbers
+from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.reach import Bounds
 
 OVERSHOOT = 9.0 / 32.0
@@ -73,6 +73,24 @@ class HeightField(SurfaceShape):
         return Bounds(upper=top, stretch=math.sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2))
 
     @property
+    def is_smooth(self) -> bool:
+        """Its slopes are continuous, and their derivatives are where points are between two places of the grid."""
+        return True
+
+    def curvature(self, x: Vector) -> Matrix:
+        """Return the derivatives of the normal, 1/m: those of a point on the surface."""
+        place = np.asarray(x, dtype=float)
+        (i, a, da), (j, b, db) = _weights(self.x, place[0]), _weights(self.y, place[1])
+        near = self.heights[np.ix_(i, j)]
+        bent = np.zeros((3, 3))
+        bent[:2, 0] = -_bends(self.x, place[0]) @ near @ b, -da @ near @ db
+        bent[:2, 1] = bent[1, 0], -a @ near @ _bends(self.y, place[1])
+        upward = np.array((-da @ near @ b, -a @ near @ db, 1.0))
+        length = float(np.linalg.norm(upward))
+        normal = upward / length
+        return np.asarray((np.eye(3) - np.outer(normal, normal)) @ bent / length)
+
+    @property
     def numbers(self) -> Vector:
         """First place and step of both directions, how many places, and heights."""
         dx, dy = self.x[1] - self.x[0], self.y[1] - self.y[0]
@@ -90,3 +108,13 @@ def _weights(places: Vector, x: float) -> tuple[list[int], Vector, Vector]:
     weights = 0.5 * np.array((-f + 2 * f**2 - f**3, 2 - 5 * f**2 + 3 * f**3, f + 4 * f**2 - 3 * f**3, -(f**2) + f**3))
     slopes = 0.5 * rate * np.array((-1 + 4 * f - 3 * f**2, -10 * f + 9 * f**2, 1 + 8 * f - 9 * f**2, -2 * f + 3 * f**2))
     return [min(max(at + k, 0), n - 1) for k in (-1, 0, 1, 2)], weights, slopes
+
+
+def _bends(places: Vector, x: float) -> Vector:
+    """Return the weights of second derivatives at the four places that `_weights` names."""
+    n, step = len(places), places[1] - places[0]
+    s = (x - places[0]) / step
+    if not 0.0 <= s <= n - 1.0:
+        return np.zeros(4)
+    f = s - min(int(s), n - 2)
+    return 0.5 / step**2 * np.array((4 - 6 * f, -10 + 18 * f, 8 - 18 * f, -2 + 6 * f))

@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, numbers
+from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.reach import Bounds
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -63,6 +63,15 @@ class SurfaceShape(ABC):
     def bounds(self) -> Bounds:
         """Out of what there is nothing of it: what is far away is not looked at. Unless told, it is everywhere."""
         return Bounds()
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether its distance has second derivatives all around, as `curvature` gives them."""
+        return False
+
+    def curvature(self, x: Vector) -> Matrix | None:
+        """Return the second derivatives of the distance at a point x (3,), 1/m, shape (3, 3); None: it is flat."""
+        return None
 
     def probes(self) -> tuple[Probe, ...]:
         """Return what it touches other surfaces with; none: others touch it."""

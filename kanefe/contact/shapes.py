@@ -52,6 +52,11 @@ class Plane(SurfaceShape):
         return Bounds(upper=np.array((np.inf, np.inf, 0.0)), axes=axes)
 
     @property
+    def is_smooth(self) -> bool:
+        """It is flat."""
+        return True
+
+    @property
     def numbers(self) -> Vector:
         """Its normal."""
         return np.array(self.normal)
@@ -79,6 +84,16 @@ class Sphere(SurfaceShape):
         if self.inside:
             return _room(np.full(3, self.radius / math.sqrt(3.0)))
         return Bounds(np.zeros(3), np.zeros(3), rounding=self.radius)
+
+    @property
+    def is_smooth(self) -> bool:
+        """But for its centre."""
+        return True
+
+    def curvature(self, x: Vector) -> Matrix:
+        """Return the second derivatives of the distance, 1/m."""
+        length, along = _length(np.asarray(x, dtype=float))
+        return _sign(self.inside) * (np.eye(3) - np.outer(along, along)) / length
 
     @property
     def numbers(self) -> Vector:

@@ -68,6 +68,12 @@ class ForcesAt:
             raise ModelError(f"the scene has no loop joint {name!r}. It has: {', '.join(self._loops) or 'none'}")
         return self._loops[name].copy()
 
+    def rigid_contact(self, number: int) -> Vector:
+        """Return what a rigid contact tells, by its number among them."""
+        from kanefe.kane.rigid_contacts import told
+
+        return told(self._model.route.view(self._t, self._y), number)
+
 
 def seen(model: Model, t: float, y: Vector) -> SceneState:
     """Return what functions of the user see of a state (q, u, z, ...), forces included: events, which act on nothing.

@@ -14,13 +14,17 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning
 from kanefe.integrate.status import UNFIT
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.tree.scales import displacement_scales
+from kanefe.tree.scales import displacement_scales, scene_length
 
 NOTED = 0.01
 """Of the energy: what a run misses at least for a warning."""
 
 BENT = 0.5
 """Of its length: deflections of a body above which a linear one says little."""
+
+
+ROUND_OFF = 1e-15
+"""Of the energy, weight included, that a scene has or might have: what moved less than that has not moved."""
 
 
 def accounted(model: Model, run: Trajectory) -> Trajectory:
@@ -68,7 +72,8 @@ def _balance(model: Model, run: Trajectory) -> tuple[float, float] | None:
     balance = totals + exchanged - totals[0] - exchanged[0]
     moved = [energy.kinetic + energy.elastic for energy in energies]
     scale = max(*moved, *np.abs(totals - totals[0]), float(run.dissipated.max()), float(np.abs(run.work).max()))
-    if not (scale > 0.0 and math.isfinite(scale) and math.isfinite(balance[-1])):
+    least = ROUND_OFF * max(float(np.abs(totals).max()), _weight(model) * scene_length(model))
+    if not (scale > least and math.isfinite(scale) and math.isfinite(balance[-1])):
         return None
     return float(balance[-1]), float(abs(balance[-1]) / scale)
 
@@ -81,3 +86,11 @@ def _deflection(model: Model, run: Trajectory) -> tuple[str, float] | None:
             bent = run.coordinates[:, body.flexible.eta] / scales[body.flexible.speeds]
             worst = max(worst, (body.name, float(np.sqrt(np.square(bent).sum(axis=1)).max())), key=lambda pair: pair[1])
     return worst if worst[1] > 0.0 else None
+
+
+def _weight(model: Model) -> float:
+    """Return the weight of all bodies, N."""
+    mass = sum(
+        part.mass for body in model.bodies for part in (body.rigid, body.flexible and body.flexible.body) if part
+    )
+    return float(mass * np.linalg.norm(model.gravity))

@@ -76,6 +76,8 @@ class EventWatch:
         for i, event in enumerate(self.events):
             if event not in happened or abs(self._values[i]) > self._noise[i]:
                 self._noise[i] = 0.0
+            if abs(self._values[i]) <= event.blur:
+                self._noise[i] = max(float(self._noise[i]), event.blur)
 
     @property
     def _is_at_zero(self) -> bool:

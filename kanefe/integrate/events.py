@@ -86,6 +86,11 @@ class Event:
         """Whether the run does not simply go on."""
         return self.terminal or self.action is not None
 
+    @property
+    def blur(self) -> float:
+        """Value of the function up to which it has no sign where a run begins or goes on."""
+        return 0.0
+
     def status(self, t: float) -> RunStatus:
         """Return how a run ended that it has ended at time t (s)."""
         return RunStatus("stopped", t, f"by the event {self.name!r}")

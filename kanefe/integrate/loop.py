@@ -13,6 +13,7 @@ from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWar
 from kanefe.frames import Vector
 from kanefe.integrate.checkpoint import CheckpointFile, Progress
 from kanefe.integrate.clock import CONTROLLERS, Clock
+from kanefe.integrate.contact_changes import taken
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
@@ -277,9 +278,13 @@ class RunLoop:
             try:
                 for event in happened:
                     y = self._acted(event, acting, y)
-            except StepFailure as refusal:
+            except SimulationError as refusal:
                 self._stand_at(acting, y)
-                return RunStatus("failed", acting, refusal.reason, refusal.remedy)
+                if isinstance(refusal, StepFailure):
+                    return RunStatus("failed", acting, refusal.reason, refusal.remedy)
+                return RunStatus.of_error(acting, refusal)
+            for name, t in taken(happened):
+                watch.times[name].append(t)
             self._stepper.restart(acting, y)
             watch.begin(acting, y, happened)
             self._pace.mark(acting)

@@ -15,6 +15,7 @@ from kanefe.errors import ModelError, SimulationWarning
 from kanefe.integrate.checkpoint import CheckpointFile, Progress, identity, read_checkpoint
 from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
+from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contacts
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
@@ -61,8 +62,8 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     """
     choice = choose(model, options)
     (start, stop), wanted = options.span, options.times
-    told = checked_events(options.watched, events_of_loads(model))
-    watched = (*told, *ends_of_ranges(model, start))
+    told = checked_events(options.watched, (*events_of_loads(model), *told_of_contacts(model)))
+    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, stop - start))
     model.route.check_outputs(len(wanted))
     if choice.is_plugged and model.controllers:
         raise ModelError(

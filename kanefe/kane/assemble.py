@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import add_loads, elastic_forces
-from kanefe.kane.constraints import PIVOT_TOLERANCE, ConstrainedSolver, Rates, constraint_rates
+from kanefe.kane.constraints import PIVOT_TOLERANCE, ConstrainedSolver, Rates, constraint_rates, force_rows, held_rows
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia
 from kanefe.kane.interactions import add_interactions
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state
@@ -105,7 +105,7 @@ def singular_mass(model: ModelData, M: Matrix) -> SimulationError:
 def accelerations(state: State) -> Vector:
     """Return du of the free speeds (Eq. 18), shape (free,): fixed rows deleted, driven ones known, loops held."""
     model = state.model
-    if model.constraints:
+    if model.is_constrained and held_rows(state):
         return held_accelerations(state)[0]
     M, F = equations(state)
     n = model.free_count
@@ -122,8 +122,8 @@ def held_accelerations(state: State) -> tuple[Vector, Vector, float]:
     """
     model, n = state.model, state.model.free_count
     M, F = equations(state)
-    rows = constraint_rates(state)
-    solver = constrained_solver(model, M[:n, :n], rows.over(slice(n)))
+    rows, forces = constraint_rates(state), force_rows(state)
+    solver = constrained_solver(model, M[:n, :n], rows.over(slice(n)), None if forces is None else forces[:, :n])
     known = rows.remainder + rows.J[:, n:] @ state.driven_rates
     return *solver.solve(F[:n] - M[:n, n:] @ state.driven_rates, known), solver.weakest
 
@@ -138,14 +138,15 @@ def constraint_forces(state: State, narrow: State) -> Vector:
     narrow : State
         The same one over free and driven speeds, from which the multipliers come.
     """
-    if not state.model.constraints:
+    if not state.model.is_constrained:
         return np.zeros(state.columns)
-    return np.asarray(constraint_rates(state).J.T @ held_accelerations(narrow)[1])
+    forces = force_rows(state)
+    return np.asarray((constraint_rates(state).J if forces is None else forces).T @ held_accelerations(narrow)[1])
 
 
-def constrained_solver(model: ModelData, M: Matrix, rates: Rates) -> ConstrainedSolver:
+def constrained_solver(model: ModelData, M: Matrix, rates: Rates, forces: Matrix | None = None) -> ConstrainedSolver:
     """Return the solver for M and rows over the free speeds; an error names speeds that nothing has inertia along."""
     try:
-        return ConstrainedSolver(M, rates)
+        return ConstrainedSolver(M, rates, forces)
     except np.linalg.LinAlgError:
         raise singular_mass(model, M) from None

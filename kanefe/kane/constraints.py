@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.constraints.rows import RADIAN, Constraint, CouplerRow, MarkerMotion, MarkerRow, Row
+from kanefe.constraints.rows import RADIAN, Constraint, CouplerRow, MarkerMotion, MarkerRow, Row, Wrenches
+from kanefe.contact.meeting import Meeting
+from kanefe.contact.rigid_contact import OPEN, ContactRow, RigidContact
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, once
@@ -47,16 +49,23 @@ class Rates(NamedTuple):
     reach : ndarray, shape (rows, columns)
         Squares of what the entries of J could be if the row pointed along the motion of its ends: what makes a row
         small.
+    given : ndarray, shape (rows,)
+        Part of dg/dt that is no speed's: of belts.
     """
 
     J: Matrix
     remainder: Vector
     reach: Matrix
+    given: Vector
 
     def over(self, columns: slice | np.ndarray, rows: slice | np.ndarray = slice(None)) -> Rates:
         """Return the rows, all or some, over some of the speeds."""
         J, reach = self.J[rows], self.reach[rows]
-        return Rates(J[:, columns], self.remainder[rows], reach[:, columns])
+        return Rates(J[:, columns], self.remainder[rows], reach[:, columns], self.given[rows])
+
+    def open_rates(self, full: Vector) -> Vector:
+        """Return dg/dt at the speeds of a state."""
+        return np.asarray(self.J @ full[: self.J.shape[1]] + self.given)
 
     def sizes(self, u: Vector) -> Vector:
         """Return how large dg/dt could be at speeds of such size: ``J u`` of a row that nothing moves is round-off."""
@@ -64,9 +73,39 @@ class Rates(NamedTuple):
 
 
 @once
-def held_rows(state: State) -> list[tuple[Constraint, Row]]:
-    """Return the rows that hold in a state, each with its constraint: what is switched off is left out."""
-    return [(c, row) for c in state.model.constraints if c.holds(state.z) for row in c.rows]
+def held_rows(state: State) -> list[tuple[Constraint | RigidContact, Row | ContactRow]]:
+    """Return the rows that hold in a state, each with its constraint: what is switched off or open is left out."""
+    found: list[tuple[Constraint | RigidContact, Row | ContactRow]] = []
+    found += [(c, row) for c in state.model.constraints if c.holds(state.z) for row in c.rows]
+    return found + [(contact, row) for contact, _, rows in touching_rows(state) for row in rows]
+
+
+@once
+def meetings(state: State) -> list[list[Meeting]]:
+    """Return where the probes of each rigid contact of the scene meet its surface."""
+    found = []
+    for number in range(len(state.model.rigid_contacts)):
+        contact = state.model.rigid_contact(number)
+        motions = [marker_motion(state.marker(end)) for end in contact.ends]
+        found.append([contact.met(i, motions[0], motions[end]) for i, (end, _) in enumerate(contact.probes)])
+    return found
+
+
+@once
+def touching_rows(state: State) -> list[tuple[RigidContact, int, tuple[ContactRow, ...]]]:
+    """Return the rows of each probe that touches, with its contact and its number in it."""
+    found: list[tuple[RigidContact, int, tuple[ContactRow, ...]]] = []
+    if not state.model.rigid_contacts:
+        return found
+    for number, (load, met) in enumerate(zip(state.model.rigid_contacts, meetings(state), strict=True)):
+        contact, z = state.model.rigid_contact(number), state.load_states(load)
+        if max(contact.status(z)) == OPEN:
+            continue
+        surface = marker_motion(state.marker(contact.ends[0]))
+        for i, status in enumerate(contact.status(z)):
+            if status != OPEN:
+                found.append((contact, i, contact.rows(z, i, met[i], surface)))
+    return found
 
 
 @once
@@ -114,6 +153,7 @@ def constraint_rates(state: State) -> Rates:
     model, columns, moved = state.model, state.columns, _motions_of_markers(state)
     rows = held_rows(state)
     J, remainder, reach = np.zeros((len(rows), columns)), np.zeros(len(rows)), np.zeros((len(rows), columns))
+    given = np.zeros(len(rows))
     for i, (_, row) in enumerate(rows):
         if isinstance(row, CouplerRow):
             for body, coordinate, coefficient in row.terms:
@@ -121,18 +161,35 @@ def constraint_rates(state: State) -> Rates:
             reach[i] = J[i] ** 2
             continue
         a, b = moved[id(row.a)], moved[id(row.b)]
-        J[i], reach[i] = _marker_row(row, a, b)
+        J[i], reach[i] = _marker_row(row, row.wrenches(a[1], b[1]), a[0], b[0])
         remainder[i] = row.remainder(a[1], b[1])
-    return Rates(J, remainder, reach)
+        if isinstance(row, ContactRow):
+            given[i] = row.given
+    return Rates(J, remainder, reach, given)
+
+
+@once
+def force_rows(state: State) -> Matrix | None:
+    """Return the generalised forces of unit multipliers, (rows, columns), where they are not J: what slips rubs.
+
+    None: they are J.
+    """
+    if not any(isinstance(row, ContactRow) and row.drag is not None for _, row in held_rows(state)):
+        return None
+    forces, moved = constraint_rates(state).J.copy(), _motions_of_markers(state)
+    for i, (_, row) in enumerate(held_rows(state)):
+        if isinstance(row, ContactRow) and row.drag is not None:
+            a, b = moved[id(row.a)], moved[id(row.b)]
+            forces[i] = _marker_row(row, row.forces(a[1], b[1]), a[0], b[0])[0]
+    return forces
 
 
 def _marker_row(
-    row: MarkerRow, end_a: tuple[FrameMotion, MarkerMotion], end_b: tuple[FrameMotion, MarkerMotion]
+    row: MarkerRow | ContactRow, wrenches: Wrenches, a: FrameMotion, b: FrameMotion
 ) -> tuple[Vector, Vector]:
     """Return a row of J, from the wrenches of its unit multiplier, and its reach."""
-    (a, a_N), (b, b_N) = end_a, end_b
     entries, squares = np.zeros(a.V.shape[1]), np.zeros(a.V.shape[1])
-    force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
+    force_a, moment_a, force_b, moment_b = wrenches
     for F, wide, vector in ((a, a.V, force_a), (a, a.W, moment_a), (b, b.V, force_b), (b, b.W, moment_b)):
         if vector.any():
             entries += (F.A_NF.T @ vector) @ wide
@@ -154,7 +211,8 @@ def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, Fra
         if isinstance(row, CouplerRow):
             continue
         (a, a_N), (b, b_N) = moved[id(row.a)], moved[id(row.b)]
-        force_a, moment_a, force_b, moment_b = row.wrenches(a_N, b_N)
+        of = row.forces if isinstance(row, ContactRow) else row.wrenches
+        force_a, moment_a, force_b, moment_b = of(a_N, b_N)
         for marker, F, force, moment in ((row.a, a, force_a, moment_a), (row.b, b, force_b, moment_b)):
             wrench = multiplier * np.concatenate((F.A_NF.T @ force, F.A_NF.T @ moment))
             key = constraint.name, id(marker)
@@ -163,7 +221,7 @@ def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, Fra
 
 
 class ConstrainedSolver:
-    """The linear equations ``M x = F + J^T y, J x + c = 0`` for one M and J, and the rank of J.
+    """The linear equations ``M x = F + P^T y, J x + c = 0`` for one M, J and P, and the rank of J; most often P is J.
 
     Dependent rows: y has the least norm with each row scaled by its reach, and where their parts of c contradict each
     other x meets them best. M may be singular where J holds what has no inertia.
@@ -174,6 +232,8 @@ class ConstrainedSolver:
         Symmetric.
     rates : Rates
         J (m, n) and its reach.
+    forces : ndarray, shape (m, n), optional
+        P, where it is not J.
 
     Raises
     ------
@@ -181,8 +241,8 @@ class ConstrainedSolver:
         If M is singular along a motion that J leaves free.
     """
 
-    def __init__(self, M: Matrix, rates: Rates) -> None:
-        J, _, reach = rates
+    def __init__(self, M: Matrix, rates: Rates, forces: Matrix | None = None) -> None:
+        J, reach = rates.J, rates.reach
         self._J, self._weights = J, np.zeros(len(J))
         factor = _cholesky(M)
         if factor is None:
@@ -205,6 +265,7 @@ class ConstrainedSolver:
         self._vectors = vectors[:, kept]
         # a cut would be a jump of the accelerations, on which error control gets stuck: this falls to zero smoothly
         self._inverses = 1.0 / (values[kept] * (1.0 + (least / values[kept]) ** 4))
+        self._pushed = None if forces is None else _solve_lower(factor, forces.T)
 
     @property
     def scaled_rows(self) -> Matrix:
@@ -230,6 +291,12 @@ class ConstrainedSolver:
         """Return x (n,) and y (m,)."""
         y0 = _solve_lower(self._factor, F - self._J.T @ (self._weights * c))
         open_rows = self._scale * (self._B.T @ y0 + c)
+        if self._pushed is not None:
+            A = self._scale[:, None] * (self._B.T @ self._pushed) * self._scale
+            if not (np.all(np.isfinite(A)) and np.all(np.isfinite(open_rows))):  # of a state too far ahead
+                return np.full(len(F), np.nan), np.full(len(open_rows), np.nan)
+            y = -self._scale * np.linalg.lstsq(A, open_rows, rcond=RANK_TOLERANCE)[0]
+            return _solve_lower(self._factor, y0 + self._pushed @ y, transposed=True), y
         y = -self._scale * (self._vectors @ (self._inverses * (self._vectors.T @ open_rows)))
         return _solve_lower(self._factor, y0 + self._B @ y, transposed=True), y
 

@@ -27,6 +27,10 @@ from kanefe.kernels.tolerances import (
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import joint_scales, scene_length
 
+CONTACT_TOLERANCE = 1e-15
+"""Of the scene's length: how far a rigid contact that touches may be open, where nothing else is closed. It has no
+singular positions that would magnify it."""
+
 
 @dataclass(slots=True)
 class Position:
@@ -92,10 +96,11 @@ def project_positions(
     SimulationError
         If a loop stays open: a drive moves past the reach of the mechanism.
     """
-    if not model.constraints:
+    if not model.is_constrained:
         return q
     metric = np.zeros((model.free_count, model.free_count)) if stiffness is None else stiffness
-    found = _closed(openings(model, t, q, z), np.arange(model.free_count), metric, 0.0)
+    last_digit = 0.0 if model.constraints else CONTACT_TOLERANCE
+    found = _closed(openings(model, t, q, z), np.arange(model.free_count), metric, last_digit)
     if found.worst > LARGEST_OPENING:
         raise SimulationError(
             f"at t = {t:.6g} s the mechanism cannot go on: {open_constraints(found)}. "
@@ -115,14 +120,16 @@ def project_speeds(
     model: ModelData, t: float, q: Vector, u: Vector, stiffness: Matrix | None = None, z: Vector | None = None
 ) -> Vector:
     """Return the speeds nearest to u that keep the loops closed and what rolls from slipping; arguments as above."""
-    if not model.constraints or not len(u):
+    if not model.is_constrained or not len(u):
         return u
     state = State(model, t, q, u, z)
-    full, rows = state.full, constraint_rates(state)
+    rows = constraint_rates(state)
+    if not len(rows.J):
+        return u
     n = model.free_count
     M = mass_matrix(state)[:n, :n]
     solver = constrained_solver(model, M if stiffness is None else M + stiffness, rows.over(slice(n)))
-    return np.asarray(u + solver.solve(np.zeros(n), rows.J @ full[: rows.J.shape[1]])[0])
+    return np.asarray(u + solver.solve(np.zeros(n), rows.open_rates(state.full))[0])
 
 
 def openings(

@@ -49,7 +49,7 @@ LoopWrench = tuple[Marker, FrameMotion, Vector]
 @once
 def _loop_wrenches(state: State) -> list[LoopWrench]:
     """Return what loop joints and rolling contacts exert on their markers."""
-    if not state.model.constraints:
+    if not state.model.is_constrained:
         return []
     return marker_wrenches(state, held_accelerations(state)[1])
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, held_accelerations
+from kanefe.kane.constraints import held_rows
 from kanefe.kane.energy import (
     dissipated_power,
     drive_power,
@@ -18,7 +19,9 @@ from kanefe.kane.energy import (
     load_power,
     momenta,
 )
+from kanefe.kane.impacts import START, resolved
 from kanefe.kane.loop_closure import consistent_start, project_positions, project_speeds
+from kanefe.kane.rigid_contacts import check_determined, contact_rates, friction_powers
 from kanefe.kane.state import State, actions
 from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.tolerances import NEAR_SINGULAR
@@ -93,7 +96,8 @@ class LiteralRoute:
 
     def start(self, t: float) -> Vector:
         """Return (q, u, z) at the start: see `consistent_start`."""
-        return np.concatenate((*consistent_start(self.model, t), self.model.initial_states))
+        found = np.concatenate((*consistent_start(self.model, t), self.model.initial_states))
+        return self.projected(t, touched_at_start(self.model, t, found)) if self.model.rigid_contacts else found
 
     def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
         """Return loads between frames as they start."""
@@ -107,7 +111,9 @@ class LiteralRoute:
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; near a singular position those of the nearest one whose loops are closed."""
         state, weakest = self.view(t, y), 1.0
-        if self.model.constraints:
+        if self.model.rigid_contacts:
+            check_determined(state)
+        if self.model.is_constrained and held_rows(state):
             _, _, weakest = held_accelerations(state)
             if weakest < NEAR_SINGULAR:
                 state = self.view(t, self.projected(t, y))
@@ -125,7 +131,7 @@ class LiteralRoute:
 
     def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one."""
-        if not self.model.constraints:
+        if not self.model.is_constrained:
             return y
         q, u, z = self.parts(y)
         if share > 0.0:
@@ -180,7 +186,8 @@ def powers(state: State, du: Vector) -> Vector:
     """Return the power that dampers take and that loads and drives give, W; of scenes without them nothing is found."""
     if not state.model.has_power:
         return np.zeros(WORKS)
-    return np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))
+    found = np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))
+    return found + friction_powers(state) if state.model.rigid_contacts else found
 
 
 def state_rates(state: State) -> Vector:
@@ -189,4 +196,12 @@ def state_rates(state: State) -> Vector:
     for where, action in zip(state.model.load_states, actions(state), strict=True):
         if len(action.rates):
             rates[where] = action.rates
+    if state.model.rigid_contacts:
+        contact_rates(state, rates)
     return rates
+
+
+def touched_at_start(model: ModelData, t: float, y: Vector) -> Vector:
+    """Return a state (q, u, z) with what touches in it known, after impacts if there are."""
+    found = resolved(model, t, y, START, 0.0)
+    return np.concatenate((y[: model.coordinate_count], found.u, found.z))

@@ -344,4 +344,6 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     for body in model.bodies:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)
+    if model.rigid_contacts:
+        return (Obstacle("rigid contacts", f"that of {model.loads[model.rigid_contacts[0]].name!r}"),)
     return ()

@@ -22,6 +22,7 @@ from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
+from kanefe.kane.rigid_contacts import told as told_of_rigid
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
@@ -325,11 +326,14 @@ class RunChannels:
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         """Return what loads between frames tell."""
-        loads = self.model.loads
+        loads, rigid = self.model.loads, self.model.rigid_contacts
         kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in loads}
         for row, state in enumerate(self._views()):
             for i, load in enumerate(state.model.loads):
-                told = load.tell(state.t, state.load_ends(i), state.load_states(i))
+                if i in rigid:
+                    told = told_of_rigid(state, rigid.index(i))
+                else:
+                    told = load.tell(state.t, state.load_ends(i), state.load_states(i))
                 kept["load", load.name, ""][row] = told
         return kept
 

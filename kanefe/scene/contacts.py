@@ -13,6 +13,8 @@ import numpy as np
 from kanefe.contact.contact import Contact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
+from kanefe.contact.rigid import Rigid
+from kanefe.contact.rigid_contact import RigidContact, check_rigid
 from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.surface import Surface, paired
 from kanefe.errors import AccuracyWarning, ModelError
@@ -93,7 +95,7 @@ class ContactMethods(LoadMethods):
         one: Surface | ContactPatch | Frame | Sequence[Frame],
         other: Surface,
         *,
-        normal: NormalLaw,
+        normal: NormalLaw | Rigid,
         friction: Coulomb | None = None,
         surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
@@ -111,8 +113,9 @@ class ContactMethods(LoadMethods):
             nodes, interfaces, frames of them.
         other : Surface
             What is touched. Of two surfaces the one that can touch does, whichever comes first.
-        normal : NormalLaw
-            `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together.
+        normal : NormalLaw or Rigid
+            `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together. Or
+            `Rigid`, which does not yield: impacts are at once, and friction is Coulomb's set-valued law.
         friction : Coulomb, optional
         surface_velocity : array_like, shape (3,)
             Of a belt: how fast the surface of `other` moves along itself, in its axes, m/s.
@@ -123,14 +126,14 @@ class ContactMethods(LoadMethods):
             Naming what is wrong with the contact. That something begins within a surface is found at freeze.
         """
         label = self._new_load(name, "contact")
-        if not isinstance(normal, NormalLaw):
+        if not isinstance(normal, (NormalLaw, Rigid)):
             raise ModelError(f"normal of {label} must be a law such as kanefe.HuntCrossley(1e6), not {normal!r}")
         if friction is not None and not isinstance(friction, Coulomb):
             raise ModelError(f"friction of {label} must be kanefe.Coulomb(...) or None, not {friction!r}")
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
         frames, other, probes = self._touching(one, other, label)
-        if isinstance(one, ContactPatch):
+        if isinstance(one, ContactPatch) and isinstance(normal, NormalLaw):
             _warn_of_stiff_modes(one, normal, label)
         if any(
             frame.number == other.frame.number and frame.number >= 0 and not _is_flexible(frame) for frame in frames
@@ -139,18 +142,22 @@ class ContactMethods(LoadMethods):
         for given in (*frames, other.frame):
             self._check_frame(given, f"a side of {label}")
         belt = three(surface_velocity, f"surface_velocity of {label}")
+        if belt.any() and friction is None:
+            raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
+        if isinstance(normal, Rigid):
+            check_rigid(other.shape, probes, friction, belt, label)
+            self.add(RigidContact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt))
+            return
         mass = self._mass_in_series(frames[0], other.frame)
         if friction is not None:
             friction = self._complete(friction, normal, mass, label)
-        elif belt.any():
-            raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
         self.add(Contact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0))
 
     def add_contacts(
         self,
         among: Sequence[Surface],
         *,
-        normal: NormalLaw,
+        normal: NormalLaw | Rigid,
         friction: Coulomb | None = None,
         ignore: Sequence[tuple[Surface, Surface]] = (),
     ) -> list[str]:

@@ -22,6 +22,7 @@ from kanefe.bodies.rigid import RigidMass
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint
+from kanefe.contact.rigid_contact import RigidContact
 from kanefe.errors import ModelError
 from kanefe.joints import Joint, Motion
 from kanefe.loads.base import Load
@@ -214,6 +215,23 @@ class ModelData(PickledByFields):
             ", ..." if len(self.bodies) > LISTED else ""
         )
         return f"{type(self).__name__}({names}; {self.free_count} speeds)"
+
+    @cached_property
+    def rigid_contacts(self) -> tuple[int, ...]:
+        """Numbers of the loads that are rigid contacts."""
+        return tuple(i for i, load in enumerate(self.loads) if isinstance(load, RigidContact))
+
+    def rigid_contact(self, number: int) -> RigidContact:
+        """Return a rigid contact by its number among them."""
+        contact = self.loads[self.rigid_contacts[number]]
+        if not isinstance(contact, RigidContact):
+            raise TypeError("rigid contacts are those loads that are")
+        return contact
+
+    @property
+    def is_constrained(self) -> bool:
+        """Whether constraints or rigid contacts may hold something."""
+        return bool(self.constraints) or bool(self.rigid_contacts)
 
     @property
     def has_power(self) -> bool:

@@ -25,6 +25,7 @@ class Forces(Protocol):
     def joint_reaction(self, name: str) -> Vector: ...  # noqa: D102
     def driving_force(self, name: str) -> Vector: ...  # noqa: D102
     def loop_force(self, name: str) -> Vector: ...  # noqa: D102
+    def rigid_contact(self, number: int) -> Vector: ...  # noqa: D102
 
 
 class SceneState:
@@ -213,6 +214,9 @@ class SceneState:
         """
         for number, load in enumerate(self.model.loads):
             if load.name == name:
+                if number in self.model.rigid_contacts:
+                    held = self._held(f"the force of the {load.kind} {name!r}")
+                    return held.rigid_contact(self.model.rigid_contacts.index(number))
                 return load.tell(self.time, self.load_ends(number), self.load_states(number))
         known = named_loads(self.model)
         if name not in known:

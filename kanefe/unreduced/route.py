@@ -85,6 +85,11 @@ class UnreducedRoute(LiteralRoute):
                 f"{switched[0]} is switched in a run, which is not offered beside the unreduced body {names[0]}. "
                 "Remedy: reduction=CraigBampton(modes=20), or leave out starts_on"
             )
+        if model.rigid_contacts:
+            raise ModelError(
+                f"{model.loads[model.rigid_contacts[0]].name!r} is a rigid contact, which is not offered beside the "
+                f"unreduced body {names[0]}. Remedy: reduction=CraigBampton(modes=20), or kanefe.HuntCrossley(...)"
+            )
         super().__init__(model)
         self.reason = f"{', '.join(names)} with all degrees of freedom of the mesh"
         self.condensed = Condensed(model)

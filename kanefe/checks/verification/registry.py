@@ -8,7 +8,17 @@ from __future__ import annotations
 from operator import attrgetter
 
 from kanefe.checks.registry import Registry
-from kanefe.checks.verification import contact, dumbbell, impacts, loops, rigid, rotations, rotors, simeon
+from kanefe.checks.verification import (
+    contact,
+    dumbbell,
+    impacts,
+    loops,
+    rigid,
+    rigid_contact,
+    rotations,
+    rotors,
+    simeon,
+)
 from kanefe.checks.verification.case import Case
 from kanefe.checks.verification.references import load_references
 from kanefe.errors import ModelError
@@ -24,6 +34,7 @@ OWN = (
     *rotors.CASES,
     *contact.CASES,
     *impacts.CASES,
+    *rigid_contact.CASES,
 )
 
 

@@ -120,7 +120,7 @@ class KernelStepper:
         integers, reals = self.integers, self.reals
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
-        integers[HAS_LOOPS] = bool(model.constraints)
+        integers[HAS_LOOPS] = model.is_constrained
         for place, value in kernels.integers.items():
             integers[place] = value
         reals[TIME] = reals[TIME_OLD] = start
@@ -277,7 +277,7 @@ class KernelStepper:
         if is_compiled:
             dynamics.evaluations = evaluations + int(integers[EVALUATIONS]) - before
         stored = int(integers[STORED])
-        if dynamics.model.constraints and (integers[IS_LEFT_OPEN] or not is_compiled):
+        if dynamics.model.is_constrained and (integers[IS_LEFT_OPEN] or not is_compiled):
             for i in range(stored):
                 states[i] = dynamics.projected(float(times[i]), states[i])
         return stored, is_quiet

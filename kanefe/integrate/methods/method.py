@@ -28,6 +28,14 @@ def kept_states(model: Model) -> str:
     return f"does not follow the internal states of the load {names}. Remedy: 'radau5', 'generalised-alpha' or 'auto'"
 
 
+def without_rigid_contacts(model: Model) -> str:
+    """Return why a method whose equations hold what is closed by themselves cannot run a model with rigid contacts."""
+    if not model.rigid_contacts:
+        return ""
+    name = model.loads[model.rigid_contacts[0]].name
+    return f"does not follow the rigid contact {name!r}. Remedy: 'auto', 'dop853' or 'radau5'"
+
+
 class MakesSteppers(Protocol):
     """The class of a method's steppers, or a function in its place."""
 

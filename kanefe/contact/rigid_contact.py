@@ -1,0 +1,283 @@
+"""Rigid contacts: probes that cannot enter a surface, and slide on it or stick to it by Coulomb's set-valued law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from kanefe.bodies.marker import Marker
+from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
+from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
+from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.height_field import HeightField
+from kanefe.contact.meeting import Meeting, meeting
+from kanefe.contact.rigid import Rigid
+from kanefe.contact.shape import Probe, SurfaceShape
+from kanefe.contact.shapes import Plane
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, cross
+from kanefe.loads.base import Action, End, Load
+
+TOLD, EACH = 2, 4
+"""Internal states of a contact: the path slid and the work of friction; then of each probe its status, and where on the
+surface it sticks or in which direction along it it slips."""
+
+TOO_DEEP = 1e-6
+"""Depth at the start that is refused, m: less is closed as a loop is."""
+
+NORMAL = 0
+
+AT_REST, STRAIGHT = 1e-9, 1e-7
+"""Speed (m/s) and share of it across the direction that was kept, below which that direction is taken. Friction turns a
+slow slip into its own direction at a rate that grows without bound as it ends, and would make noise of round-off."""
+
+TURNED = 0.5
+"""Cosine of the angle by which a slip turns until its direction is kept anew."""
+
+
+def check_rigid(
+    shape: SurfaceShape, probes: Sequence[tuple[int, Probe]], friction: Coulomb | None, belt: Vector, label: str
+) -> None:
+    """Raise a ModelError that names what a rigid contact does not have."""
+    if not shape.is_smooth:
+        raise ModelError(
+            f"{label}: a {shape.title} has edges, or is curved in a way that rigid contacts do not follow. Remedy: "
+            "planes, spheres or height fields, or a law that yields, kanefe.HuntCrossley(...)"
+        )
+    is_flat = isinstance(shape, Plane)
+    if isinstance(shape, HeightField) and any(probe.radius > 0.0 for _, probe in probes):
+        raise ModelError(
+            f"{label}: rigid contacts take points on height fields, and no balls. Remedy: Points(radius=0)"
+        )
+    if not is_flat and any(probe.ring > 0.0 for _, probe in probes):
+        raise ModelError(f"{label}: rings roll on planes alone where the contact is rigid. Remedy: a plane, or a ball")
+    if not is_flat and np.any(belt):
+        raise ModelError(
+            f"{label}: a surface velocity of rigid contacts takes a plane. Remedy: kanefe.HuntCrossley(...)"
+        )
+    if friction is not None and len(set(friction.coefficients)) > 1:
+        raise ModelError(f"{label}: friction of rigid contacts is the same in all directions. Remedy: one coefficient")
+    if friction is not None and (friction.stiffness is not None or friction.damping is not None):
+        raise ModelError(f"{label}: what is rigid sticks without springs. Remedy: leave out stiffness and damping")
+
+
+@dataclass(frozen=True, eq=False)
+class RigidContact(Load):
+    """A rigid contact between a surface and probes fixed in other frames.
+
+    It exerts no force by itself: what holds, `rows` give as constraints to the equations of motion. Which of them do,
+    its internal states say, which change at impacts and where a force or a slip comes to its end.
+
+    Attributes
+    ----------
+    name : str
+    ends : tuple of Frame
+        That of the surface, then those of the probes.
+    shape : SurfaceShape
+    probes : tuple of (int, Probe)
+        Each with the number of its end.
+    law : Rigid
+    friction : Coulomb or None
+    belt : ndarray, shape (3,)
+        Velocity of the surface in its own axes, m/s.
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    shape: SurfaceShape
+    probes: tuple[tuple[int, Probe], ...]
+    law: Rigid
+    friction: Coulomb | None
+    belt: np.ndarray
+
+    kind = "rigid contact"
+    columns = Contact.columns
+    needs_rotation = False
+
+    @property
+    def title(self) -> str:
+        """Kind and name, for messages."""
+        return f"{self.kind} {self.name!r}"
+
+    @property
+    def initial_states(self) -> Vector:
+        """All open: a run finds out what touches at its start."""
+        return np.zeros(TOLD + EACH * len(self.probes))
+
+    def state_scales(self, acceleration: float) -> Vector:
+        """Return what counts as large of a path and of a work: the way of one second."""
+        scales = np.ones(len(self.initial_states))
+        scales[:TOLD] = max(acceleration, 1e-3)
+        return scales
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Only by friction: what impacts take is taken into account where they happen."""
+        return self.friction is not None
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return nothing: see `kanefe.kane.rigid_contacts`."""
+        return Action(np.zeros((len(ends), 6)), rates=np.zeros(len(states)))
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return what is known without forces; the rest `kanefe.kane.rigid_contacts` tells."""
+        return np.zeros(len(self.columns))
+
+    def started(self, t: float, ends: Sequence[End]) -> RigidContact:
+        """Return it; a ModelError says what begins within the surface."""
+        zero = np.zeros(3)
+        motions = [MarkerMotion(end.p, end.A, zero, zero, zero, zero) for end in ends]
+        gaps = [self.met(i, motions[0], motions[number]).gap for i, (number, _) in enumerate(self.probes)]
+        if min(gaps) < -TOO_DEEP:
+            raise ModelError(
+                f"{self.title} begins {-min(gaps):.3g} m deep in its surface, and cannot yield. Remedy: place it "
+                "outside, or kanefe.HuntCrossley(...) in place of Rigid"
+            )
+        return self
+
+    def met(self, i: int, a: MarkerMotion, b: MarkerMotion) -> Meeting:
+        """Return where one of the probes meets the surface, from the motions of the surface's frame and its own."""
+        return meeting(self.shape, self.probes[i][1], self.belt, a, b)
+
+    def status(self, z: Vector) -> list[int]:
+        """Return OPEN, STICKS or SLIPS of each probe from the internal states of the contact."""
+        return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[TOLD::EACH]]
+
+    def kept(self, z: Vector, i: int) -> Vector:
+        """Return where a probe sticks, or in which direction it slips, in axes of the surface."""
+        at = TOLD + EACH * i + 1
+        return z[at : at + 3]
+
+    def with_status(self, z: Vector, i: int, status: int, kept: Vector) -> None:
+        """Write the status of a probe, and what is kept of it, to the internal states of the contact."""
+        at = TOLD + EACH * i
+        z[at], z[at + 1 : at + 4] = status, kept
+
+    def has_mark(self, i: int) -> bool:
+        """Whether what sticks does so at one place: points do, and balls roll."""
+        probe = self.probes[i][1]
+        return probe.radius == 0.0 and probe.ring == 0.0 and not self.belt.any()
+
+    def friction_at(self, speed: float) -> float:
+        """Return the coefficient of friction at a speed of slipping, m/s."""
+        if self.friction is None:
+            return 0.0
+        mu = max(self.friction.coefficients)
+        if self.friction.stribeck_speed > 0.0:
+            fall = math.exp(-((speed / self.friction.stribeck_speed) ** 2))
+            return mu * (1.0 + (self.friction.static_ratio - 1.0) * fall)
+        return mu
+
+    @property
+    def static(self) -> float:
+        """The coefficient that it sticks by."""
+        return 0.0 if self.friction is None else max(self.friction.coefficients) * self.friction.static_ratio
+
+    def slip_direction(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> Vector:
+        """Return the direction of a slip over the two directions along the surface, (2,).
+
+        Past the end of a slip, where it would turn round, that of before: it stays smooth up to there and a little
+        beyond, where the run looks for that end.
+        """
+        before = found.axes[1:] @ (surface.A @ kept)
+        size, speed = float(np.linalg.norm(before)), float(np.linalg.norm(found.rates[1:]))
+        if size == 0.0:
+            return np.zeros(2)
+        before = before / size
+        along = float(found.rates[1:] @ before)
+        across = float(np.linalg.norm(found.rates[1:] - along * before))
+        if speed <= AT_REST or across <= STRAIGHT * speed:
+            return before
+        return np.asarray(math.copysign(1.0, along) / speed * found.rates[1:])
+
+    def left_of_slip(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> float:
+        """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s."""
+        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept))
+        return along - TURNED * float(np.linalg.norm(found.rates[1:]))
+
+    def rows(self, z: Vector, i: int, found: Meeting, surface: MarkerMotion) -> tuple[ContactRow, ...]:
+        """Return the constraints of a probe that touches: its normal, and what sticks."""
+        status, number = self.status(z)[i], self.probes[i][0]
+        ends = self.ends[0], self.ends[number]
+        label = f"probe {i + 1} of {self.name}"
+        if status == SLIPS:
+            d = self.slip_direction(found, self.kept(z, i), surface)
+            mu = self.friction_at(float(np.linalg.norm(found.rates[1:])))
+            return (ContactRow(label, *ends, found, NORMAL, -mu * (d @ found.axes[1:])),)
+        mark = self.kept(z, i) if self.has_mark(i) else None
+        off = None if mark is None else found.axes[1:] @ (surface.A @ (found.place - mark))
+        given = -found.axes[1:] @ (surface.A @ self.belt)
+        held = [
+            ContactRow(label, *ends, found, 1 + k, off=None if off is None else float(off[k]), given=float(given[k]))
+            for k in (0, 1)
+        ]
+        return ContactRow(label, *ends, found, NORMAL), *held
+
+
+@dataclass(frozen=True, eq=False)
+class ContactRow:
+    """A probe stays on a surface, or does not move along it in one direction; found at one state.
+
+    Attributes
+    ----------
+    label : str
+    a, b : Marker
+        Of the surface, and of the probe.
+    found : Meeting
+    direction : int
+        Which of its axes.
+    drag : ndarray, shape (3,), or None
+        Friction of what slips for a unit of the normal force, in N: the force that holds the row is not along it.
+    off : float or None
+        How far what sticks is from where it does, m; None: it holds speeds alone.
+    given : float
+        Rate along the row beside that of its ends, m/s: that of a belt, reversed.
+    """
+
+    label: str
+    a: Marker
+    b: Marker
+    found: Meeting
+    direction: int
+    drag: Vector | None = None
+    off: float | None = None
+    given: float = 0.0
+    unit: ClassVar[str] = METRE
+
+    @property
+    def markers(self) -> tuple[Marker, ...]:
+        """The two ends."""
+        return self.a, self.b
+
+    @property
+    def holds_place(self) -> bool:
+        """Whether it holds coordinates, and not speeds alone."""
+        return self.direction == NORMAL or self.off is not None
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the gap, or how far it is off, m."""
+        return self.found.gap if self.direction == NORMAL else float(self.off or 0.0)
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit force along the row: its Jacobian."""
+        return self._of(self.found.axes[self.direction], a, b)
+
+    def forces(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier: with the friction of what slips."""
+        e = self.found.axes[self.direction]
+        return self._of(e if self.drag is None else e + self.drag, a, b)
+
+    def _of(self, e: Vector, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        point = self.found.point
+        return -e, cross(e, point - a.p), e, cross(point - b.p, e)
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return what is left of the rate of the row's rate without du, m/s2."""
+        return float(self.found.remainder[self.direction])
+
+
+__all__ = ["EACH", "OPEN", "SLIPS", "STICKS", "TOLD", "ContactRow", "RigidContact"]

@@ -1,0 +1,374 @@
+"""What happens to rigid contacts at an event: impacts, and which of them are open, stick and slip afterwards.
+
+Impacts are Newton's or Poisson's with Coulomb's friction of the impulses, all contacts that are closed taking part at
+once. What follows is decided by the forces: the same complementarity, of accelerations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kanefe.contact.cone import Cones, solved
+from kanefe.contact.rigid import POISSON
+from kanefe.contact.rigid_contact import EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
+from kanefe.errors import SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations
+from kanefe.kane.constraints import meetings
+from kanefe.kane.impulses import answers
+from kanefe.kane.rigid_contacts import margins, paradox
+from kanefe.kane.state import State
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
+
+TOUCH, LIFT, SLIP, STICK, START = "touch", "lift", "slip", "stick", "start"
+
+NEAR = 1e-9
+"""Of the scene's length: gaps up to which a probe takes part in an impact; and of the largest of what an event looks
+at, up to which others are past it too."""
+
+STILL = 1e-10
+"""Of the speeds with which a probe is moved: what is slower does not move."""
+
+MOMENT = 1e-11
+"""Of the span: what is slower than something that falls for so long does not move either."""
+
+STOPPED = 1e-7
+"""The same where a slip was found to end; what is faster has turned by then."""
+
+PRESSED = 1e-9
+"""Of the largest force, above which a contact is held together."""
+
+CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
+"""Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
+they are taken together: what bounces is at rest."""
+
+TURNS = 30
+"""Of the iteration for the direction in which a slip begins."""
+
+Key = tuple[int, int]
+"""Number of a contact among the rigid ones, and of a probe in it."""
+
+
+@dataclass
+class Changed:
+    """What an event leads to.
+
+    Attributes
+    ----------
+    u : ndarray, shape (free,)
+        Speeds after it.
+    z : ndarray, shape (states,)
+        Internal states after it.
+    happened : list of (str, float)
+        Names of what is told, "<contact> touch" and so on, and their times, s.
+    """
+
+    u: Vector
+    z: Vector
+    happened: list[tuple[str, float]] = field(default_factory=list)
+
+
+def resolved(model: ModelData, t: float, y: Vector, kind: str, span: float) -> Changed:
+    """Return what follows an event of rigid contacts.
+
+    Parameters
+    ----------
+    model : ModelData
+    t : float
+        s.
+    y : ndarray
+        State (q, u, z) at it.
+    kind : str
+        `TOUCH`, `LIFT`, `SLIP` or `STICK`: what the run found; `START`: what touches is not known yet.
+    span : float
+        Of the run, s.
+
+    Raises
+    ------
+    SimulationError
+        If contacts have no forces that fit (Painleve's paradox).
+    """
+    return _Event(model, t, y, kind, span).changed()
+
+
+class _Event:
+    def __init__(self, model: ModelData, t: float, y: Vector, kind: str, span: float) -> None:
+        self.model, self.t, self.kind, self.span = model, t, kind, span
+        self.q, self.u, self.z = (part.copy() for part in model.parts(y))
+        state = State(model, t, self.q, self.u, self.z)
+        self.met = {(c, i): one for c, probes in enumerate(meetings(state)) for i, one in enumerate(probes)}
+        self.before = {key: self._contact(key).status(self._own(key))[key[1]] for key in self.met}
+        self.concerned = self._past(state)
+        near = NEAR * scene_length(model)
+        self.keys = [
+            key for key, one in self.met.items()
+            if self.before[key] != OPEN or one.gap <= near or (kind == TOUCH and key in self.concerned)
+        ]  # fmt: skip
+        self._surfaces = {c: state.marker(self._contact((c, 0)).ends[0]).A_NF for c in {key[0] for key in self.keys}}
+        self.happened: list[tuple[str, float]] = []
+
+    def _contact(self, key: Key) -> RigidContact:
+        return self.model.rigid_contact(key[0])
+
+    def _own(self, key: Key) -> Vector:
+        return self.z[self.model.load_states[self.model.rigid_contacts[key[0]]]]
+
+    def _past(self, state: State) -> set[Key]:
+        """Return the probes that the event is of."""
+        if self.kind == START:
+            return set()
+        found = margins(state)
+        values = {
+            TOUCH: found.gaps, LIFT: found.normals, SLIP: found.reserves, STICK: found.slips,
+        }[self.kind]  # fmt: skip
+        least = min(values.values(), default=0.0)
+        scale = {TOUCH: scene_length(self.model), STICK: float(np.abs(self.u).max(initial=0.0))}.get(
+            self.kind, max((abs(x) for x in found.normals.values()), default=0.0)
+        )
+        return {key for key, value in values.items() if value <= max(least, 0.0) + NEAR * scale}
+
+    def changed(self) -> Changed:
+        """Return what follows."""
+        if not self.keys:
+            return Changed(self.u, self.z)
+        free = self._without(self.u)
+        rows = self._rows(free)
+        n = self.model.free_count
+        J = rows[:, :n]
+        G = J @ answers(free, J.T)
+        sizes = np.repeat([np.abs(rows[3 * k : 3 * k + 3]).max(axis=0) @ np.abs(free.full[: rows.shape[1]])
+                           for k in range(len(self.keys))], 3)  # fmt: skip
+        fallen = float(np.abs(self._free_accelerations(free)).max()) * MOMENT * self.span
+        still, self.stopped = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
+        rates = np.concatenate([self.met[key].rates for key in self.keys])
+        if np.any(rates[::3] < -still[::3]) and self.kind in (TOUCH, START):
+            impulses = self._impulses(G, rates)
+            self.u = self.u + answers(free, (J.T @ impulses)[:, None])[:, 0]
+            rates = rates + G @ impulses
+            still = np.maximum(still, 1e-11 * np.abs(G) @ np.abs(impulses))
+        closed = rates[::3] <= still[::3]
+        if self.kind == LIFT:
+            closed &= [key not in self.concerned for key in self.keys]
+        self._decide(G, J, rates, still, closed)
+        self._tell()
+        return Changed(self.u, self.z, self.happened)
+
+    def _without(self, u: Vector) -> State:
+        """Return the state at some speeds with all rigid contacts open."""
+        z = self.z.copy()
+        for load in self.model.rigid_contacts:
+            where = self.model.load_states[load]
+            z[where.start + TOLD : where.stop : EACH] = OPEN
+        return State(self.model, self.t, self.q, u, z)
+
+    def _rows(self, free: State) -> Matrix:
+        """Return the Jacobian of the rates of all probes that take part, (3 k, columns)."""
+        found = []
+        for key in self.keys:
+            contact, met = self._contact(key), self.met[key]
+            a, b = free.marker(contact.ends[0]), free.marker(contact.ends[contact.probes[key[1]][0]])
+            for e in met.axes:
+                row = np.zeros(free.columns)
+                for F, sign in ((b, 1.0), (a, -1.0)):
+                    force, arm = F.A_NF.T @ e, F.A_NF.T @ (met.point - F.p_NoFo_N)
+                    row += sign * (force @ F.V + np.cross(arm, force) @ F.W)
+                found.append(row)
+        return np.array(found)
+
+    def _impulses(self, G: Matrix, rates: Vector) -> Vector:
+        """Return the impulses of an impact, (3 k,)."""
+        laws = [self._contact(key).law for key in self.keys]
+        e = np.array([law.restitution for law in laws])
+        is_poisson = np.array([law.impact == POISSON for law in laws])
+        mu = np.array([self._contact(key).static for key in self.keys])
+        none = np.full((len(self.keys), 2), np.nan)
+        b = rates.copy()
+        b[::3] += np.where(is_poisson, 0.0, e) * np.minimum(rates[::3], 0.0)
+        pressed = self._solved(Cones(G, b, mu, np.zeros(len(mu)), none))
+        least = np.where(is_poisson, e * pressed[::3], 0.0)
+        if not least.any():
+            return pressed
+        # the second part of Poisson's impact; contacts by Newton's law keep what they have come to
+        after = rates + G @ pressed
+        after[::3] += np.where(is_poisson, 0.0, e * np.minimum(rates[::3], 0.0))
+        return pressed + self._solved(Cones(G, after, mu, least, none))
+
+    def _solved(self, problem: Cones) -> Vector:
+        found = solved(problem)
+        if found is None:
+            key = self.keys[0]
+            raise SimulationError(
+                f"at t = {self.t:.6g} s the impact on {self._contact(key).title} has no impulses that were found. "
+                "Remedy: less friction, or contacts that yield, kanefe.HuntCrossley(...)"
+            )
+        return found
+
+    def _decide(self, G: Matrix, J: Matrix, rates: Vector, still: Vector, closed: np.ndarray) -> None:
+        """Write what each probe does from now on, by the accelerations; what bounces too fast to follow is at rest."""
+        while True:
+            free = self._without(self.u)
+            y, statuses, kept = self._forces(free, G, rates, still, closed)
+            resting = [
+                k for k, key in enumerate(self.keys)
+                if not closed[k] and rates[3 * k] > 0.0 and self._is_crowded(key, rates[3 * k], y[3 * k])
+            ]  # fmt: skip
+            if not resting:
+                break
+            for k in resting:
+                closed[k], e = True, self._contact(self.keys[k]).law.restitution
+                left = 2.0 * rates[3 * k] / (-y[3 * k] * (1.0 - e))
+                self.happened.append((f"{self._contact(self.keys[k]).name} rest", self.t + left))
+            held = [3 * k for k in range(len(self.keys)) if closed[k]]
+            held += [
+                3 * k + j for k in range(len(self.keys)) for j in (1, 2)
+                if closed[k] and np.all(np.abs(rates[3 * k : 3 * k + 3]) <= still[3 * k])
+                and self._contact(self.keys[k]).friction is not None
+            ]  # fmt: skip
+            stopped = -np.linalg.lstsq(G[np.ix_(held, held)], rates[held], rcond=None)[0]
+            self.u = self.u + answers(free, (J[held].T @ stopped)[:, None])[:, 0]
+            rates = rates + G[:, held] @ stopped
+            rates[held] = 0.0
+        for k, key in enumerate(self.keys):
+            contact, met = self._contact(key), self.met[key]
+            along = kept[k] @ met.axes[1:] @ self._surfaces[key[0]] if statuses[k] == SLIPS else np.zeros(3)
+            if statuses[k] == STICKS:
+                was = self.before[key] == STICKS
+                along = contact.kept(self._own(key), key[1]) if was else met.place
+            contact.with_status(self._own(key), key[1], statuses[k], along)
+
+    def _is_crowded(self, key: Key, rate: float, acceleration: float) -> bool:
+        """Tell whether a probe that has just parted comes back so soon that its impacts cannot be told apart."""
+        e = self._contact(key).law.restitution
+        if acceleration >= 0.0 or e == 1.0:
+            return False
+        flight = 2.0 * rate / -acceleration
+        return flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
+
+    def _forces(
+        self, free: State, G: Matrix, rates: Vector, still: Vector, closed: np.ndarray
+    ) -> tuple[Vector, list[int], Matrix]:
+        """Return accelerations, and what each probe does with the direction of its slip."""
+        k = len(self.keys)
+        active = [i for i in range(k) if closed[i]]
+        rows = [3 * i + j for i in active for j in range(3)]
+        b = self._free_accelerations(free)
+        slips = np.full((len(active), 2), np.nan)
+        mu = np.array([self._contact(self.keys[i]).static for i in active])
+        begins: set[int] = set()
+        for at, i in enumerate(active):
+            key, along = self.keys[i], rates[3 * i + 1 : 3 * i + 3]
+            contact, speed = self._contact(key), float(np.linalg.norm(along))
+            if contact.friction is None:
+                slips[at] = 0.0
+            elif speed > (self.stopped if self.kind == STICK and key in self.concerned else still)[3 * i]:
+                slips[at] = along / speed
+                mu[at] = contact.friction_at(speed)
+            elif self.kind == SLIP and key in self.concerned:
+                begins.add(at)
+        if begins:
+            self._begin(begins, active, slips, mu)
+        problem = Cones(G[np.ix_(rows, rows)], b[rows], mu, np.zeros(len(active)), slips)
+        for _ in range(len(active) + 1):
+            x = self._followed(problem, begins, active)
+            sticking = [at for at in range(len(active)) if np.isnan(problem.slips[at, 0])]
+            y = problem.G @ x + problem.b
+            biggest = float(np.abs(x).max(initial=0.0))
+            new = [
+                at for at in sticking
+                if x[3 * at] > PRESSED * biggest
+                and np.hypot(*x[3 * at + 1 : 3 * at + 3]) >= problem.mu[at] * x[3 * at] * (1.0 - 1e-9)
+                and np.hypot(*y[3 * at + 1 : 3 * at + 3]) > PRESSED * float(np.abs(problem.b).max())
+            ]  # fmt: skip
+            if not new:
+                break
+            for at in new:
+                along = y[3 * at + 1 : 3 * at + 3]
+                problem.slips[at] = along / np.linalg.norm(along)
+                problem.mu[at] = self._contact(self.keys[active[at]]).friction_at(0.0)
+            begins |= set(new)
+        forces = np.zeros(3 * k)
+        forces[rows] = x
+        statuses, kept = [OPEN] * k, np.zeros((k, 2))
+        biggest = float(np.abs(x).max(initial=0.0))
+        for at, i in enumerate(active):
+            if x[3 * at] <= PRESSED * biggest:
+                continue
+            is_slip = not np.isnan(problem.slips[at, 0])
+            statuses[i] = SLIPS if is_slip else STICKS
+            if is_slip:
+                kept[i] = problem.slips[at]
+        return b + G @ forces, statuses, kept
+
+    def _begin(self, begins: set[int], active: list[int], slips: Matrix, mu: Vector) -> None:
+        """Write in which direction a slip begins: against the friction that held until now."""
+        from kanefe.kane.rigid_contacts import probe_forces
+
+        before = State(self.model, self.t, self.q, self.u, self.z)
+        held = {(force.contact, force.probe): force.friction for force in probe_forces(before)}
+        for at in begins:
+            key = self.keys[active[at]]
+            against = -(self.met[key].axes[1:] @ held[key])
+            slips[at] = against / np.linalg.norm(against)
+            mu[at] = self._contact(key).friction_at(0.0)
+
+    def _followed(self, problem: Cones, begins: set[int], active: list[int]) -> Vector:
+        """Return the forces, with the directions in which slips begin those of the accelerations that they lead to."""
+        found = np.zeros(len(problem.b))
+        for _ in range(TURNS):
+            self._check_paradox(problem, active)
+            x = solved(problem)
+            if x is None:
+                raise paradox(*self._named(active[0]), self.t)
+            found = x
+            y = problem.G @ x + problem.b
+            turned = 0.0
+            for at in begins:
+                along = y[3 * at + 1 : 3 * at + 3]
+                size = float(np.linalg.norm(along))
+                if size <= 1e-6 * float(np.abs(problem.b).max()) or along @ problem.slips[at] <= 0.0:
+                    continue
+                turned = max(turned, float(np.abs(along / size - problem.slips[at]).max()))
+                problem.slips[at] = along / size
+            if turned < 1e-12:
+                break
+        return found
+
+    def _check_paradox(self, problem: Cones, active: list[int]) -> None:
+        for at, slip in enumerate(problem.slips):
+            if not np.isnan(slip[0]):
+                row = problem.G[3 * at]
+                own = float(row[3 * at] - problem.mu[at] * (row[3 * at + 1 : 3 * at + 3] @ slip))
+                if own <= 1e-9 * row[3 * at]:
+                    raise paradox(*self._named(active[at]), self.t)
+
+    def _named(self, number: int) -> tuple[RigidContact, int]:
+        key = self.keys[number]
+        return self._contact(key), key[1]
+
+    def _free_accelerations(self, free: State) -> Vector:
+        """Return the accelerations of all probes that take part if none touched, (3 k,)."""
+        rows, n = self._rows(free), self.model.free_count
+        remainders = np.concatenate([meetings(free)[c][i].remainder for c, i in self.keys])
+        return rows[:, :n] @ accelerations(free) + rows[:, n:] @ free.driven_rates + remainders
+
+    def _tell(self) -> None:
+        """Note what the event is told as, contact by contact."""
+        for c in sorted({key[0] for key in self.keys}):
+            keys = [key for key in self.keys if key[0] == c]
+            contact = self._contact(keys[0])
+            was = [self.before[key] for key in keys]
+            now = [contact.status(self._own(key))[key[1]] for key in keys]
+            if self.kind == TOUCH and any(key in self.concerned for key in keys):
+                self.happened.append((f"{contact.name} touch", self.t))
+            if max(was) != OPEN and max(now) == OPEN:
+                self.happened.append((f"{contact.name} lift", self.t))
+            if contact.friction is None:
+                continue
+            slipped, slips = SLIPS in was, SLIPS in now
+            if slips and not slipped and STICKS in was:
+                self.happened.append((f"{contact.name} slip", self.t))
+            if STICKS in now and not slips and (slipped or max(was) == OPEN):
+                self.happened.append((f"{contact.name} stick", self.t))

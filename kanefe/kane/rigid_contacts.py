@@ -1,0 +1,220 @@
+"""Rigid contacts between their events: forces of what touches, and how near they are to lifting, slipping, sticking.
+
+    M du = F + W_N l_N + W_T l_T,    W_N^T du + r_N = 0 of what touches,    W_T^T du + r_T = 0 of what sticks,
+    l_T = -mu l_N v_T / |v_T| of what slips
+
+The multipliers l are those of the rows that `kanefe.kane.constraints` has of contacts among the others.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.contact.meeting import Meeting
+from kanefe.contact.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
+from kanefe.errors import SimulationError
+from kanefe.frames import Vector
+from kanefe.kane.assemble import constrained_solver, held_accelerations, mass_matrix
+from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, marker_motion, meetings, touching_rows
+from kanefe.kane.state import State, once
+from kanefe.storage.scipy_later import scipy
+
+DEPENDENT = 1e-9
+"""Singular value of the rows of what touches, of the largest, below which forces can be shared in several ways."""
+
+
+class ProbeForce(NamedTuple):
+    """What acts on a probe that touches.
+
+    Attributes
+    ----------
+    contact, probe : int
+        Number of the contact among the rigid ones, and of the probe in it.
+    status : int
+    normal : float
+        N.
+    friction : ndarray, shape (3,)
+        On the probe, in N (the frame), N.
+    """
+
+    contact: int
+    probe: int
+    status: int
+    normal: float
+    friction: Vector
+
+
+@once
+def probe_forces(state: State) -> list[ProbeForce]:
+    """Return what acts on each probe that touches."""
+    found: list[ProbeForce] = []
+    touching = touching_rows(state)
+    if not touching:
+        return found
+    numbers = {id(state.model.rigid_contact(k)): k for k in range(len(state.model.rigid_contacts))}
+    forces = _shared(state)
+    at = len(held_rows(state)) - sum(len(rows) for _, _, rows in touching)
+    for contact, i, rows in touching:
+        own = forces[at : at + len(rows)]
+        at += len(rows)
+        if len(rows) == 1:
+            drag = rows[0].drag
+            friction = np.zeros(3) if drag is None else own[0] * drag
+            found.append(ProbeForce(numbers[id(contact)], i, SLIPS, float(own[0]), friction))
+        else:
+            friction = own[1] * rows[1].found.axes[1] + own[2] * rows[2].found.axes[2]
+            found.append(ProbeForce(numbers[id(contact)], i, STICKS, float(own[0]), friction))
+    return found
+
+
+def _shared(state: State) -> Vector:
+    """Return the multipliers; where rows depend on each other and some would pull, those of which the least is largest.
+
+    What the legs of a table carry is not determined by what is rigid: as long as there is a way in which none pulls, it
+    stands.
+    """
+    forces = held_accelerations(state)[1]
+    touching = touching_rows(state)
+    first = len(forces) - sum(len(rows) for _, _, rows in touching)
+    heads = first + np.cumsum([0, *(len(rows) for _, _, rows in touching[:-1])])
+    if len(heads) < 2 or forces[heads].min() >= 0.0:
+        return forces
+    pushed = force_rows(state)
+    P = constraint_rates(state).J if pushed is None else pushed
+    n = state.model.free_count
+    left, values, _ = np.linalg.svd(P[:, :n])
+    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
+    spare = left[:, rank:]
+    if not spare.shape[1]:
+        return forces
+    # the largest s with forces + spare c >= s at all heads
+    count = spare.shape[1]
+    scale = float(np.abs(forces).max())
+    best = scipy.optimize.linprog(
+        np.append(np.zeros(count), -1.0),
+        A_ub=np.hstack((-spare[heads], np.ones((len(heads), 1)))),
+        b_ub=forces[heads] / scale,
+        bounds=[(None, None)] * (count + 1),
+    )
+    return forces if best.x is None else forces + scale * spare @ best.x[:-1]
+
+
+@once
+def friction_powers(state: State) -> tuple[float, float]:
+    """Return the power that sliding takes, and that belts give, W."""
+    taken = given = 0.0
+    for force in probe_forces(state):
+        contact, met = _of(state, force)
+        rates = met.axes[1:].T @ met.rates[1:]
+        belt = state.marker(contact.ends[0]).A_NF @ contact.belt
+        taken -= float(force.friction @ rates)
+        given += float(force.friction @ belt)
+    return taken, given
+
+
+def contact_rates(state: State, rates: Vector) -> None:
+    """Write the rates of the paths slid and of the work of friction to those of all internal states."""
+    for force in probe_forces(state):
+        if force.status != SLIPS:
+            continue
+        contact, met = _of(state, force)
+        where = state.model.load_states[state.model.rigid_contacts[force.contact]]
+        share = contact.probes[force.probe][1].share
+        slip = met.axes[1:].T @ met.rates[1:]
+        rates[where.start] += share * float(np.linalg.norm(slip))
+        rates[where.start + 1] -= float(force.friction @ slip)
+
+
+def told(state: State, number: int) -> Vector:
+    """Return what a rigid contact tells, by its number among the rigid ones: see `Contact.columns`."""
+    contact, z = state.model.rigid_contact(number), state.load_states(state.model.rigid_contacts[number])
+    total, drag, moved, normal = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
+    met = meetings(state)[number]
+    for force in probe_forces(state):
+        if force.contact == number:
+            normal += force.normal
+            drag += force.friction
+            total += force.normal * met[force.probe].axes[0] + force.friction
+            moved += force.normal * met[force.probe].point
+    statuses = [status for status in contact.status(z) if status != OPEN]
+    status = OPEN if not statuses else SLIPS if SLIPS in statuses else STICKS
+    nearest = min(met, key=lambda one: one.gap)
+    point = moved / normal if normal > 0.0 else nearest.point
+    return np.array((*total, normal, np.linalg.norm(drag), -nearest.gap, z[0], *point, z[1], status))
+
+
+class Margins(NamedTuple):
+    """How far what touches is from its next event, of each probe that may have it; below zero it is past it.
+
+    Attributes
+    ----------
+    gaps, normals, reserves, slips : dict of (int, int) to float
+        Gap of what is open (m), normal force of what touches (N), what friction could hold beyond what it does of what
+        sticks (N), and speed in the direction of the slip of what slips (m/s); by the number of the contact among the
+        rigid ones, and of the probe in it.
+    """
+
+    gaps: dict[tuple[int, int], float]
+    normals: dict[tuple[int, int], float]
+    reserves: dict[tuple[int, int], float]
+    slips: dict[tuple[int, int], float]
+
+
+@once
+def margins(state: State) -> Margins:
+    """Return how far what touches is from its next event."""
+    found = Margins({}, {}, {}, {})
+    for number, (load, met) in enumerate(zip(state.model.rigid_contacts, meetings(state), strict=True)):
+        contact, z = state.model.rigid_contact(number), state.load_states(load)
+        for i, status in enumerate(contact.status(z)):
+            if status == OPEN:
+                found.gaps[number, i] = met[i].gap
+            elif status == SLIPS and contact.friction is not None:
+                surface = marker_motion(state.marker(contact.ends[0]))
+                found.slips[number, i] = contact.left_of_slip(met[i], contact.kept(z, i), surface)
+    for force in probe_forces(state):
+        key = force.contact, force.probe
+        found.normals[key] = force.normal
+        if force.status == STICKS:
+            contact = state.model.rigid_contact(force.contact)
+            found.reserves[key] = contact.static * force.normal - float(np.linalg.norm(force.friction))
+    return found
+
+
+def check_determined(state: State) -> None:
+    """Raise a SimulationError where a force that rises would press what slips still more: Painleve's paradox.
+
+    The normal force of a probe that slips then has no value, or several.
+    """
+    forces = force_rows(state)
+    if forces is None:
+        return
+    model, n = state.model, state.model.free_count
+    rows = constraint_rates(state)
+    loops = sum(len(c.rows) for c in model.constraints if c.holds(state.z))
+    first = loops
+    for contact, i, own in touching_rows(state):
+        if len(own) == 1 and own[0].drag is not None:
+            J, P = rows.J[first, :n], forces[first, :n]
+            others = np.r_[0:loops]
+            solver = constrained_solver(model, mass_matrix(state)[:n, :n], rows.over(slice(n), others))
+            gained = float(J @ solver.solve(P, np.zeros(loops))[0])
+            plain = float(J @ solver.solve(J, np.zeros(loops))[0])
+            if gained <= 1e-9 * plain:
+                raise paradox(contact, i, state.t)
+        first += len(own)
+
+
+def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:
+    """Return the error that Painleve's paradox deserves."""
+    return SimulationError(
+        f"at t = {t:.6g} s the force on probe {i + 1} of {contact.title}, which slips, has no value, or several: "
+        "friction presses it into the surface more than the force can hold it out (Painleve's paradox). Remedy: less "
+        "friction, or a contact that yields, kanefe.HuntCrossley(...)"
+    )
+
+
+def _of(state: State, force: ProbeForce) -> tuple[RigidContact, Meeting]:
+    return state.model.rigid_contact(force.contact), meetings(state)[force.contact][force.probe]
