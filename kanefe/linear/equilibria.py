@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import AccuracyWarning, ModelError, SimulationError
+from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import missed_statics
@@ -138,7 +138,9 @@ def balanced(
     steady: bool = True,
 ) -> Equilibrium:
     """Return what `equilibrium` does, without a word on modes: for analyses that ask for many."""
-    model, time, q, _ = model_in_state(scene, t, start, "equilibrium")
+    with warnings.catch_warnings():  # of contacts that begin deep: a rest is what they are told to start from
+        warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
+        model, time, q, _ = model_in_state(scene, t, start, "equilibrium")
     if model.constraints and start is None:
         q = project_positions(model, time, q)
     u, found = _given_speeds(model, speeds or {}, find)

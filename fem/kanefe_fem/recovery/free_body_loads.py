@@ -99,7 +99,7 @@ def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLo
             f"a result read from a file does not tell what acts on {name!r}. Remedy: inertia=False, or recover in the "
             "program that runs the scene"
         )
-    forces, moved = _inertia_forces(result, name, body, frames)
+    forces, moved = inertia_forces(result, name, body, frames)
     nodal = np.zeros((len(frames), len(body.nodes) * len(body.components)))
     kept = [COMPONENTS.index(c) for c in body.components]
     wrench = np.concatenate((forces.sum(axis=1), np.cross(moved, forces).sum(axis=1)), axis=1)
@@ -125,7 +125,7 @@ def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLo
     return FreeBodyLoads(body.inertia_points, forces, nodal)
 
 
-def _inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return gravity less mass times acceleration of the mass points, and where they are, each (T, P, 3), in G."""
     run = result.run
     if run is None or not body.is_exact:

@@ -1,12 +1,21 @@
-"""All verification cases of beams."""
+"""All verification cases of beams, the helicopter's gear among them."""
 
-from kanefe_fem.verification import beam_frequencies, beam_motion, beam_statics, rotors, slider_crank, stiffened_beams
+from kanefe_fem.verification import (
+    beam_frequencies,
+    beam_motion,
+    beam_statics,
+    rotors,
+    ship,
+    slider_crank,
+    stiffened_beams,
+)
 
 CASES = (
     *beam_frequencies.CASES,
     *beam_motion.CASES,
     *beam_statics.CASES,
     *rotors.CASES,
+    *ship.CASES,
     *slider_crank.CASES,
     *stiffened_beams.CASES,
 )

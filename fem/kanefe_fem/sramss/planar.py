@@ -1,0 +1,173 @@
+"""SRAMSS-2D: airframe, gear and deck in the ship's transverse plane, with x to port and y up.
+
+Rotations are about z here, the ship's longitudinal axis: port side up is positive.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from kanefe.contact import Coulomb, HuntCrossley
+from kanefe.contact.shapes import Plane
+from kanefe.errors import ModelError
+from kanefe.fe_model.damping import Damping
+from kanefe.joints import Motion, Planar, Revolute
+from kanefe.linear import Equilibrium, equilibrium
+from kanefe.loads import Rope
+from kanefe.system import System
+from kanefe_fem.sramss import parameters as given
+from kanefe_fem.sramss.gear import SKIDS, Saddles, gear_body
+
+STEPS_A_SECOND = 500
+"""Of the table of the deck's motion: its accelerations err by 1e-6 of the largest."""
+
+SIDES = {"starboard": -1.0, "port": 1.0}
+
+Held = Literal["smooth", "pinned", "rough"]
+
+
+class Deck(NamedTuple):
+    """How the deck rolls: ``tilt + amplitude s(t / rise) sin(2 pi t / period)``, ``s = 10x^3 - 15x^4 + 6x^5``, then 1.
+
+    Attributes
+    ----------
+    amplitude, tilt : float
+        rad.
+    period, rise, span : float
+        s; `span` is for how long the motion is known.
+    """
+
+    amplitude: float = 0.0
+    tilt: float = 0.0
+    period: float = 10.0
+    rise: float = 10.0
+    span: float = 30.0
+
+    def angle(self, t: np.ndarray) -> np.ndarray:
+        """Return the angle at times t (s), rad."""
+        x = np.clip(t / self.rise, 0.0, 1.0)
+        grown = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+        return np.asarray(self.tilt + self.amplitude * grown * np.sin(2.0 * math.pi * t / self.period))
+
+    def motion(self) -> Motion:
+        """Return the motion of the deck's joint."""
+        if self.amplitude == 0.0:
+            return Motion.steady(0.0, self.tilt)
+        times = np.linspace(0.0, self.span, round(STEPS_A_SECOND * self.span) + 1)
+        return Motion.table(times.tolist(), self.angle(times).tolist())
+
+
+LEVEL = Deck()
+
+
+def planar_scene(
+    deck: Deck = LEVEL,
+    *,
+    saddles: Saddles = "fixed",
+    skids: Held = "smooth",
+    half_track: float = 0.0,
+    mu: float = 0.3,
+    lashed: float = 0.0,
+    start: tuple[float, float, float] | None = None,
+    velocity: float = 0.0,
+    lift: float = 0.0,
+    damping: Damping = None,
+    is_planar: bool = True,
+) -> System:
+    """Return the aircraft on the deck.
+
+    Parameters
+    ----------
+    deck : Deck
+    saddles : {"fixed", "hinged"}
+        See `gear_body`.
+    skids : {"smooth", "pinned", "rough"}
+        Free to spread on the deck; on springs and dampers across it; or by Coulomb's friction.
+    half_track : float
+        Where the springs of pinned skids are slack: so far from the middle of the deck, m.
+    mu : float
+        Of rough skids.
+    lashed : float
+        Unstretched length of the lashings from the saddles to the deck, m; zero: there are none.
+    start : (float, float, float), optional
+        x and y (m) and the angle (rad) of the airframe; default: undeformed, where the skids touch.
+    velocity : float
+        Of all down at the start, m/s.
+    lift : float
+        Force up at the airframe's centre of mass, N.
+    damping : Damping
+        Of the gear: see `gear_body`.
+    is_planar : bool
+        False: the gear is of beams in space.
+    """
+    if skids not in ("smooth", "pinned", "rough"):
+        raise ModelError(f"skids are 'smooth', 'pinned' or 'rough', not {skids!r}")
+    scene = System(gravity=(0.0, -given.GRAVITY, 0.0))
+    on_deck = scene.add_frame("deck", joint=Revolute("z", motion=deck.motion()))
+    x, y, angle = (0.0, given.DECK_HEIGHT + given.CG_HEIGHT, 0.0) if start is None else start
+    airframe = scene.add_rigid_body(
+        "airframe",
+        given.AIRFRAME_MASS,
+        given.AIRFRAME_INERTIA,
+        joint=Planar(position=(x, y), angle=angle, velocity=(0.0, -velocity)),
+    )
+    body = gear_body(saddles, damping=damping, is_planar=is_planar)
+    gear = scene.add_flexible_body("gear", body, parent=airframe)
+    surface = scene.add_surface("deck", on_deck, Plane("y"), at=(0.0, given.DECK_HEIGHT, 0.0))
+    normal = HuntCrossley(given.NORMAL_STIFFNESS, given.NORMAL_DAMPING)
+    friction = Coulomb(mu, stiffness=given.TANGENTIAL_STIFFNESS, damping=given.TANGENTIAL_DAMPING)
+    for side, sign in SIDES.items():
+        node = int(np.argmin(np.linalg.norm(body.nodes[:, :2] - given.CORNERS[-1] * (sign, 1.0), axis=1)))
+        skid, name = gear.node(node), SKIDS[side]
+        scene.add_contact(name, skid, surface, normal=normal, friction=friction if skids == "rough" else None)
+        if skids == "pinned":
+            mark = on_deck.frame((sign * half_track, given.DECK_HEIGHT, 0.0))
+            along = (1.0, 0.0, 0.0)
+            scene.add_bushing(
+                f"{name} pin",
+                mark,
+                skid,
+                stiffness=tuple(given.TANGENTIAL_STIFFNESS * k for k in along),
+                damping=tuple(given.TANGENTIAL_DAMPING * k for k in along),
+            )
+        if lashed > 0.0:
+            at_saddle = (*(given.CORNERS[2] * (sign, 1.0)), 0.0)
+            ends = airframe.frame(at_saddle), on_deck.frame((sign * given.LASHING_POINT, given.DECK_HEIGHT, 0.0))
+            stiffness = given.LASHING_STIFFNESS * lashed
+            scene.add(Rope(f"{side} lashing", ends, axial_stiffness=stiffness, length=lashed))
+    if lift:
+        scene.add_force(airframe, (0.0, lift, 0.0))
+    return scene
+
+
+def level_rest(saddles: Saddles = "fixed", lashed: float = 0.0, *, is_planar: bool = True) -> tuple[Equilibrium, float]:
+    """Return the rest on the level deck with skids that are free to spread, and half the track there, m.
+
+    Nothing holds it across the deck: where it is, is told by its first coordinate.
+    """
+    rest = equilibrium(planar_scene(saddles=saddles, lashed=lashed, is_planar=is_planar))
+    return rest, float(given.CORNERS[-1, 0] + rest.nodal_displacements("gear")[-1, 0])
+
+
+def from_level(scene: System, rest: Equilibrium) -> np.ndarray:
+    """Return the state of a scene that begins at the level rest in the middle of the deck, with loose anchors."""
+    model, found = scene.freeze(), dict(zip(rest.model.state_names, rest.state, strict=True))
+    found[model.state_names[0]] = 0.0
+    named = zip(model.state_names, model.initial_state, strict=True)
+    return np.array([found.get(name, value) for name, value in named])
+
+
+def lashing_length(saddles: Saddles = "fixed") -> float:
+    """Return the unstretched length of the lashings, of which both pull by `LASHING_PRELOAD` at the level rest, m."""
+
+    def excess(length: float) -> float:
+        return float(level_rest(saddles, length)[0].load("port lashing")[2]) - given.LASHING_PRELOAD
+
+    unloaded = math.hypot(given.LASHING_POINT - given.CORNERS[2, 0], given.CG_HEIGHT + given.CORNERS[2, 1])
+    slack = given.LASHING_PRELOAD / given.LASHING_STIFFNESS
+    # the gear gives way by some millimetres, by the lashings too
+    return float(brentq(excess, unloaded - 10.0 * slack, unloaded - slack, xtol=1e-12))
