@@ -102,10 +102,45 @@ def slack_rope(reference: Reference) -> Iterator[Check]:
     yield Check.relative("largest tension [N]", result.load("lashing")[:, 2].max(), reference.values["tension"], 1e-6)
 
 
+POUND_FORCE, INCH, FEET_GRAVITY = 4.4482216152605, 0.0254, 9.80665
+"""N, m, and the gravity of the units in pounds, m/s2."""
+
+
+def landing_gear(reference: Reference) -> Iterator[Check]:
+    """F05: a drop test of landing gear with lift (14 CFR 27.725), on the spring that takes its energy."""
+    values = reference.values
+    spring = values["spring"]
+    for row in values["rows"]:
+        weight, height, way, lift = (row[name] for name in ("W", "h_in", "d_in", "L"))
+        effective = weight * (height + (1.0 - lift) * way) / (height + way)
+        yield Check.relative("effective weight [lb]", effective, row["We"], 1e-12)
+        yield Check.relative("limit load factor", row["nj"] * effective / weight + lift, row["n"], 1e-12)
+    row = values["rows"][0]
+    weight, lift = row["W"] * POUND_FORCE, row["L"]
+    scene = System(gravity=(0.0, 0.0, -FEET_GRAVITY))
+    floor = scene.add_surface("floor", scene.ground, Plane("z"))
+    speed = math.sqrt(2.0 * FEET_GRAVITY * row["h_in"] * INCH)
+    mass = scene.add_point("mass", weight / FEET_GRAVITY, joint=Prismatic("z", speed=-speed))
+    scene.add_force(mass, (0.0, 0.0, lift * weight))
+    stiffness = spring["k_lb_per_in"] * POUND_FORCE / INCH
+    scene.add_contact("gear", mass, floor, normal=KelvinVoigt(stiffness, 0.0))
+    result = run_of(scene, 0.2, 1e-11, output_step=1e-4)
+    peak = float(result.contact("gear").normal.max()) / POUND_FORCE
+    load_factor = peak / row["We"]
+    # outputs are 1e-4 s apart, and w = 13.7 rad/s: the largest is missed by (w dt)^2 / 8 of it at most
+    yield Check.relative("largest load [lb]", peak, spring["peak_load"], 1e-6)
+    yield Check.relative("load factor of the gear", load_factor, spring["nj"], 1e-6)
+    yield Check.relative("load factor", load_factor * row["We"] / row["W"] + lift, spring["n"], 1e-6)
+    given = row["W"] * (row["h_in"] + row["d_in"]) - lift * row["W"] * row["d_in"]
+    taken = peak**2 / (2.0 * spring["k_lb_per_in"])
+    yield Check.relative("energy of the drop [in lb]", taken, given, 1e-6)
+
+
 CASES = (
     Case("K06", hunt_crossley),
     Case("K07", kelvin_voigt),
     Case("K08", bouncing),
     Case("K09", hertz),
     Case("K22", slack_rope),
+    Case("F05", landing_gear),
 )
