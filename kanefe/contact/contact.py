@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.contact.contact_events import Watched
+from kanefe.contact.couples import couple_of, rested_states
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rest import Rest
@@ -33,8 +34,8 @@ class Contact(Load):
     """A contact between a surface and probes: points, balls and rings fixed in other frames.
 
     Its internal states are the path that it slid and the work of its friction (J), where it has any; lambda, where its
-    normal law has a restitution; then of each probe the stretch of its anchor's spring in the axes of the surface, and
-    1 while it sticks, where that is to be known.
+    normal law has a restitution; then of each probe the stretch of its anchor's spring in the axes of the surface, 1
+    while it sticks, where that is to be known, and twists about the normal and of rolling, where friction holds those.
 
     Attributes
     ----------
@@ -90,14 +91,15 @@ class Contact(Load):
     @property
     def each(self) -> int:
         """How many states a probe has."""
-        return 0 if self.friction is None else 3 + self.friction.has_memory
+        law = self.friction
+        return 0 if law is None else 3 + law.has_memory + law.turning_states
 
     @property
     def initial_states(self) -> Vector:
         """Unstretched; held, but for what slips or does not touch."""
         states = np.zeros(self.begins + self.each * len(self.probes))
-        if self.each == 4:
-            states[self.begins + 3 :: 4] = [float(i not in self.slides) for i in range(len(self.probes))]
+        if self.friction is not None and self.friction.has_memory:
+            states[self.begins + 3 :: self.each] = [float(i not in self.slides) for i in range(len(self.probes))]
         return states
 
     def state_scales(self, acceleration: float) -> Vector:
@@ -107,6 +109,8 @@ class Contact(Load):
             stretch = self.mass * acceleration / float(self.friction.stiffness or 1.0)
             for first in range(self.begins, len(scales), self.each):
                 scales[first : first + 3] = stretch
+            for i, (_, probe) in enumerate(self.probes):
+                scales[self._turning(i)] = [stretch / arm for arm in self.friction.arms(probe.lever)]
         return scales
 
     @property
@@ -132,7 +136,8 @@ class Contact(Load):
             depth, point = probe.radius - phi, centre - probe.radius * n
             at = self.begins + self.each * i
             if depth <= 0.0 and (self.rest is None or self.rest.softness == 0.0):
-                found.append(self._left(Touch(depth, number, point, n), surface, probe, states[at : at + 3]))
+                left = self._left(Touch(depth, number, point, n), surface, probe, states[at : at + 3])
+                found.append(self._turned(left, i, surface, end, states))
                 continue
             v = velocity_past(surface, end, point)
             rate = -float(v @ n)
@@ -146,10 +151,27 @@ class Contact(Load):
                 stretch = surface.A @ states[at : at + 3]
                 if self.rest is not None:
                     stretch = stretch + self.rest.gone(i, surface, end)
-                is_held = self.each < 4 or bool(states[at + 3] > 0.5)
+                is_held = not self.friction.has_memory or bool(states[at + 3] > 0.5)
                 touch = self._held(touch, self.friction, surface, probe, v, stretch, is_held)
-            found.append(touch)
+            found.append(self._turned(touch, i, surface, end, states))
         return found
+
+    def _turning(self, i: int) -> slice:
+        """Where the states are of what holds a probe against turning."""
+        last = self.begins + self.each * (i + 1)
+        return slice(last - (0 if self.friction is None else self.friction.turning_states), last)
+
+    def _turned(self, touch: Touch, i: int, surface: End, end: End, states: Vector) -> Touch:
+        """Return a probe with what friction does to it by couples."""
+        law, probe = self.friction, self.probes[i][1]
+        if law is None or law.turning_states == 0 or (self.rest is not None and touch.press == 0.0):
+            return touch
+        gone = np.zeros(3) if self.rest is None else self.rest.turned(i, surface, end)
+        couple = couple_of(
+            law, *self._anchor(law, probe), probe.lever, surface.A, touch.normal, end.w - surface.w, touch.press,
+            states[self._turning(i)], gone,
+        )  # fmt: skip
+        return touch._replace(couple=couple)
 
     def _distance(self, surface: End, x: Vector) -> tuple[float, Vector]:
         phi, n = self.shape.distance(surface.A.T @ (x - surface.p))
@@ -217,6 +239,11 @@ class Contact(Load):
             k, c = self._anchor(self.friction, probe)
             taken += touch.drag @ touch.along - k * (touch.stretch @ touch.stretch_rate)
             given -= touch.drag @ touch.carried
+            if touch.couple is not None:
+                wrenches[touch.end, 3:] += touch.couple.moment
+                wrenches[0, 3:] -= touch.couple.moment
+                potential += touch.couple.potential
+                taken += touch.couple.taken
             if self.rest is not None:
                 continue
             at = self.begins + self.each * i
@@ -225,6 +252,9 @@ class Contact(Load):
                 slip = touch.along - touch.stretch_rate
                 rates[0] += probe.share * float(np.linalg.norm(touch.pull - touch.drag)) / c
                 rates[1] += touch.drag @ slip
+            if touch.couple is not None:
+                rates[self._turning(i)] = touch.couple.rates
+                rates[1] += touch.couple.work
         return Action(wrenches, potential, taken, given, rates)
 
     def started(self, t: float, ends: Sequence[End]) -> Contact:
@@ -246,18 +276,25 @@ class Contact(Load):
         touches = self.touches(ends, self.initial_states)
         material = np.array([ends[touch.end].A.T @ (touch.point - ends[touch.end].p) for touch in touches])
         marks = np.array([ends[0].A.T @ (touch.point - ends[0].p) for touch in touches])
-        return replace(self, rest=Rest(material, marks, softness))
+        turns = np.array([ends[0].A.T @ ends[touch.end].A for touch in touches])
+        return replace(self, rest=Rest(material, marks, turns, softness))
 
     def rested(self, ends: Sequence[End], states: Vector) -> Vector:
         """Return the internal states at rest: anchors are stretched by what friction holds."""
         after = states.copy()
         for i, touch in enumerate(self.touches(ends, states)):
             if self.friction is not None:
-                k, _ = self._anchor(self.friction, self.probes[i][1])
+                probe = self.probes[i][1]
+                k, _ = self._anchor(self.friction, probe)
                 at = self.begins + self.each * i
                 after[at : at + 3] = ends[0].A.T @ touch.drag / k
                 if self.friction.has_memory:
                     after[at + 3] = float(touch.depth > 0.0)
+                if touch.couple is not None:
+                    moment = touch.couple.moment
+                    after[self._turning(i)] = rested_states(
+                        self.friction, k, probe.lever, ends[0].A, touch.normal, moment
+                    )
         return after
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
@@ -314,6 +351,8 @@ class Contact(Load):
                 k, c = self._anchor(self.friction, probe)
                 at = self.begins + self.each * i
                 decays[at : at + 3] = k / c, 0.5 * k
+                for place, arm in enumerate(self.friction.arms(probe.lever), self._turning(i).start):
+                    decays[place] = k / c, 0.5 * k * arm**2
         factor = self.normal.stiffness
         watched = (-1.0, -1.0, -factor, factor)[: len(self.events)]
         balls = tuple((end, probe.point, probe.radius + probe.ring) for end, probe in self.probes)
@@ -325,11 +364,12 @@ class Contact(Load):
         from kanefe.kernels.force_elements.contact import contact, contact_watch
 
         law, friction = self.normal, self.friction
-        of_friction = [0.0] * 9
+        of_friction = [0.0] * 11
         if friction is not None:
             of_friction = [
                 *friction.coefficients, friction.static_ratio, friction.stribeck_speed,
-                float(friction.stiffness or 0.0), float(friction.damping or 0.0), *friction.axis,
+                float(friction.stiffness or 0.0), float(friction.damping or 0.0), friction.torsional,
+                friction.rolling, *friction.axis,
             ]  # fmt: skip
         probes = [
             (float(end), *probe.point, probe.radius, probe.share, probe.ring, *probe.axis) for end, probe in self.probes
@@ -343,7 +383,7 @@ class Contact(Load):
         parts = [np.array(head, dtype=float), np.ravel(probes)]
         if rest is not None:
             parts[0][6] = sum(map(len, parts))
-            parts.append(np.hstack((rest.material, rest.marks)).ravel())
+            parts.append(np.hstack((rest.material, rest.marks, rest.turns.reshape(-1, 9))).ravel())
         parts[0][2] = sum(map(len, parts))
         numbers = np.concatenate((*parts, (float(self.shape.kind),), self.shape.numbers))
         return LoadKernel(contact, numbers, contact, contact_watch)

@@ -98,7 +98,7 @@ class Watched:
         pressed = [(touch, held) for touch, held in zip(touches, self._held(states), strict=True) if touch.depth > 0.0]
         if not pressed:
             return -max(touch.depth for touch in touches) * self.contact.normal.stiffness
-        if self.contact.each < 4:
+        if not self._has_memory:
             return max(touch.reserve for touch, _ in pressed)
         return min((touch.reserve for touch, is_held in pressed if not is_held), default=1.0)
 
@@ -127,6 +127,10 @@ class Watched:
 
     def _held(self, states: Vector) -> list[bool]:
         """Return of each probe whether it is held, where that is remembered; else that each may slip."""
-        if self.contact.each < 4:
+        if not self._has_memory:
             return [True] * len(self.contact.probes)
-        return [bool(flag > 0.5) for flag in states[self.contact.begins + 3 :: 4]]
+        return [bool(flag > 0.5) for flag in states[self.contact.begins + 3 :: self.contact.each]]
+
+    @property
+    def _has_memory(self) -> bool:
+        return self.contact.friction is not None and self.contact.friction.has_memory

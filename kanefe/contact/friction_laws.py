@@ -36,6 +36,12 @@ class Coulomb:
         c of all points together, N s/m; default: a tenth of what is critical for the masses of the two bodies.
     along : "x", "y", "z" or array_like, shape (3,)
         The direction of the first of two coefficients, in the axes of the surface.
+    torsional : float
+        Radius rho of the patch that each point stands for, m: friction holds against spinning about the normal up to
+        ``mu rho N`` (two thirds of the radius of a disc pressed evenly), by an anchor of stiffness ``k rho^2``.
+    rolling : float
+        Arm of rolling resistance, m: it holds against rolling up to ``rolling N``, as on a slope of
+        ``tan(angle) = rolling / radius``, by an anchor of stiffness ``k radius^2``. Of balls and rings.
 
     Raises
     ------
@@ -55,12 +61,14 @@ class Coulomb:
     stiffness: float | None = None
     damping: float | None = None
     along: object = "x"
+    torsional: float = 0.0
+    rolling: float = 0.0
 
     def __post_init__(self) -> None:
         mu = numbers(self.mu)
         if mu.shape not in ((), (2,)) or not np.all(np.isfinite(mu)) or np.any(mu < 0.0):
             raise ModelError(f"mu of Coulomb must be one number or two, finite and >= 0, not {self.mu!r}")
-        for name in ("static", "stribeck_speed", "stiffness", "damping"):
+        for name in ("static", "stribeck_speed", "stiffness", "damping", "torsional", "rolling"):
             value = getattr(self, name)
             number = numbers(0.0 if value is None else value)
             if number.shape != () or not np.isfinite(number) or number < 0.0:
@@ -81,6 +89,20 @@ class Coulomb:
         return self.static is not None and self.static > numbers(self.mu).max()
 
     @property
+    def turning_states(self) -> int:
+        """How many internal states a point has for what holds it against turning."""
+        return (self.torsional > 0.0) + 3 * (self.rolling > 0.0)
+
+    def arms(self, lever: float) -> list[float]:
+        """Return the lever by which the anchor of each of these states acts, of a point with one to roll on, m."""
+        return [self.torsional] * (self.torsional > 0.0) + [lever] * 3 * (self.rolling > 0.0)
+
+    @property
+    def sliding(self) -> float:
+        """The larger coefficient of slipping."""
+        return max(self.coefficients)
+
+    @property
     def coefficients(self) -> tuple[float, float]:
         """Of slipping, along and across."""
         mu = numbers(self.mu)
@@ -89,7 +111,7 @@ class Coulomb:
     @property
     def static_ratio(self) -> float:
         """Static over kinetic coefficient, and 1 where there is but one."""
-        largest = max(self.coefficients)
+        largest = self.sliding
         return 1.0 if self.static is None or largest == 0.0 else self.static / largest
 
     def slip_speed(self, pull: float, normal: float, damping: float) -> float:
@@ -97,7 +119,7 @@ class Coulomb:
 
         Newton's method from above, halved where it would leave; mu(s) falls from static to mu.
         """
-        least = max(self.coefficients)
+        least = self.sliding
         if self.stribeck_speed == 0.0:
             return max(0.0, (pull - least * normal) / damping)
         fall, s = (self.static_ratio - 1.0) * least * normal, pull / damping

@@ -63,6 +63,8 @@ def check_rigid(
         raise ModelError(f"{label}: friction of rigid contacts is the same in all directions. Remedy: one coefficient")
     if friction is not None and (friction.stiffness is not None or friction.damping is not None):
         raise ModelError(f"{label}: what is rigid sticks without springs. Remedy: leave out stiffness and damping")
+    if friction is not None and friction.turning_states:
+        raise ModelError(f"{label}: rigid contacts slip, but turn freely. Remedy: kanefe.HuntCrossley(...)")
 
 
 @dataclass(frozen=True, eq=False)

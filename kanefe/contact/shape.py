@@ -38,6 +38,11 @@ class Probe(NamedTuple):
     ring: float = 0.0
     axis: Vector = np.array(AXES["z"])
 
+    @property
+    def lever(self) -> float:
+        """From its centre to what it rolls on, m."""
+        return self.radius + self.ring
+
 
 class SurfaceShape(ABC):
     """The shape of a surface, in the axes of the frame that the surface was given.

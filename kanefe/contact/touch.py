@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.contact.couples import Couple
 from kanefe.frames import Vector, cross
 from kanefe.loads.base import End
 
@@ -36,6 +37,8 @@ class Touch(NamedTuple):
         Of the anchor's spring, in N.
     reserve : float
         Pull above what friction can take, N: it slips where this is above zero.
+    couple : Couple or None
+        Of friction against turning.
     """
 
     depth: float
@@ -53,6 +56,7 @@ class Touch(NamedTuple):
     stretch: Vector = np.zeros(3)
     stretch_rate: Vector = np.zeros(3)
     reserve: float = 0.0
+    couple: Couple | None = None
 
 
 def velocity_past(surface: End, end: End, point: Vector) -> Vector:

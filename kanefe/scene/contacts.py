@@ -150,6 +150,8 @@ class ContactMethods(LoadMethods):
             return
         mass = self._mass_in_series(frames[0], other.frame)
         if friction is not None:
+            if friction.rolling > 0.0 and min(probe.lever for _, probe in probes) == 0.0:
+                raise ModelError(f"{label} has points, which do not roll. Remedy: rolling=0, or balls, capsules, tori")
             friction = self._complete(friction, normal, mass, label)
         self.add(Contact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0))
 

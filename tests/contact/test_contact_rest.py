@@ -7,6 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
+from kanefe.checks.verification.turning import ball_on
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material
@@ -106,3 +107,33 @@ def test_a_flexible_arm_comes_to_rest_on_a_thin_stop_and_does_not_fall_through(r
     # moments about the hinge: the stop carries half the weight
     assert found.contact("end").normal == pytest.approx(0.5 * body.mass * 9.81, rel=1e-3)
     assert "end" in found.contact_report()
+
+
+def test_a_ball_rests_on_a_slope_by_its_rolling_resistance():
+    """Friction holds its weight, and a moment below 0.01 m times the normal force keeps it from rolling."""
+    scene = ball_on(np.arctan(0.05), kf.Coulomb(0.4, rolling=0.01))
+    held = kf.equilibrium(scene)
+    assert held.load("c")[4] == pytest.approx(9.81 * np.sin(np.arctan(0.05)), rel=1e-9)
+    result = scene.copy().simulate((0.0, 20.0), start=held, rtol=1e-6, output_step=1.0)
+    assert abs(result.position("ball") - held.position("ball")).max() < 1e-12
+
+
+def test_a_ball_that_spins_and_rolls_loses_what_its_couples_take():
+    """The energy balance knows the springs of their anchors, and what slips."""
+    friction = kf.Coulomb(0.4, torsional=0.01, rolling=0.005)
+    start = {"velocity": (1.0, 0.0, 0.0), "angular_velocity": (0.0, 10.0, 20.0)}
+    result = ball_on(0.0, friction, 1e6, **start).simulate((0.0, 4.0), rtol=1e-9)
+    assert abs(result.velocity("ball")[-1]).max() < 1e-6
+    assert abs(result.angular_velocity("ball")[-1]).max() < 1e-3  # it rings on the springs that hold it
+    lost = 0.5 * 1.0 + 0.5 * 4e-3 * (10.0**2 + 20.0**2)
+    assert result.contact("c").work[-1] == pytest.approx(lost, rel=1e-4)  # the rest rings away
+    assert abs(result.energy.balance_error).max() < 1e-7 * lost
+
+
+def test_twists_about_a_rest_are_those_of_springs():
+    """Small spins of a ball that lies hang on its patch: k rho^2 over its inertia."""
+    scene = ball_on(0.0, kf.Coulomb(0.4, torsional=0.05, rolling=0.01), 1e4)
+    frequencies = kf.equilibrium(scene).linearise().modes().frequencies
+    omega, damping = np.sqrt(1e4 * 0.05**2 / 4e-3), 0.2 * np.sqrt(1e4) * 0.05**2 / 4e-3
+    wanted = np.sqrt(omega**2 - 0.25 * damping**2) / (2 * np.pi)
+    assert np.abs(frequencies / wanted - 1.0).min() < 1e-7

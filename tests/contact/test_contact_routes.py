@@ -18,6 +18,9 @@ FRICTION = {
     "one": kf.Coulomb(0.4, stiffness=3e4, damping=20.0),
     "static": kf.Coulomb(0.3, static=0.5, stiffness=3e4, damping=20.0),
     "stribeck": kf.Coulomb(0.3, static=0.5, stribeck_speed=0.2, stiffness=3e4, damping=20.0),
+    "spinning": kf.Coulomb(0.4, torsional=0.05, stiffness=3e4, damping=20.0),
+    "rolling": kf.Coulomb(0.4, rolling=0.02, stiffness=3e4, damping=20.0),
+    "turning": kf.Coulomb(0.3, static=0.5, torsional=0.05, rolling=0.02, stiffness=3e4, damping=20.0),
     "two": kf.Coulomb((0.3, 0.5), along=(1.0, 1.0, 0.0), stiffness=3e4, damping=20.0),
 }
 
@@ -67,7 +70,7 @@ def assert_routes_agree(scene, seeds, distances, least: int = 1):
 @pytest.mark.parametrize("touched", TOUCHED.values(), ids=TOUCHED)
 def test_routes_agree_on_all_that_can_be_touched(touched):
     assert_routes_agree(
-        scene_of(touched, shapes.Sphere(0.2), friction=FRICTION["one"]), range(30), (0.0, 0.4, 0.7, 0.9, 1.0)
+        scene_of(touched, shapes.Sphere(0.2), friction=FRICTION["turning"]), range(30), (0.0, 0.4, 0.7, 0.9, 1.0)
     )
 
 
@@ -141,6 +144,10 @@ def test_what_is_refused_by_name():
         kf.Coulomb(-0.1)
     with pytest.raises(kf.ModelError, match=r"static of Coulomb, 0\.1, is below mu, 0\.2"):
         kf.Coulomb(0.2, static=0.1)
+    with pytest.raises(kf.ModelError, match="rolling of Coulomb must be one number"):
+        kf.Coulomb(0.2, rolling=-1e-3)
+    with pytest.raises(kf.ModelError, match="torsional of Coulomb must be one number"):
+        kf.Coulomb(0.2, torsional=float("nan"))
     with pytest.raises(kf.ModelError, match="stiffness of HuntCrossley"):
         kf.HuntCrossley(-1.0)
     with pytest.raises(kf.ModelError, match="restitution must be"):
@@ -161,5 +168,7 @@ def test_what_is_refused_by_name():
         scene.add_contact("c", ball, floor, normal=LAW, surface_velocity=(1, 0, 0))
     with pytest.raises(kf.ModelError, match="no one stiffness"):
         scene.add_contact("c", ball, floor, normal=kf.Hertz(1e5), friction=kf.Coulomb(0.1))
+    with pytest.raises(kf.ModelError, match="has points, which do not roll"):
+        scene.add_contact("c", body, floor, normal=LAW, friction=kf.Coulomb(0.1, rolling=1e-3))
     with pytest.raises(kf.ModelError, match="needs a surface that is touched"):
         scene.add_contact("c", ball, body, normal=LAW)

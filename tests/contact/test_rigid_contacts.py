@@ -226,6 +226,7 @@ def test_a_scene_with_rigid_contacts_is_pickled_and_frozen_twice():
         ({"normal": 3.0}, "must be a law"),
         ({"friction": kf.Coulomb((0.3, 0.4))}, "same in all directions"),
         ({"friction": kf.Coulomb(0.3, stiffness=1e5)}, "without springs"),
+        ({"friction": kf.Coulomb(0.3, rolling=0.01)}, "turn freely"),
         ({"surface_velocity": (1, 0, 0)}, "no friction"),
     ],
 )

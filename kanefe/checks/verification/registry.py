@@ -18,6 +18,7 @@ from kanefe.checks.verification import (
     rotations,
     rotors,
     simeon,
+    turning,
 )
 from kanefe.checks.verification.case import Case
 from kanefe.checks.verification.references import load_references
@@ -33,6 +34,7 @@ OWN = (
     *simeon.CASES,
     *rotors.CASES,
     *contact.CASES,
+    *turning.CASES,
     *impacts.CASES,
     *rigid_contact.CASES,
 )

@@ -10,6 +10,7 @@ from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.contact_shapes import PLANE, distance, norm
+from kanefe.kernels.force_elements.contact_turning import braked, put_rolling, spins, turned_since
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     GIVEN,
@@ -30,14 +31,16 @@ from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, ro
 (
     PROBES, ENDS, SHAPE, HAS_FRICTION, HAS_MEMORY, HAS_RESTITUTION, RESTS_AT, SOFTNESS,
     LAW, STIFFNESS, EXPONENT, DAMPING,
-    MU_ALONG, MU_ACROSS, STATIC_RATIO, STRIBECK_SPEED, ANCHOR_STIFFNESS, ANCHOR_DAMPING,
+    MU_ALONG, MU_ACROSS, STATIC_RATIO, STRIBECK_SPEED, ANCHOR_STIFFNESS, ANCHOR_DAMPING, TORSIONAL, ROLLING,
     ALONG,
-) = range(19)  # fmt: skip
+) = range(21)  # fmt: skip
 BELT = ALONG + 3
 PROBE = BELT + 3
 # Numbers of a probe
 END, POINT, RADIUS, SHARE, RING, AXIS = 0, 1, 4, 5, 6, 7
 PROBE_NUMBERS = 10
+# Numbers of a probe at rest: where it was in contact, of both sides, and how it was turned
+REST_NUMBERS, TURNED = 15, 6
 
 # Internal states: slip, work of friction, lambda of a restitution; then of each probe its anchor and whether it sticks
 SLIP, WORK, IMPACT = range(3)
@@ -61,6 +64,8 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
                 out[rates + place + j] = -k_all / c_all * stretch
                 out[POTENTIAL] += 0.5 * share * k_all * stretch * stretch
                 out[TAKEN] += share * k_all * k_all / c_all * stretch * stretch
+            if has_friction and numbers[RESTS_AT] == 0.0:
+                turned(numbers, i, A_s, normal, ends, 0.0 * depth, states, out)
             continue
         end = END_NUMBERS * int(numbers[probe + END])
         arm, arm_s = minus(point, three(ends, end + P)), minus(point, three(ends, P))
@@ -74,7 +79,7 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
             k, c = share * k_all, share * c_all
             w = rotated(A_s, three(states, place))
             if numbers[RESTS_AT] > 0.0:
-                w = plus(w, gone_since(numbers, int(numbers[RESTS_AT]) + 6 * i, ends, end))
+                w = plus(w, gone_since(numbers, int(numbers[RESTS_AT]) + REST_NUMBERS * i, ends, end))
             along, carried, pull = pulled(numbers, A_s, normal, v, rate, w, k, c)
             is_held = numbers[HAS_MEMORY] == 0.0 or states[place + 3].real > 0.5
             share_left = kept(numbers, pull, normal, A_s, press, c, is_held)
@@ -91,6 +96,9 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
                 out[rates + place + j] = in_surface[j]
             force = minus(force, drag)
         moment, moment_s = cross(arm, force), cross(arm_s, force)
+        if has_friction and (numbers[TORSIONAL] > 0.0 or numbers[ROLLING] > 0.0):
+            couple = turned(numbers, i, A_s, normal, ends, press, states, out)
+            moment, moment_s = minus(moment, couple), minus(moment_s, couple)
         row = WRENCHES + WRENCH * int(numbers[probe + END])
         for j in range(3):
             out[row + j] += force[j]
@@ -146,7 +154,59 @@ def place_of(numbers: Any, i: int) -> int:
     if numbers[HAS_FRICTION] == 0.0:
         return 0
     own = 3 if numbers[HAS_RESTITUTION] > 0.0 else 2
-    return own + (4 if numbers[HAS_MEMORY] > 0.0 else 3) * i
+    return own + states_of(numbers) * i
+
+
+@inlined
+def states_of(numbers: Any) -> int:
+    """Return how many internal states a probe has."""
+    count = 4 if numbers[HAS_MEMORY] > 0.0 else 3
+    if numbers[TORSIONAL] > 0.0:
+        count += 1
+    if numbers[ROLLING] > 0.0:
+        count += 3
+    return count
+
+
+@kernel
+def turned(
+    numbers: Any, i: int, A_s: Numbers, normal: Numbers, ends: Any, press: Any, states: Any, out: Any
+) -> Numbers:
+    """Return the moment against turning of a probe; write the rates of its states and what else it adds."""
+    probe, end = PROBE + PROBE_NUMBERS * i, int(numbers[PROBE + PROBE_NUMBERS * i + END])
+    k = numbers[probe + SHARE] * numbers[ANCHOR_STIFFNESS]
+    c = numbers[probe + SHARE] * numbers[ANCHOR_DAMPING]
+    place, rates = place_of(numbers, i), WRENCHES + WRENCH * int(numbers[ENDS])
+    moves = numbers[RESTS_AT] == 0.0
+    zero = 0.0 * press
+    moment, gone = (zero, zero, zero), (zero, zero, zero)
+    if not moves:
+        gone = turned_since(numbers, int(numbers[RESTS_AT]) + REST_NUMBERS * i + TURNED, ends, end)
+    about, over = spins(ends, end, normal)
+    along = dot(gone, normal)
+    # the states end with those of turning; what is told of slipping is not where they do not move
+    last, work = place + states_of(numbers), rates + WORK
+    arm = numbers[TORSIONAL]
+    if arm > 0.0:
+        at = last - (4 if numbers[ROLLING] > 0.0 else 1)
+        twist = times(states[at] + along, normal)
+        most = max(numbers[MU_ALONG], numbers[MU_ACROSS]) * arm * press
+        drag, given = braked(twist, twist, about, k * arm * arm, c * arm * arm, most, out, work)
+        moment = plus(moment, drag)
+        if moves:
+            out[rates + at] = dot(given, normal)
+    if numbers[ROLLING] > 0.0:
+        arm = numbers[probe + RADIUS] + numbers[probe + RING]
+        twist = plus(rotated(A_s, three(states, last - 3)), minus(gone, times(along, normal)))
+        flat = minus(twist, times(dot(twist, normal), normal))
+        most = numbers[ROLLING] * press
+        drag, given = braked(twist, flat, over, k * arm * arm, c * arm * arm, most, out, work)
+        moment = plus(moment, drag)
+        if moves:
+            put_rolling(A_s, given, out, rates + last - 3)
+    if not moves:
+        out[work] = zero
+    return moment
 
 
 @inlined
