@@ -2,6 +2,7 @@
 
 from kanefe_fem.verification import (
     beam_frequencies,
+    beam_impacts,
     beam_motion,
     beam_statics,
     rotors,
@@ -12,6 +13,7 @@ from kanefe_fem.verification import (
 
 CASES = (
     *beam_frequencies.CASES,
+    *beam_impacts.CASES,
     *beam_motion.CASES,
     *beam_statics.CASES,
     *rotors.CASES,
