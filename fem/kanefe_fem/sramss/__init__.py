@@ -9,3 +9,7 @@ from kanefe_fem.sramss.planar import from_level as from_level
 from kanefe_fem.sramss.planar import lashing_length as lashing_length
 from kanefe_fem.sramss.planar import level_rest as level_rest
 from kanefe_fem.sramss.planar import planar_scene as planar_scene
+from kanefe_fem.sramss.planar import state_at as state_at
+from kanefe_fem.sramss.spatial import lashing_lengths as lashing_lengths
+from kanefe_fem.sramss.spatial import spatial_gear as spatial_gear
+from kanefe_fem.sramss.spatial import spatial_scene as spatial_scene
