@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
     from kanefe.contact import *  # noqa: F403
     from kanefe.contact import shapes as shapes
+    from kanefe.environment import *  # noqa: F403
     from kanefe.equations.model import Model as Model
     from kanefe.errors import AccuracyWarning as AccuracyWarning
     from kanefe.errors import FileError as FileError

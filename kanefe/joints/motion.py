@@ -189,7 +189,7 @@ class Motion:
             first, last = self.span
             raise ModelError(
                 f"the motion of body {body!r} is given from {first:.6g} to {last:.6g} s and was asked for at "
-                f"t = {t:.6g} s. Remedy: a longer table, or a shorter run"
+                f"t = {t:.6g} s. Remedy: a longer table (duration=... of Ship.at), or a shorter run"
             )
         value = float(getattr(self, name)(t))
         if not math.isfinite(value):

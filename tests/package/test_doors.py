@@ -35,6 +35,11 @@ DOORS = {
     "pyyeti": {"kanefe/imports/_pyyeti.py"},
     "mapdl_archive": {"kanefe/imports/_mapdl.py"},
     "control": {"kanefe/linear/_control.py"},
+    "xarray": {"kanefe/environment/_xarray.py"},
+    "h5netcdf": {"kanefe/environment/_xarray.py"},
+    "wavespectra": {"kanefe/environment/_wavespectra.py"},
+    "netCDF4": set(),
+    "capytaine": set(),
     "sksundae": {"kanefe/integrate/methods/_sundials.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])

@@ -19,6 +19,7 @@ from kanefe.checks.verification import (
     rotors,
     simeon,
     turning,
+    waves,
 )
 from kanefe.checks.verification.case import Case
 from kanefe.checks.verification.references import load_references
@@ -37,6 +38,7 @@ OWN = (
     *turning.CASES,
     *impacts.CASES,
     *rigid_contact.CASES,
+    *waves.CASES,
 )
 
 

@@ -1,0 +1,8 @@
+"""What surrounds a scene: seas, and the ships that move in them."""
+
+from kanefe.environment.rao import MotionRao as MotionRao
+from kanefe.environment.rao_convention import RaoConvention as RaoConvention
+from kanefe.environment.rao_files import read_rao as read_rao
+from kanefe.environment.roll_damping import RollDamping as RollDamping
+from kanefe.environment.sea import Sea as Sea
+from kanefe.environment.ship import Ship as Ship

@@ -1,0 +1,49 @@
+"""The door to wavespectra: spectra over directions from files of wave models and buoys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import FileError, MissingDependency, ModelError
+from kanefe.frames import Matrix, Vector
+
+READERS = {".nc": "read_netcdf", ".spc": "read_swan", ".spec": "read_swan", ".swn": "read_swan"}
+"""Of wavespectra, by suffix."""
+
+
+def frequencies_densities_directions(spectrum: Any) -> tuple[Vector, Matrix, Vector]:
+    """Return rad/s, m2 s/(rad degree) and compass directions of a data set of wavespectra, or of a file it reads."""
+    if isinstance(spectrum, (str, Path)):
+        spectrum = _read(Path(spectrum))
+    table = getattr(spectrum, "efth", spectrum)
+    dims = tuple(getattr(table, "dims", ()))
+    more = {d: table.sizes[d] for d in dims if d not in ("freq", "dir") and table.sizes[d] > 1}
+    if not {"freq", "dir"} <= set(dims) or more:
+        raise ModelError(
+            f"a spectrum of wavespectra has efth over freq and dir, of one place and time; this one has {dims}. "
+            f"Remedy: choose {', '.join(more) or 'another'}, such as spectrum.isel(time=0)"
+        )
+    table = table.squeeze().transpose("freq", "dir")
+    hertz = np.asarray(table["freq"], dtype=float)
+    density = np.asarray(table, dtype=float) / (2.0 * np.pi)
+    return 2.0 * np.pi * hertz, density, np.asarray(table["dir"], dtype=float)
+
+
+def _read(path: Path) -> Any:
+    if not path.is_file():
+        raise FileError(f"there is no file {path} for the spectrum of waves. Remedy: check the path")
+    if path.suffix not in READERS:
+        raise FileError(
+            f"{path}: files of spectra end in {', '.join(READERS)}. Remedy: pass the data set that wavespectra reads"
+        )
+    try:
+        import wavespectra
+    except ImportError as problem:
+        raise MissingDependency("wavespectra", "Sea.from_wavespectra of a file", "pip install wavespectra") from problem
+    try:
+        return getattr(wavespectra, READERS[path.suffix])(str(path))
+    except (OSError, ValueError, KeyError, AttributeError, RuntimeError) as error:
+        raise FileError(f"cannot read the spectrum of waves from {path}: {error}") from error

@@ -1,0 +1,32 @@
+"""The door to xarray: data sets of netCDF files, read by h5netcdf on the same HDF5 as everything else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from kanefe.errors import FileError, MissingDependency
+
+
+def open_dataset(path: Path) -> Any:
+    """Return a data set of a netCDF-4 file, all of it in memory.
+
+    Raises
+    ------
+    FileError
+        If the file is not there, or no netCDF-4.
+    MissingDependency
+        If xarray or h5netcdf is not installed.
+    """
+    if not path.is_file():
+        raise FileError(f"there is no file {path} of motions in waves. Remedy: check the path")
+    try:
+        import h5netcdf  # noqa: F401
+        import xarray
+    except ImportError as problem:
+        raise MissingDependency("xarray with h5netcdf", "reading netCDF", "pip install 'kanefe[sea]'") from problem
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as found:
+            return found.load()
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        raise FileError(f"{path} is truncated or is no netCDF-4 file ({error}). Remedy: export it again") from error

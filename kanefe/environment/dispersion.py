@@ -1,0 +1,65 @@
+"""Lengths of waves by their frequency, and the frequency at which a ship meets them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kanefe.environment.spectra import GRAVITY
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+
+ITERATIONS = 12
+"""Of Newton's method, which takes four from where it starts."""
+
+
+def wave_number(omega: Vector, depth: float = math.inf, gravity: float = GRAVITY) -> Vector:
+    """Return k of linear waves, rad/m, by ``omega^2 = g k tanh(k depth)``.
+
+    Parameters
+    ----------
+    omega : ndarray
+        Wave frequencies, rad/s.
+    depth : float
+        Of the water, m.
+    gravity : float
+        m/s2.
+
+    Raises
+    ------
+    ModelError
+        If the depth is not above zero.
+    """
+    omega = np.asarray(omega, dtype=float)
+    if not depth > 0.0:
+        raise ModelError(f"the depth of the water must be above zero, not {depth!r}. Remedy: m, or leave it out")
+    deep = omega**2 / gravity
+    if math.isinf(depth):
+        return deep
+    x = deep * depth
+    # x / sqrt(tanh(x)) (Eckart 1952) is within 5 %; its limit is sqrt(x)
+    y = np.where(x > 0.0, x / np.sqrt(np.tanh(np.maximum(x, 1e-300))), 0.0)
+    for _ in range(ITERATIONS):
+        tanh = np.tanh(y)
+        slope = tanh + y * (1.0 - tanh**2)
+        y = y - np.where(slope > 0.0, (y * tanh - x) / np.where(slope > 0.0, slope, 1.0), 0.0)
+    return np.asarray(y / depth)
+
+
+def encounter_frequency(omega: Vector, number: Vector, heading_deg: Vector | float, speed: float) -> Vector:
+    """Return the frequency at which a ship meets waves, ``omega + k U cos(heading)``, rad/s, with its sign.
+
+    Below zero in following seas, where the ship overtakes the waves: three waves then share one frequency of the other
+    sign or none, so that sums are kept in wave frequency.
+
+    Parameters
+    ----------
+    omega, number : ndarray, shape (n,)
+        rad/s, rad/m.
+    heading_deg : ndarray, shape (n,), or float
+        0: head seas; 180: following.
+    speed : float
+        Of the ship, m/s.
+    """
+    return np.asarray(omega + number * speed * np.cos(np.radians(heading_deg)))

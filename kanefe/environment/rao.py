@@ -1,0 +1,208 @@
+"""Motions of a ship in waves of unit height, by frequency, heading and speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from kanefe.environment.dispersion import wave_number
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+
+NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+MIRRORED = np.array((1.0, -1.0, 1.0, -1.0, 1.0, -1.0))
+"""Signs of the motions of a ship that is its own mirror image, in waves from the other side."""
+
+ROUND_OFF = 1e-4
+"""By which a speed, as a share of the highest, and a frequency, as a share of itself, may lie beyond what is known:
+files are rounded so."""
+
+SAME_HEADING = 1e-6
+"""Degrees."""
+
+HEADING_DIGITS = 6
+
+ASYMMETRY = 1e-2
+"""Of the largest transverse motion, what one of a symmetric ship in head or following seas may be: what is noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionRao:
+    """Response amplitude operators: complex motions ``Re{H a exp(i(we t + phase))}`` in a wave ``a cos(we t + phase)``.
+
+    In ship axes, x forward, y to port, z up, of a reference point that moves on with the ship's speed, at whose mean
+    place the wave is told. `kanefe.read_rao` makes it of files and checks it.
+
+    Parameters
+    ----------
+    frequencies : ndarray, shape (f,)
+        Wave frequencies, increasing, rad/s.
+    headings_deg : ndarray, shape (h,)
+        Increasing; 0: head seas, 90: from port.
+    speeds : ndarray, shape (s,)
+        Increasing, m/s.
+    values : ndarray, shape (s, h, f, 6)
+        Surge, sway and heave (m/m), roll, pitch and yaw (rad/m) about the axes of the ship.
+    name : str
+        Of the file or ship, for messages.
+    reference : str
+        Where the reference point is.
+    depth : float
+        Of the water that it was found for, m.
+    symmetric : bool, optional
+        Whether the ship is its own mirror image. None: as its head and following seas tell.
+
+    Raises
+    ------
+    ModelError
+        If shapes differ, an axis does not increase, or a number is not finite.
+    """
+
+    frequencies: Vector
+    headings_deg: Vector
+    speeds: Vector
+    values: np.ndarray
+    name: str = "RAO"
+    reference: str = "not said"
+    depth: float = math.inf
+    symmetric: bool | None = None
+
+    def __post_init__(self) -> None:
+        axes = {"frequencies": self.frequencies, "headings": self.headings_deg, "speeds": self.speeds}
+        for what, axis in axes.items():
+            axis = np.asarray(axis, dtype=float)
+            if axis.ndim != 1 or not len(axis) or not np.all(np.isfinite(axis)) or np.any(np.diff(axis) <= 0.0):
+                raise ModelError(f"{self.name}: the {what} of an RAO must be finite numbers that increase")
+        if self.frequencies[0] <= 0.0 or len(self.frequencies) < 2:
+            raise ModelError(f"{self.name}: an RAO needs two frequencies above zero at least, rad/s")
+        if self.speeds[0] < 0.0 or self.headings_deg[0] < 0.0 or self.headings_deg[-1] > 360.0:
+            raise ModelError(f"{self.name}: speeds of an RAO are zero or above, headings 0 to 360 degrees")
+        wanted = (len(self.speeds), len(self.headings_deg), len(self.frequencies), 6)
+        if self.values.shape != wanted:
+            raise ModelError(f"{self.name}: the values of an RAO must be of shape {wanted}, not {self.values.shape}")
+        if not np.all(np.isfinite(self.values)):
+            at = np.argwhere(~np.isfinite(self.values))[0]
+            raise ModelError(
+                f"{self.name}: {NAMES[at[3]]} at {self.frequencies[at[2]]:.4g} rad/s and heading "
+                f"{self.headings_deg[at[1]]:g} is no finite number. Remedy: export it again"
+            )
+
+    @cached_property
+    def is_symmetric(self) -> bool:
+        """Whether what comes from starboard does as what comes from port, mirrored."""
+        if self.symmetric is not None:
+            return self.symmetric
+        ahead = [i for i, heading in enumerate(self.headings_deg) if heading in (0.0, 180.0, 360.0)]
+        if not ahead:
+            return False
+        transverse = abs(self.values[..., 1::2])
+        largest = transverse.max(axis=(0, 1, 2))
+        return bool(np.all(transverse[:, ahead].max(axis=(0, 1, 2)) <= ASYMMETRY * largest))
+
+    @cached_property
+    def _circle(self) -> tuple[Vector, np.ndarray]:
+        """Headings and values round the whole circle and to the first again; of a symmetric ship with mirrored ones."""
+        headings, values = self.headings_deg, self.values
+        if self.is_symmetric:
+            headings = np.concatenate((headings, 360.0 - headings))
+            values = np.concatenate((values, values * MIRRORED), axis=1)
+        headings, first = np.unique(np.round(headings % 360.0, HEADING_DIGITS) % 360.0, return_index=True)
+        values = values[:, first]
+        return np.append(headings, headings[0] + 360.0), np.append(values, values[:, :1], axis=1)
+
+    @cached_property
+    def _heading_step(self) -> float:
+        """Largest step between the headings of the file, degrees; the range that it leaves out is none."""
+        headings = np.unique(self.headings_deg % 360.0)
+        steps = np.diff(headings, append=headings[0] + 360.0)
+        return float(np.sort(steps)[-2]) if len(steps) > 1 else 0.0
+
+    def at(self, omega: Vector, heading_deg: Vector | float, speed: float) -> np.ndarray:
+        """Return the responses at wave frequencies and headings, shape (n, 6).
+
+        Real and imaginary parts are straight between the points: those of amplitude and phase would turn a motion that
+        goes through zero by half a turn.
+
+        Parameters
+        ----------
+        omega : ndarray, shape (n,)
+            rad/s.
+        heading_deg : ndarray, shape (n,), or float
+            Any; whole turns are taken off.
+        speed : float
+            m/s.
+
+        Raises
+        ------
+        ModelError
+            If one lies outside of what is known: nothing is extrapolated.
+        """
+        headings, values = self._circle
+        values = self._at_speed(values, speed)
+        i, x = _between(self.frequencies, np.asarray(omega, dtype=float), "wave frequency", "rad/s", self.name)
+        j, y = self._place_of(headings, np.broadcast_to(np.asarray(heading_deg, dtype=float), np.shape(i)))
+        x, y = x[:, None], y[:, None]
+        near, far = ((1.0 - x) * values[k, i] + x * values[k, i + 1] for k in (j, j + 1))
+        return np.asarray((1.0 - y) * near + y * far)
+
+    def with_wave_at(self, x: float, y: float) -> MotionRao:
+        """Return the same where the wave had been told at a point (m, ship axes, from the reference point)."""
+        beta = np.radians(self.headings_deg)
+        way = -(np.cos(beta) * x + np.sin(beta) * y)
+        late = np.exp(-1j * np.multiply.outer(way, wave_number(self.frequencies, self.depth)))
+        return replace(self, values=self.values * late[None, :, :, None])
+
+    def _at_speed(self, values: np.ndarray, speed: float) -> np.ndarray:
+        if len(self.speeds) == 1:
+            if abs(speed - self.speeds[0]) > ROUND_OFF * max(1.0, self.speeds[0]):
+                raise ModelError(
+                    f"{self.name} is of {self.speeds[0]:g} m/s alone, not of {speed:g} m/s. Remedy: an RAO of that "
+                    "speed: speeds are interpolated, never extrapolated"
+                )
+            return np.asarray(values[0])
+        (i,), (x,) = _between(self.speeds, np.array([speed]), "speed", "m/s", self.name)
+        return np.asarray((1.0 - x) * values[i] + x * values[i + 1])
+
+    def _place_of(self, headings: Vector, asked: Vector) -> tuple[np.ndarray, Vector]:
+        """Return the headings next below those asked for, and how far each is on the way to the following one."""
+        found = (asked - headings[0]) % 360.0 + headings[0]
+        j = np.clip(np.searchsorted(headings, found + SAME_HEADING, side="right") - 1, 0, len(headings) - 2)
+        beyond, width = found - headings[j], headings[j + 1] - headings[j]
+        # where a file leaves out some headings, its mirror image does not fill the gap
+        unknown = (
+            (SAME_HEADING < beyond) & (beyond < width - SAME_HEADING) & (width > self._heading_step + SAME_HEADING)
+        )
+        if np.any(unknown):
+            first, last = self.headings_deg[0], self.headings_deg[-1]
+            why = "" if self.is_symmetric else (
+                ": the ship is not its own mirror image, or its head and following seas, which tell that, are missing"
+            )  # fmt: skip
+            raise ModelError(
+                f"{self.name} has headings of {first:g} to {last:g} degrees and was asked for "
+                f"{asked[unknown][0] % 360.0:.4g}{why}. Remedy: an RAO of these headings (spreading seas need 90 "
+                "degrees to either side), or symmetric=True if the ship is"
+            )
+        return j, np.where(beyond > SAME_HEADING, beyond / width, 0.0)
+
+
+def at_point(responses: np.ndarray, point: Vector) -> np.ndarray:
+    """Return responses (n, 6) of another point of a ship, m from the one they are of: ``s + theta x point``."""
+    found = responses.copy()
+    found[:, :3] += np.cross(responses[:, 3:], point)
+    return found
+
+
+def _between(axis: Vector, at: Vector, what: str, unit: str, name: str) -> tuple[np.ndarray, Vector]:
+    """Return the intervals in which some numbers lie, and how far in them; a ModelError if they are beyond the axis."""
+    allowed = ROUND_OFF * (axis[-1] if axis[0] == 0.0 else abs(at))
+    beyond = (at < axis[0] - allowed) | (at > axis[-1] + allowed)
+    if np.any(beyond):
+        raise ModelError(
+            f"{name} is known for {what} {axis[0]:.6g} to {axis[-1]:.6g} {unit} and was asked for "
+            f"{at[beyond][0]:.6g} {unit}. Remedy: nothing is extrapolated; stay inside, or an RAO that goes further"
+        )
+    i = np.clip(np.searchsorted(axis, at, side="right") - 1, 0, len(axis) - 2)
+    return i, np.clip((at - axis[i]) / (axis[i + 1] - axis[i]), 0.0, 1.0)

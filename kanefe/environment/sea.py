@@ -1,0 +1,293 @@
+"""A sea: a spectrum of waves with directions, and the waves of one of its realisations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.environment.directional import DirectionalTable, of_compass
+from kanefe.environment.dispersion import wave_number
+from kanefe.environment.spectra import GRAVITY, Bretschneider, Jonswap, Spectrum, Tabulated
+from kanefe.environment.spreading import Spreading
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+
+STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4), 7: (7.5, 15.0)}
+"""Hs in m and Tp in s of sea states of the open North Atlantic, after Bales, Lee & Voelker (1981)."""
+
+STRATA = 16
+"""Waves that follow each other in frequency, among which the directions are spread evenly."""
+
+RANDOM_COUNT = 200
+"""Waves of random frequencies where their number is not said."""
+
+MOST_WAVES = 100_000
+
+
+class Waves(NamedTuple):
+    """The waves of a realisation, by increasing frequency.
+
+    Attributes
+    ----------
+    frequency, number : ndarray, shape (n,)
+        rad/s and rad/m.
+    amplitude, phase : ndarray, shape (n,)
+        m and rad: ``a cos(omega t - k s + phase)``, s the way along the wave's direction.
+    direction_deg : ndarray, shape (n,)
+        From the main direction to that of the wave, against the clock as seen from above: what the heading of a ship to
+        it is larger by.
+    """
+
+    frequency: Vector
+    number: Vector
+    amplitude: Vector
+    phase: Vector
+    direction_deg: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Sea:
+    """A stationary sea of linear waves, and one realisation of it.
+
+    Made by `bretschneider`, `jonswap`, `pierson_moskowitz`, `state` or `measured`. The surface is a sum of cosines with
+    random phases, each wave with a frequency and a direction of its own (no two waves of one frequency stand still
+    against each other; Jefferys 1987). The random numbers are those of numpy's ``SeedSequence((study, sea_state,
+    seed))``: the same on every machine, and of the sea alone, so that ships of all headings and speeds meet the same.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    spreading : Spreading or DirectionalTable
+    seed, sea_state, study : int
+        Which realisation; zero or above. Runs of a study differ in `seed`, its sea states in `sea_state`.
+    duration : float
+        Without repetition, s: equal steps of frequency are ``2 pi / duration`` at most.
+    frequency_range : (float, float), optional
+        Lowest and highest wave frequency, rad/s. None: 0.3 to 3.1 times that of the peak; of a table, all of it.
+    frequencies : "equal" or "random"
+        In equal steps, or each anywhere in its step, which never repeats and does with fewer waves.
+    count : int, optional
+        Of waves. None: as many as the duration needs; 200 of random frequencies.
+    amplitudes : "spectral" or "rayleigh"
+        ``sqrt(2 S dw)``, or random ones of that mean square: the variance of a record then varies as that of a
+        piece of an endless sea does.
+    depth : float
+        Of the water, m.
+    gravity : float
+        m/s2.
+
+    Raises
+    ------
+    ModelError
+        If a number makes no sense, or waves in equal steps would repeat within the duration.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> sea = kf.Sea.bretschneider(Hs=3.25, Tp=9.7, spreading=2, seed=7)
+    >>> print(sea)
+    Bretschneider, Hs 3.25 m, Tp 9.7 s, spread by cos^2; 347 waves of 0.1943 to 2.008 rad/s keep 98.7 % of m0 and \
+86.8 % of m2
+    """
+
+    spectrum: Spectrum
+    spreading: Spreading | DirectionalTable = field(default_factory=Spreading)
+    seed: int = 0
+    sea_state: int = 0
+    study: int = 0
+    duration: float = 1200.0
+    frequency_range: tuple[float, float] | None = None
+    frequencies: str = "equal"
+    count: int | None = None
+    amplitudes: str = "spectral"
+    depth: float = math.inf
+    gravity: float = GRAVITY
+
+    def __post_init__(self) -> None:
+        for name in ("seed", "sea_state", "study"):
+            value = getattr(self, name)
+            if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 0:
+                raise ModelError(f"{name} of a sea must be an integer, zero or above, not {value!r}")
+        for name in ("duration", "gravity"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ModelError(f"{name} of a sea must be a finite number above zero, not {value!r}")
+        if not self.depth > 0.0:
+            raise ModelError(
+                f"the depth of the water must be above zero, not {self.depth!r}. Remedy: m, or leave it out"
+            )
+        for name, known in (("frequencies", ("equal", "random")), ("amplitudes", ("spectral", "rayleigh"))):
+            if getattr(self, name) not in known:
+                raise ModelError(f"{name} of a sea are one of {', '.join(known)}, not {getattr(self, name)!r}")
+        low, high = self.range
+        if not (0.0 < low < high and math.isfinite(high)):
+            raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")
+        if not self.spectrum.moment(0, low, high) > 0.0:
+            raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
+        needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
+        if self.count is not None and not 1 <= self.count <= MOST_WAVES:
+            raise ModelError(f"a sea has 1 to {MOST_WAVES} waves, not {self.count!r}")
+        if self.frequencies == "equal" and self.count is not None and self.count < needed:
+            again = 2.0 * math.pi * self.count / (high - low)
+            raise ModelError(
+                f"{self.count} waves in equal steps of frequency repeat after {again:.4g} s, within the duration of "
+                f'{self.duration:.6g} s. Remedy: {needed} waves, a shorter duration, or frequencies="random"'
+            )
+        if self.frequencies == "equal" and needed > MOST_WAVES:
+            raise ModelError(
+                f"a duration of {self.duration:.6g} s needs {needed} waves in equal steps of frequency. Remedy: a "
+                'shorter one, or frequencies="random"'
+            )
+
+    @classmethod
+    def bretschneider(
+        cls, Hs: float, Tp: float, *, spreading: float | None = None, spreading_deg: float | None = None, **options: Any
+    ) -> Sea:
+        """Return a sea of Bretschneider's spectrum (ITTC, ISSC).
+
+        Parameters
+        ----------
+        Hs, Tp : float
+            Significant height (m) and period of the peak (s).
+        spreading : float, optional
+            Power of the cosine over which the waves spread within 90 degrees; None: all come from one direction.
+        spreading_deg : float, optional
+            Instead, standard deviation of a normal distribution, degrees.
+        **options
+            See the class.
+        """
+        return cls(Bretschneider(Hs, Tp), Spreading(spreading, spreading_deg), **options)
+
+    @classmethod
+    def jonswap(
+        cls,
+        Hs: float,
+        Tp: float,
+        gamma: float = 3.3,
+        *,
+        spreading: float | None = None,
+        spreading_deg: float | None = None,
+        **options: Any,
+    ) -> Sea:
+        """Return a sea of a JONSWAP spectrum, its variance exactly ``Hs^2 / 16``; see `bretschneider`."""
+        return cls(Jonswap(Hs, Tp, gamma), Spreading(spreading, spreading_deg), **options)
+
+    @classmethod
+    def pierson_moskowitz(
+        cls, wind: float, *, spreading: float | None = None, spreading_deg: float | None = None, **options: Any
+    ) -> Sea:
+        """Return the sea that a wind (m/s, 19.5 m above it) raises in the end; see `bretschneider`."""
+        spectrum = Bretschneider.of_wind(wind, options.get("gravity", GRAVITY))
+        return cls(spectrum, Spreading(spreading, spreading_deg), **options)
+
+    @classmethod
+    def state(
+        cls, number: int, *, spreading: float | None = None, spreading_deg: float | None = None, **options: Any
+    ) -> Sea:
+        """Return a sea state of the open North Atlantic, 3 to 7, by Bretschneider's spectrum; see `bretschneider`.
+
+        The number is also the `sea_state` of the seed.
+        """
+        if number not in STATES:
+            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}")
+        return cls(Bretschneider(*STATES[number]), Spreading(spreading, spreading_deg), sea_state=number, **options)
+
+    @classmethod
+    def measured(
+        cls,
+        frequencies: Any,
+        densities: Any,
+        directions_deg: Sequence[float] | Vector | None = None,
+        **options: Any,
+    ) -> Sea:
+        """Return a sea of a measured or computed spectrum, straight between its points.
+
+        Parameters
+        ----------
+        frequencies : array_like, shape (n,)
+            Increasing, rad/s; in Hz they and the densities differ by ``2 pi``.
+        densities : array_like, shape (n,) or (n, m)
+            m2 s/rad; over directions too, m2 s/(rad degree).
+        directions_deg : array_like, shape (m,), optional
+            Compass directions from which the waves come, degrees, evenly over the whole circle. The main direction is
+            their mean, and `Ship`'s heading the ship's course less it.
+        **options
+            See the class; `spreading` and `spreading_deg` where there are no directions.
+        """
+        power, deviation = options.pop("spreading", None), options.pop("spreading_deg", None)
+        if directions_deg is None:
+            return cls(Tabulated(frequencies, densities), Spreading(power, deviation), **options)
+        if power is not None or deviation is not None:
+            raise ModelError("a spectrum over directions has its spreading. Remedy: leave out spreading")
+        spectrum, table = of_compass(frequencies, densities, directions_deg)
+        return cls(spectrum, table, **options)
+
+    @classmethod
+    def from_wavespectra(cls, spectrum: Any, **options: Any) -> Sea:
+        """Return a sea of a spectrum over directions as wavespectra reads it from files of SWAN, WW3, NDBC, ERA5.
+
+        Parameters
+        ----------
+        spectrum : xarray.Dataset, xarray.DataArray, str or Path
+            With coordinates ``freq`` (Hz) and ``dir`` (degrees, where waves come from), and ``efth`` in m2/(Hz degree),
+            of one place and time; or a file in wavespectra's own netCDF or one that `wavespectra` knows by its suffix.
+        **options
+            See the class.
+        """
+        from kanefe.environment._wavespectra import frequencies_densities_directions
+
+        return cls.measured(*frequencies_densities_directions(spectrum), **options)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest wave frequency of the sum, rad/s."""
+        low, high = self.spectrum.usual_range if self.frequency_range is None else self.frequency_range
+        return float(low), float(high)
+
+    def kept(self, order: int = 0) -> float:
+        """Return the share of a moment of the spectrum that the range of frequencies keeps: 0 heights, 2 velocities."""
+        return self.spectrum.moment(order, *self.range) / self.spectrum.moment(order)
+
+    def __str__(self) -> str:
+        low, high = self.range
+        return (
+            f"{self.spectrum.title}, {self.spreading.title}; {len(self.waves.frequency)} waves of {low:.4g} to "
+            f"{high:.4g} rad/s keep {100 * self.kept(0):.1f} % of m0 and {100 * self.kept(2):.1f} % of m2"
+        )
+
+    @cached_property
+    def waves(self) -> Waves:
+        """The waves of this realisation."""
+        low, high = self.range
+        count = self.count
+        if count is None:
+            needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
+            count = needed if self.frequencies == "equal" else RANDOM_COUNT
+        step = (high - low) / count
+        # a stream each, so that an option changes only what it is about; `random` alone is the same in all numpy
+        seeds = np.random.SeedSequence((self.study, self.sea_state, self.seed)).spawn(5)
+        phases, orders, shares, sizes, places = (np.random.Generator(np.random.PCG64(s)).random(count) for s in seeds)
+        omega = low + step * (np.arange(count) + (places if self.frequencies == "random" else 0.5))
+        power = 2.0 * self.spectrum.density(omega) * step
+        if self.amplitudes == "rayleigh":
+            power = power * -np.log1p(-sizes)
+        strata = [orders[i : i + STRATA] for i in range(0, count, STRATA)]
+        shares = (np.concatenate([np.argsort(s) for s in strata]) + shares) / np.repeat(
+            *(([len(s) for s in strata],) * 2)
+        )
+        direction = self.spreading.quantile_at(omega, shares)
+        return Waves(
+            omega, wave_number(omega, self.depth, self.gravity), np.sqrt(power), 2.0 * math.pi * phases, direction
+        )
+
+    def elevation(self, times: Sequence[float] | Vector, x: float = 0.0, y: float = 0.0) -> Vector:
+        """Return the height of the surface at a place, m; x points where the main waves go, y to the left of it, m."""
+        w = self.waves
+        angle = np.radians(w.direction_deg)
+        phase = w.phase - w.number * (x * np.cos(angle) + y * np.sin(angle))
+        return np.asarray(np.cos(np.multiply.outer(np.asarray(times, dtype=float), w.frequency) + phase) @ w.amplitude)

@@ -1,0 +1,309 @@
+"""A ship in a sea: motions of its decks, and their statistics."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.environment.deck_motion import DeckMotion
+from kanefe.environment.dispersion import encounter_frequency, wave_number
+from kanefe.environment.harmonics import Harmonics, Ramp
+from kanefe.environment.rao import NAMES, MotionRao, at_point
+from kanefe.environment.rao_files import read_rao
+from kanefe.environment.roll_damping import RollDamping
+from kanefe.environment.sea import Sea
+from kanefe.environment.spectra import gauss
+from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.frames import Vector, shaped_numbers
+
+if TYPE_CHECKING:
+    from kanefe.views.rao_picture import Figure
+
+SLOWEST_HZ = 0.03
+"""Encounter frequency below which surge, sway and yaw are left out: strip theory has no restoring force in them, so
+that
+they grow without bound there; autopilots and helmsmen hold them in truth."""
+
+HORIZONTAL = np.array((0, 1, 5))
+"""Surge, sway and yaw."""
+
+TOLD = 0.01
+"""Share of the variance of a motion that is left out without a word."""
+
+DIRECTIONS = 90
+"""Parts of equal energy that spreading waves are integrated over."""
+
+STEPS = 12
+"""Of each piece of an RAO between its frequencies, over which responses are integrated by Gauss with four points."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ship:
+    """A ship on a steady course in a sea, moving as its response amplitude operators say.
+
+    Ship axes: x forward, y to port, z up. What moves is seen from axes that go on with the ship's mean speed. Points
+    are told from the RAO's reference point, which most programs put at the centre of gravity (``print(ship)`` says what
+    is known of it).
+
+    Parameters
+    ----------
+    rao : MotionRao
+    sea : Sea
+    speed : float
+        m/s; between those of the RAO, motions are interpolated.
+    heading_deg : float
+        0: head seas, 90: from port, 180: following. Beyond 180, a symmetric ship's are mirrored.
+    slowest_hz : float
+        Encounter frequency (Hz) below which surge, sway and yaw are left out; zero: nothing is. Where more than a
+        hundredth of their variance is, an `AccuracyWarning` says how much.
+
+    Raises
+    ------
+    ModelError
+        If speed, heading or the waves of the sea lie outside of what the RAO knows.
+
+    Examples
+    --------
+    ``ship = kanefe.Ship.from_rao("s175.re1", speed=5.1444, heading_deg=60, sea=sea)``, then
+    ``scene.add_frame("deck", joint=kanefe.Free(motion=ship.at((-45, 0, 6))))``. Where the motions of a deck were
+    recorded instead, such as at 20 Hz, `kanefe.PoseTable` takes the record.
+    """
+
+    rao: MotionRao
+    sea: Sea
+    speed: float = 0.0
+    heading_deg: float = 0.0
+    slowest_hz: float = SLOWEST_HZ
+
+    def __post_init__(self) -> None:
+        for name, given, kind in (("rao", self.rao, MotionRao), ("sea", self.sea, Sea)):
+            if not isinstance(given, kind):
+                raise ModelError(f"{name} of a ship must be a {kind.__name__}, not {given!r}")
+        for name in ("speed", "heading_deg", "slowest_hz"):
+            if not math.isfinite(getattr(self, name)):
+                raise ModelError(f"{name} of a ship must be a finite number, not {getattr(self, name)!r}")
+        if self.speed < 0.0 or self.slowest_hz < 0.0:
+            raise ModelError("speed and slowest_hz of a ship must be zero or above")
+        self._refuse_waves_outside()
+        left = self.left_out
+        if max(left.values(), default=0.0) > TOLD:
+            said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in left.items() if share > TOLD)
+            warnings.warn(
+                f"motions in the plane slower than {self.slowest_hz:g} Hz are left out; of the variance it is {said}. "
+                "Remedy: slowest_hz=0 to keep them",
+                AccuracyWarning,
+                stacklevel=3,
+            )
+
+    @classmethod
+    def from_rao(
+        cls,
+        path: Any,
+        *,
+        sea: Sea,
+        speed: float = 0.0,
+        heading_deg: float = 0.0,
+        roll_damping: float | RollDamping | None = None,
+        slowest_hz: float = SLOWEST_HZ,
+        **reading: Any,
+    ) -> Ship:
+        """Return a ship by the file of its motions in waves.
+
+        Parameters
+        ----------
+        path : str, Path, xarray.Dataset or MotionRao
+            VERES ``.re1``, WAMIT ``.4``, Capytaine ``.nc``, or a table ``.csv`` that declares its convention.
+        sea, speed, heading_deg, slowest_hz
+            See the class.
+        roll_damping : float or RollDamping, optional
+            Ratio of all damping of roll to the critical one, in place of that of the RAO: most are of potential flow,
+            and roll too much.
+        **reading
+            See `kanefe.read_rao`.
+
+        Raises
+        ------
+        FileError, ModelError
+            If the file cannot be read, contradicts its convention, or does not reach as far as the sea.
+        """
+        rao = path if isinstance(path, MotionRao) else read_rao(path, **reading)
+        if isinstance(path, MotionRao) and reading:
+            raise ModelError(
+                f"{', '.join(reading)} are for a file; an RAO that is read has them. Remedy: leave them out"
+            )
+        if roll_damping is not None:
+            damping = roll_damping if isinstance(roll_damping, RollDamping) else RollDamping(roll_damping)
+            rao = damped(rao, damping, sea.gravity)
+        return cls(rao, sea, speed, heading_deg, slowest_hz)
+
+    def at(
+        self,
+        point: Sequence[float] | Vector,
+        *,
+        duration: float | None = None,
+        start: float = 0.0,
+        ramp: float = 30.0,
+        rotations: str = "exact",
+    ) -> DeckMotion:
+        """Return the motion of axes fixed to the ship at a point: what `Free(motion=...)` takes.
+
+        Parameters
+        ----------
+        point : array_like, shape (3,)
+            From the reference point of the RAO, ship axes, m.
+        duration : float, optional
+            Last time that it is known for, s; asking beyond is an error. None: that of the sea's waves, behind the
+            ramp.
+        start : float
+            When the ramp begins, s; before, the ship rests. Zero is the first time known, or this if it is below.
+        ramp : float
+            How long it takes to grow, s; zero: it is moving from the start on. Statistics are taken behind it.
+        rotations : "exact" or "small"
+            With "small" the point moves by linear theory, ``s + theta x point``; the axes turn the same.
+
+        Raises
+        ------
+        ModelError
+            If a number makes no sense.
+        """
+        place = shaped_numbers(point, (3,), "a point of a ship")
+        if not (math.isfinite(start) and math.isfinite(ramp) and ramp >= 0.0):
+            raise ModelError(
+                f"start and ramp of a ship's motion must be finite, the ramp zero or above, not {start}, {ramp}"
+            )
+        last = start + ramp + self.sea.duration if duration is None else float(duration)
+        first = min(0.0, start)
+        if not (math.isfinite(last) and last > first):
+            raise ModelError(f"the duration of a ship's motion must be after {first:g} s and finite, not {duration!r}")
+        if rotations not in ("exact", "small"):
+            raise ModelError(f'rotations of a ship\'s motion are "exact" or "small", not {rotations!r}')
+        return DeckMotion(self.harmonics, place, Ramp(start, ramp), (first, last), rotations == "small")
+
+    @cached_property
+    def harmonics(self) -> Harmonics:
+        """The motions of the reference point, and of the ship about it, in the sea's waves."""
+        waves = self.sea.waves
+        headings = self.heading_deg + waves.direction_deg
+        met = encounter_frequency(waves.frequency, waves.number, headings, self.speed)
+        response = self._filtered(self.rao.at(waves.frequency, headings, self.speed), met)
+        return Harmonics(met, response * (waves.amplitude * np.exp(1j * waves.phase))[:, None])
+
+    def motions(self, times: Sequence[float] | Vector) -> np.ndarray:
+        """Return surge to yaw, with rates and accelerations, at times in s, without ramp, (times, 3, 6), m and rad."""
+        return self.harmonics.at(np.atleast_1d(np.asarray(times, dtype=float)))
+
+    def response_spectra(self, omega: Sequence[float] | Vector) -> np.ndarray:
+        """Return the spectra of surge to yaw over *wave* frequency (rad/s), shape (n, 6), m2 s/rad and rad2 s/rad.
+
+        In following seas several waves share one frequency of encounter, so that spectra over it would have poles.
+        """
+        omega = np.asarray(omega, dtype=float)
+        return np.asarray(self._mean_square(omega) * self.sea.spectrum.density(omega)[:, None])
+
+    def motions_std(self, point: Sequence[float] | Vector = (0.0, 0.0, 0.0)) -> dict[str, float]:
+        """Return the standard deviations of the motions of a point by name, m and rad, over all that the RAO knows.
+
+        Rotations are those of the ship. Of the integral, not of one realisation.
+
+        Examples
+        --------
+        ``ship.motions_std()["roll"]``, ``ship.motions_std((-45, 0, 6))["heave"]``
+        """
+        place = shaped_numbers(point, (3,), "a point of a ship")
+        omega, weights = _over(self.rao.frequencies)
+        variances = (weights * self.sea.spectrum.density(omega)) @ self._mean_square(omega, place)
+        return dict(zip(NAMES, np.sqrt(variances).tolist(), strict=True))
+
+    @cached_property
+    def left_out(self) -> dict[str, float]:
+        """Share of the variance of surge, sway and yaw that is slower than `slowest_hz`, by name; 0 to 1."""
+        omega, weights = _over(self.rao.frequencies)
+        weights = weights * self.sea.spectrum.density(omega)
+        kept, whole = (weights @ self._mean_square(omega, slowest_hz=slowest) for slowest in (self.slowest_hz, 0.0))
+        return {NAMES[k]: float(1.0 - kept[k] / whole[k]) if whole[k] > 0.0 else 0.0 for k in HORIZONTAL}
+
+    def plot_rao(self, path: str | Path | None = None) -> Figure:
+        """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
+
+        A wrong phase shows at the left end, where waves are long: dots mark the motions of the surface.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            Also write it there; the suffix says how.
+
+        Raises
+        ------
+        MissingDependency
+            If matplotlib is not installed.
+        """
+        from kanefe.views.rao_picture import draw_rao
+
+        return draw_rao(self.rao, self.speed, path)
+
+    def __str__(self) -> str:
+        slow = f", surge, sway and yaw above {self.slowest_hz:g} Hz" if self.slowest_hz > 0.0 else ""
+        return (
+            f"{self.rao.name} at {self.speed:g} m/s, heading {self.heading_deg:g} (0: head, 90: from port){slow}; "
+            f"points from {self.rao.reference}; {self.sea}"
+        )
+
+    def _mean_square(self, omega: Vector, point: Vector | None = None, slowest_hz: float | None = None) -> np.ndarray:
+        """Return the mean square of the responses of a point over the directions, (n, 6)."""
+        number = wave_number(omega, self.sea.depth, self.sea.gravity)
+        count = 1 if self.sea.spreading.is_long_crested else DIRECTIONS
+        found = np.zeros((len(omega), 6))
+        for share in (np.arange(count) + 0.5) / count:
+            headings = self.heading_deg + self.sea.spreading.quantile_at(omega, np.full(len(omega), share))
+            met = encounter_frequency(omega, number, headings, self.speed)
+            response = self._filtered(self.rao.at(omega, headings, self.speed), met, slowest_hz)
+            found += abs(response if point is None else at_point(response, point)) ** 2 / count
+        return found
+
+    def _filtered(self, response: np.ndarray, met: Vector, slowest_hz: float | None = None) -> np.ndarray:
+        limit = 2.0 * np.pi * (self.slowest_hz if slowest_hz is None else slowest_hz)
+        response[np.ix_(np.flatnonzero(abs(met) < limit), HORIZONTAL)] = 0.0
+        return response
+
+    def _refuse_waves_outside(self) -> None:
+        low, high = self.sea.range
+        known = self.rao.frequencies
+        if low >= known[0] and high <= known[-1]:
+            return
+        spectrum = self.sea.spectrum
+        inside = max(low, float(known[0])), min(high, float(known[-1]))
+        kept = spectrum.moment(0, *inside) / spectrum.moment(0) if inside[0] < inside[1] else 0.0
+        peak = "" if known[0] < spectrum.peak < known[-1] else (
+            f"; even its peak, Tp = {2.0 * math.pi / spectrum.peak:.4g} s, lies outside"
+        )  # fmt: skip
+        raise ModelError(
+            f"the waves of the sea go from {low:.4g} to {high:.4g} rad/s, but {self.rao.name} is known from "
+            f"{known[0]:.4g} to {known[-1]:.4g}{peak}. Remedy: an RAO that reaches further, or "
+            f"frequency_range=({inside[0]:.4g}, {inside[1]:.4g}) of the sea, which keeps "
+            f"{100 * kept:.3g} % of the variance of the waves"
+        )
+
+
+def damped(rao: MotionRao, damping: RollDamping, gravity: float) -> MotionRao:
+    """Return an RAO whose roll has another damping; see `RollDamping`."""
+    fitted = damping.fitted(rao)
+    number = wave_number(rao.frequencies, rao.depth, gravity)
+    values = rao.values.copy()
+    for s, speed in enumerate(rao.speeds):
+        for h, heading in enumerate(rao.headings_deg):
+            met = encounter_frequency(rao.frequencies, number, float(heading), float(speed))
+            values[s, h, :, 3] *= fitted.factor(met)
+    return replace(rao, values=values)
+
+
+def _over(frequencies: Vector) -> tuple[Vector, Vector]:
+    """Return points and weights of an integral over the pieces of an RAO."""
+    ends = np.interp(np.arange(STEPS * (len(frequencies) - 1) + 1) / STEPS, np.arange(len(frequencies)), frequencies)
+    return gauss(ends, 4)

@@ -1,0 +1,280 @@
+"""Spectra of the height of waves at a point, over wave frequency, with exact moments."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+
+GRAVITY = 9.81
+"""m/s2, where none is said."""
+
+NARROW, WIDE = 0.07, 0.09
+"""Widths of the peak of a JONSWAP spectrum, below and above its frequency (Hasselmann et al. 1973)."""
+
+STEEPNESS, DECAY = 8.10e-3, 0.74
+"""Constants of Pierson & Moskowitz (1964)."""
+
+
+class Spectrum(ABC):
+    """Common part of the spectra: density S(omega) of one sign of frequency, m2 s/rad, and what follows from it."""
+
+    @abstractmethod
+    def density(self, omega: Vector) -> Vector:
+        """Return S at wave frequencies in rad/s, m2 s/rad."""
+
+    @property
+    @abstractmethod
+    def peak(self) -> float:
+        """Wave frequency of the highest density, rad/s."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """What it is, with its parameters."""
+
+    @property
+    def usual_range(self) -> tuple[float, float]:
+        """Wave frequencies that a sum of waves takes where none are said, rad/s."""
+        return 0.3 * self.peak, 3.1 * self.peak
+
+    def moment(self, order: float, low: float = 0.0, high: float = math.inf) -> float:
+        """Return the integral of ``omega^order S`` between two frequencies (rad/s), m2 (rad/s)^order.
+
+        Raises
+        ------
+        ModelError
+            If it is infinite: spectra of wind seas fall as the fifth power of frequency.
+        """
+        if order >= 4.0 and math.isinf(high):
+            raise ModelError(
+                f"the moment of order {order:g} of a wave spectrum is infinite. Remedy: an upper frequency"
+            )
+        return integral(self.density, order, self.peak, low, high)
+
+    @property
+    def significant_height(self) -> float:
+        """``Hs = 4 sqrt(m0)``, m."""
+        return 4.0 * math.sqrt(self.moment(0))
+
+    @property
+    def mean_period(self) -> float:
+        """``T1 = 2 pi m0 / m1``, s."""
+        return 2.0 * math.pi * self.moment(0) / self.moment(1)
+
+    @property
+    def zero_crossing_period(self) -> float:
+        """``Tz = 2 pi sqrt(m0 / m2)``, s."""
+        return 2.0 * math.pi * math.sqrt(self.moment(0) / self.moment(2))
+
+    @property
+    def energy_period(self) -> float:
+        """``Te = 2 pi m-1 / m0``, s."""
+        return 2.0 * math.pi * self.moment(-1) / self.moment(0)
+
+
+@dataclass(frozen=True)
+class Bretschneider(Spectrum):
+    """The spectrum ``5/16 Hs^2 wp^4 w^-5 exp(-5/4 (wp/w)^4)`` of two parameters, also named after the ITTC or ISSC.
+
+    Parameters
+    ----------
+    Hs : float
+        Significant height, m.
+    Tp : float
+        Period of the peak, s.
+    """
+
+    Hs: float
+    Tp: float
+
+    def __post_init__(self) -> None:
+        _above_zero(self, "Hs", "Tp")
+
+    @classmethod
+    def of_wind(cls, speed: float, gravity: float = GRAVITY) -> Bretschneider:
+        """Return the spectrum of Pierson & Moskowitz (1964), by the wind at a height of 19.5 m, m/s."""
+        if not (math.isfinite(speed) and speed > 0.0):
+            raise ModelError(f"the wind of a Pierson-Moskowitz spectrum must be above zero, in m/s, not {speed!r}")
+        peak = (0.8 * DECAY) ** 0.25 * gravity / speed
+        variance = STEEPNESS * speed**4 / (4.0 * DECAY * gravity**2)
+        return cls(4.0 * math.sqrt(variance), 2.0 * math.pi / peak)
+
+    @property
+    def peak(self) -> float:
+        return 2.0 * math.pi / self.Tp
+
+    @property
+    def title(self) -> str:
+        return f"Bretschneider, Hs {self.Hs:.4g} m, Tp {self.Tp:.4g} s"
+
+    def density(self, omega: Vector) -> Vector:
+        return wind_sea(self.Hs, self.peak, omega)
+
+    def moment(self, order: float, low: float = 0.0, high: float = math.inf) -> float:
+        """Return the integral in closed form: with ``x = 5/4 (wp/w)^4`` it is an incomplete gamma function.
+
+        See `Spectrum.moment`.
+        """
+        from scipy.special import gamma, gammaincc
+
+        if order >= 4.0:
+            return super().moment(order, low, high)
+
+        def above(omega: float) -> float:  # share of what lies below a frequency
+            return 0.0 if omega <= 0.0 else float(gammaincc(1.0 - order / 4.0, 1.25 * (self.peak / omega) ** 4))
+
+        whole = self.Hs**2 / 16.0 * 1.25 ** (order / 4.0) * float(gamma(1.0 - order / 4.0)) * self.peak**order
+        return whole * ((1.0 if math.isinf(high) else above(high)) - above(low))
+
+
+@dataclass(frozen=True)
+class Jonswap(Spectrum):
+    """Bretschneider's spectrum with a higher peak, brought to the height asked for by its integral, not by a formula.
+
+    Parameters
+    ----------
+    Hs, Tp : float
+        Significant height (m) and period of the peak (s).
+    gamma : float
+        How much higher the peak is: 1 is Bretschneider's, 3.3 the mean of the North Sea (Hasselmann et al. 1973).
+    """
+
+    Hs: float
+    Tp: float
+    gamma: float = 3.3
+
+    def __post_init__(self) -> None:
+        _above_zero(self, "Hs", "Tp", "gamma")
+        if self.gamma < 1.0:
+            raise ModelError(f"gamma of a JONSWAP spectrum must be 1 or more, not {self.gamma!r}")
+
+    @property
+    def peak(self) -> float:
+        return 2.0 * math.pi / self.Tp
+
+    @property
+    def title(self) -> str:
+        return f"JONSWAP, Hs {self.Hs:.4g} m, Tp {self.Tp:.4g} s, gamma {self.gamma:.4g}"
+
+    @cached_property
+    def factor(self) -> float:
+        """What Bretschneider's spectrum is multiplied by beside the peak, so that Hs stays."""
+        return self.Hs**2 / 16.0 / integral(self._raised, 0, self.peak)
+
+    def density(self, omega: Vector) -> Vector:
+        return self.factor * self._raised(omega)
+
+    def _raised(self, omega: Vector) -> Vector:
+        omega = np.asarray(omega, dtype=float)
+        width = np.where(omega > self.peak, WIDE, NARROW)
+        bump = np.exp(-0.5 * ((omega / self.peak - 1.0) / width) ** 2)
+        return wind_sea(self.Hs, self.peak, omega) * self.gamma**bump
+
+
+@dataclass(frozen=True, eq=False)
+class Tabulated(Spectrum):
+    """A measured or computed spectrum through points, straight between them and nothing outside.
+
+    Parameters
+    ----------
+    frequencies : array_like, shape (n,)
+        Increasing, above zero, rad/s.
+    densities : array_like, shape (n,)
+        m2 s/rad.
+    """
+
+    frequencies: Any
+    densities: Any
+    origin: str = "measured"
+    _table: tuple[Vector, Vector] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        w, s = numbers(self.frequencies), numbers(self.densities)
+        if w.ndim != 1 or len(w) < 2 or s.shape != w.shape or not (np.isfinite(w).all() and np.isfinite(s).all()):
+            raise ModelError(
+                "a wave spectrum by a table needs as many finite densities as frequencies, two at least; shapes "
+                f"{w.shape} and {s.shape} were given, or a number is not finite"
+            )
+        if w[0] <= 0.0 or np.any(np.diff(w) <= 0.0):
+            raise ModelError("the frequencies of a wave spectrum must increase, from above zero, in rad/s")
+        if np.any(s < 0.0):
+            at = int(np.argmin(s))
+            raise ModelError(
+                f"a wave spectrum cannot be negative, but it is {s[at]:.6g} m2 s/rad at {w[at]:.6g} rad/s. Remedy: "
+                "check what was read; where a smoothing made it, set it to zero"
+            )
+        if not np.any(s > 0.0):
+            raise ModelError("a wave spectrum is zero everywhere: there are no waves")
+        object.__setattr__(self, "_table", (w, s))
+
+    @property
+    def peak(self) -> float:
+        w, s = self._table
+        return float(w[np.argmax(s)])
+
+    @property
+    def title(self) -> str:
+        return f"{self.origin}, Hs {self.significant_height:.4g} m, Tp {2.0 * math.pi / self.peak:.4g} s"
+
+    @property
+    def usual_range(self) -> tuple[float, float]:
+        w, _ = self._table
+        return float(w[0]), float(w[-1])
+
+    def density(self, omega: Vector) -> Vector:
+        w, s = self._table
+        return np.asarray(np.interp(omega, w, s, left=0.0, right=0.0))
+
+    def moment(self, order: float, low: float = 0.0, high: float = math.inf) -> float:
+        """Return the integral, by Gauss in each piece; see `Spectrum.moment`."""
+        w, _ = self._table
+        ends = np.unique(np.clip(w, max(low, w[0]), min(high, w[-1])))
+        points, weights = gauss(ends, 8)
+        return float(np.sum(weights * points**order * self.density(points)))
+
+
+def integral(
+    density: Callable[[Vector], Vector], order: float, peak: float, low: float = 0.0, high: float = math.inf
+) -> float:
+    """Return the integral of ``omega^order S`` by quadrature, to 1e-12; S is smooth but at its peak."""
+    from scipy.integrate import quad
+
+    ends = [low, *(at for at in (peak, 4.0 * peak) if low < at < high), high]
+    parts = (
+        quad(lambda w: w**order * float(density(np.array(w))), *pair, epsabs=0.0, epsrel=1e-12, limit=200)[0]
+        for pair in pairwise(ends)
+    )
+    return float(sum(parts))
+
+
+def wind_sea(height: float, peak: float, omega: Vector) -> Vector:
+    """Return Bretschneider's density, m2 s/rad, of a significant height (m) and a peak (rad/s); zero below zero."""
+    omega = np.asarray(omega, dtype=float)
+    x = np.where(omega > 0.0, peak / np.where(omega > 0.0, omega, 1.0), 0.0)
+    with np.errstate(under="ignore"):
+        return np.asarray(0.3125 * height**2 / peak * x**5 * np.exp(-1.25 * np.minimum(x, 30.0) ** 4))
+
+
+def gauss(ends: Sequence[float] | Vector, order: int) -> tuple[Vector, Vector]:
+    """Return points and weights of Gauss and Legendre in each interval between some ends, one after another."""
+    x, weight = np.polynomial.legendre.leggauss(order)
+    ends = np.asarray(ends, dtype=float)
+    half, middle = 0.5 * np.diff(ends)[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]
+    return (middle + half * x).ravel(), (half * weight).ravel()
+
+
+def _above_zero(spectrum: Spectrum, *names: str) -> None:
+    for name in names:
+        value = getattr(spectrum, name)
+        if not isinstance(value, (int, float, np.number)) or not (math.isfinite(value) and value > 0.0):
+            raise ModelError(f"{name} of a wave spectrum must be a finite number above zero, not {value!r}")
