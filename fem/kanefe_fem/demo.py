@@ -76,12 +76,19 @@ def demo(
     ] = ArmKind.solid,
     mesh: Annotated[Path | None, typer.Option(help="Another mesh with groups arm, root and tip.")] = None,
     out: Annotated[Path, typer.Option(help="Folder for plots, VTK series and run.h5.")] = Path("out"),
+    ship: Annotated[bool, typer.Option("--ship", help="A helicopter on a moving deck instead.")] = False,
 ) -> None:
     """Swing a flexible arm with a tip mass by a motor at its hub; print a table, write plots and files."""
     began = time.perf_counter()
     if body is ArmKind.beam and mesh is not None:
         raise kf.ModelError("--mesh has no meaning with --body beam. Remedy: leave one of them out")
+    if ship and (body is not ArmKind.solid or mesh is not None):
+        raise kf.ModelError("--body and --mesh have no meaning with --ship. Remedy: leave them out")
     _check_folder(out)
+    if ship:
+        from kanefe_fem.ship_demo import ship_demo
+
+        return ship_demo(out)
     print("kanefe demo: rigid hub with a motor, flexible arm, tip mass\n")
     with ExitStack() as stack:
         path = mesh or stack.enter_context(as_file(files("kanefe_fem") / "data" / "arm.msh"))

@@ -7,7 +7,22 @@ from pathlib import Path
 import pytest
 
 import kanefe as kf
-from kanefe_fem import demo
+from kanefe_fem import demo, ship_demo
+
+
+def test_the_ship_has_a_gear_of_its_own(tmp_path: Path) -> None:
+    with pytest.raises(kf.ModelError, match="no meaning with --ship"):
+        demo.demo(demo.ArmKind.beam, None, tmp_path, ship=True)
+
+
+def test_a_passage_of_some_seconds_tells_what_slips(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(ship_demo, "SPAN", 6.0)
+    monkeypatch.setattr(ship_demo, "RISE", 3.0)
+    demo.demo(demo.ArmKind.solid, None, tmp_path, ship=True)
+    said = capsys.readouterr().out
+    assert "times real time" in said
+    assert "largest pull of a lashing" in said
+    assert {path.name for path in tmp_path.iterdir()} >= {"ship_loose.png", "ship_lashed.png", "ship.pvd"}
 
 
 def test_a_folder_that_cannot_be_made_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

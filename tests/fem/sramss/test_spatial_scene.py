@@ -13,12 +13,10 @@ from kanefe_fem.sramss.spatial import SADDLES, SHOES
 from repository import ROOT
 from result_scenes import beam_arm
 
-pytestmark = pytest.mark.gmsh
-
 
 @pytest.fixture(scope="module")
 def gear():
-    return spatial_gear(read_mesh(ROOT / "meshes" / "skid_gear.py"), modes=8)
+    return spatial_gear(read_mesh(ROOT / "meshes" / "skid_gear.msh"), modes=8)
 
 
 def test_the_shoes_carry_the_weight_and_the_lashings(gear):
