@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.contact.box_pair import Meeting, meeting, slot_of
 from kanefe.contact.contact_events import Watched
 from kanefe.contact.couples import couple_of, rested_states
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rest import Rest
 from kanefe.contact.shape import Probe, SurfaceShape
+from kanefe.contact.shapes import Box
 from kanefe.contact.touch import Touch, velocity_past
 from kanefe.errors import SimulationWarning
 from kanefe.frames import Vector, cross
@@ -120,20 +122,14 @@ class Contact(Load):
 
     def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
         """Return what each probe does."""
-        surface = ends[0]
+        surface, met = ends[0], None
+        if isinstance(self.shape, Box) and self.probes[0][1].ring < 0.0:
+            number, probe = self.probes[0]
+            met = meeting(surface, 0.5 * self.shape.size, ends[number], probe.axis)
         found = []
         for i, (number, probe) in enumerate(self.probes):
             end = ends[number]
-            centre = end.p + end.A @ probe.point
-            phi, n = self._distance(surface, centre)
-            if probe.ring > 0.0:
-                axis = end.A @ probe.axis
-                down = (axis @ n) * axis - n
-                length = float(np.linalg.norm(down))
-                if length > ON_ITS_AXIS:
-                    centre = centre + probe.ring / length * down
-                    phi, n = self._distance(surface, centre)
-            depth, point = probe.radius - phi, centre - probe.radius * n
+            depth, n, point = self._located(surface, end, probe, met)
             at = self.begins + self.each * i
             if depth <= 0.0 and (self.rest is None or self.rest.softness == 0.0):
                 left = self._left(Touch(depth, number, point, n), surface, probe, states[at : at + 3])
@@ -172,6 +168,21 @@ class Contact(Load):
             states[self._turning(i)], gone,
         )  # fmt: skip
         return touch._replace(couple=couple)
+
+    def _located(self, surface: End, end: End, probe: Probe, met: Meeting | None) -> tuple[float, Vector, Vector]:
+        """Return depth, normal and place of a probe."""
+        if met is not None and isinstance(self.shape, Box):
+            return slot_of(met, -1 - int(probe.ring), surface, 0.5 * self.shape.size, end, probe.axis)
+        centre = end.p + end.A @ probe.point
+        phi, n = self._distance(surface, centre)
+        if probe.ring > 0.0:
+            axis = end.A @ probe.axis
+            down = (axis @ n) * axis - n
+            length = float(np.linalg.norm(down))
+            if length > ON_ITS_AXIS:
+                centre = centre + probe.ring / length * down
+                phi, n = self._distance(surface, centre)
+        return probe.radius - phi, n, centre - probe.radius * n
 
     def _distance(self, surface: End, x: Vector) -> tuple[float, Vector]:
         phi, n = self.shape.distance(surface.A.T @ (x - surface.p))
@@ -355,7 +366,7 @@ class Contact(Load):
                     decays[place] = k / c, 0.5 * k * arm**2
         factor = self.normal.stiffness
         watched = (-1.0, -1.0, -factor, factor)[: len(self.events)]
-        balls = tuple((end, probe.point, probe.radius + probe.ring) for end, probe in self.probes)
+        balls = tuple((end, probe.point, probe.extent) for end, probe in self.probes)
         return LoadReach(balls, self.shape.bounds, decays, watched)
 
     @property

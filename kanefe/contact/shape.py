@@ -27,9 +27,10 @@ class Probe(NamedTuple):
     share : float
         Of the stiffness of the contact; of all probes that touch a plane at once together 1.
     ring : float
-        Radius of the circle of centres of which the lowest is in contact, m; 0: none.
+        Radius of the circle of centres of which the lowest is in contact, m; 0: none. Below 0: -1 less a slot of a box
+        on a box, see `kanefe.contact.box_pair`.
     axis : ndarray, shape (3,)
-        Of that circle.
+        Of that circle; of a slot half the size of the box, m.
     """
 
     point: Vector
@@ -41,7 +42,12 @@ class Probe(NamedTuple):
     @property
     def lever(self) -> float:
         """From its centre to what it rolls on, m."""
-        return self.radius + self.ring
+        return self.radius + max(self.ring, 0.0)
+
+    @property
+    def extent(self) -> float:
+        """Radius of the ball about its centre that all of it is in, m."""
+        return self.radius + self.ring if self.ring >= 0.0 else float(np.linalg.norm(self.axis))
 
 
 class SurfaceShape(ABC):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from kanefe.contact.box_pair import box_probes
 from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Plane, Points, Sphere
 from kanefe.errors import ModelError
@@ -33,8 +34,10 @@ def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | Non
     """Return by what a shape touches another, or None where it does so by no fixed number of points and rings.
 
     Points and balls touch all shapes. Ends of a capsule, rings of a torus and of a cylinder, and corners of a box touch
-    planes exactly, since the lowest place is always one of them.
+    planes exactly, since the lowest place is always one of them. Boxes touch boxes by slots, which take on what meets.
     """
+    if isinstance(one, Box) and isinstance(other, Box) and not one.inside and not other.inside:
+        return box_probes(0.5 * one.size)
     probes = one.probes()
     if not probes or isinstance(other, Points):
         return None

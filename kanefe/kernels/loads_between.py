@@ -126,11 +126,11 @@ def decay_beside(between: LoadsBetween, team: int, first: int, last: int, states
 @vector_kernel
 def decay(between: LoadsBetween, first: int, count: int, states: np.ndarray, rates: np.ndarray) -> Any:
     """Write the rates of states of loads that do not act; return the power that they take."""
-    taken = states.dtype.type(0.0)
-    for i in range(first, first + count):
-        z = states[i]
-        rates[i] = -between.decay_rates[i] * z
-        taken += 2.0 * between.decay_rates[i] * between.decay_energies[i] * z * z
+    taken, z, change = states.dtype.type(0.0), states[first:], rates[first:]
+    speeds, energies = between.decay_rates[first:], between.decay_energies[first:]
+    for i in range(count):
+        change[i] = -speeds[i] * z[i]
+        taken += 2.0 * speeds[i] * energies[i] * z[i] * z[i]
     return taken
 
 

@@ -160,8 +160,9 @@ def test_what_is_refused_by_name():
     floor = scene.add_surface("floor", scene.ground, shapes.Box((1, 1, 1)))
     with pytest.raises(kf.ModelError, match="already has a surface called 'box'"):
         scene.add_surface("box", body, shapes.Sphere(1))
-    with pytest.raises(kf.ModelError, match="box 'box' and box 'floor' do not touch by points"):
-        scene.add_contact("c", box, floor, normal=LAW)
+    tin = scene.add_surface("tin", scene.ground, shapes.Cylinder(1, 1))
+    with pytest.raises(kf.ModelError, match="box 'box' and cylinder 'tin' do not touch by points"):
+        scene.add_contact("c", box, tin, normal=LAW)
     with pytest.raises(kf.ModelError, match="cannot touch itself"):
         scene.add_contact("c", ball, box, normal=LAW)
     with pytest.raises(kf.ModelError, match="no friction that it could act by"):

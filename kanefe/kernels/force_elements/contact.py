@@ -9,6 +9,7 @@ import numpy as np
 from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine
+from kanefe.kernels.force_elements.contact_boxes import box_slot, boxes_meet
 from kanefe.kernels.force_elements.contact_shapes import PLANE, distance, norm
 from kanefe.kernels.force_elements.contact_turning import braked, put_rolling, spins, turned_since
 from kanefe.kernels.force_elements.places import (
@@ -54,10 +55,11 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     rates = WRENCHES + WRENCH * int(numbers[ENDS])
     k_all, c_all = numbers[ANCHOR_STIFFNESS], numbers[ANCHOR_DAMPING]
     A_s = nine(ends, A)
+    met = met_by(numbers, ends)
     for i in range(int(numbers[PROBES])):
         probe = PROBE + PROBE_NUMBERS * i
         place, share = place_of(numbers, i), numbers[probe + SHARE]
-        depth, normal, point = located(numbers, probe, ends)
+        depth, normal, point = located(numbers, probe, ends, met)
         if depth.real <= 0.0 and numbers[SOFTNESS] == 0.0:
             for j in range(3 if has_friction and numbers[RESTS_AT] == 0.0 else 0):
                 stretch = states[place + j]
@@ -113,10 +115,10 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
     deepest = shallowest = first = last = 0.0
     is_any = has_held = has_slipping = False
     A_s, has_memory = nine(ends, A), numbers[HAS_MEMORY] > 0.0
-    count = int(numbers[PROBES])
+    count, met = int(numbers[PROBES]), met_by(numbers, ends)
     for i in range(count):
         probe = PROBE + PROBE_NUMBERS * i
-        depth, normal, point = located(numbers, probe, ends)
+        depth, normal, point = located(numbers, probe, ends, met)
         deepest = depth if i == 0 else max(deepest, depth)
         shallowest = depth if i == 0 else min(shallowest, depth)
         if depth <= 0.0 or numbers[HAS_FRICTION] == 0.0:
@@ -196,7 +198,7 @@ def turned(
         if moves:
             out[rates + at] = dot(given, normal)
     if numbers[ROLLING] > 0.0:
-        arm = numbers[probe + RADIUS] + numbers[probe + RING]
+        arm = numbers[probe + RADIUS] + max(numbers[probe + RING], 0.0)
         twist = plus(rotated(A_s, three(states, last - 3)), minus(gone, times(along, normal)))
         flat = minus(twist, times(dot(twist, normal), normal))
         most = numbers[ROLLING] * press
@@ -210,8 +212,25 @@ def turned(
 
 
 @inlined
-def located(numbers: Any, probe: int, ends: Any) -> Any:
+def met_by(numbers: Any, ends: Any) -> Any:
+    """Return how boxes meet, where a box touches one: see `boxes_meet`."""
+    zero = 0.0 * ends[P]
+    if numbers[PROBE + RING] >= 0.0:
+        return zero, zero, zero, zero, -1, -1
+    return boxes_meet(
+        ends, END_NUMBERS * int(numbers[PROBE + END]), three(numbers, PROBE + AXIS),
+        times(0.5, three(numbers, int(numbers[SHAPE]) + 1)),
+    )  # fmt: skip
+
+
+@inlined
+def located(numbers: Any, probe: int, ends: Any, met: Numbers) -> Any:
     """Return depth, normal and place of a probe."""
+    if numbers[probe + RING] < 0.0:
+        own, other = three(numbers, probe + AXIS), times(0.5, three(numbers, int(numbers[SHAPE]) + 1))
+        end, slot = END_NUMBERS * int(numbers[probe + END]), -1 - int(numbers[probe + RING])
+        found = box_slot(met, slot, ends, end, own, other)
+        return found[0], (met[0], met[1], met[2]), (found[1], found[2], found[3])
     shape, at = int(numbers[SHAPE]), END_NUMBERS * int(numbers[probe + END])
     A_s, p_s, A_p = nine(ends, A), three(ends, P), nine(ends, at + A)
     centre = plus(three(ends, at + P), rotated(A_p, three(numbers, probe + POINT)))

@@ -1,0 +1,147 @@
+"""Boxes on boxes: faces, corners, edges that cross, and what they rest and slide on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe import shapes
+from kanefe.contact.box_pair import EDGES, SLOTS, meeting, slot_of
+from kanefe.frames import rotation_matrix
+from kanefe.loads.base import End
+
+LAW = kf.HuntCrossley(2e4, damping=0.4)
+ROUGH = kf.Coulomb(0.4, stiffness=3e4, damping=20.0)
+
+
+def end_at(p, turn=(1.0, 0.0, 0.0, 0.0)) -> End:
+    return End(np.array(p, dtype=float), rotation_matrix(np.array(turn)), np.zeros(3), np.zeros(3))
+
+
+def pair(size=(0.4, 0.5, 0.6), other=(1.0, 0.8, 0.5), swapped: bool = False, friction=None) -> kf.System:
+    scene = kf.System(gravity=(0, 0, -9.81))
+    skins = []
+    for name, dims in (("below", other), ("above", size)):
+        body = scene.add_rigid_body(name, 2.0, (0.1, 0.12, 0.08), joint=kf.Free())
+        skins.append(scene.add_surface(name, body, shapes.Box(dims)))
+    scene.add_contact("contact", *(skins if swapped else skins[::-1]), normal=LAW, friction=friction)
+    return scene
+
+
+def states(model, count: int):
+    """Return states in which the boxes are near each other, turned by up to all there is."""
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        q, u, z = model.parts(model.initial_state.copy())
+        for at in (3, 10):
+            e = np.array((1.0, 0, 0, 0)) + rng.choice((0.02, 1.0)) * rng.standard_normal(4)
+            q[at : at + 4] = e / np.linalg.norm(e)
+        away = rng.standard_normal(3)
+        q[7:10] = rng.uniform(0.3, 0.8) * away / np.linalg.norm(away)
+        z[:] = 1e-3 * rng.standard_normal(len(z))
+        yield np.concatenate((q, rng.standard_normal(len(u)), z, (0.0, 0.0)))
+
+
+@pytest.mark.filterwarnings("ignore:contact:kanefe.SimulationWarning")
+@pytest.mark.parametrize("friction", [None, ROUGH], ids=["smooth", "rough"])
+def test_routes_agree(friction):
+    model = pair(friction=friction).freeze()
+    led_by_edges = led_by_faces = 0
+    for y in states(model, 40):
+        theirs = model.literal.evaluate(0.0, y).rates
+        np.testing.assert_allclose(model.route.evaluate(0.0, y).rates, theirs, rtol=1e-9, atol=1e-8)
+        ends = model.literal.state(0.0, y).load_ends(0)
+        met = meeting(ends[0], np.array((0.5, 0.4, 0.25)), ends[1], np.array((0.2, 0.25, 0.3)))
+        led_by_edges += met.overlap > 0.0 and met.edges is not None
+        led_by_faces += met.overlap > 0.0 and met.edges is None
+    assert led_by_edges > 1
+    assert led_by_faces > 5
+
+
+@pytest.mark.filterwarnings("ignore:contact:kanefe.SimulationWarning")
+def test_it_is_the_same_whichever_touches():
+    one, other = pair().freeze(), pair(swapped=True).freeze()
+    for y in states(one, 20):
+        np.testing.assert_allclose(
+            one.literal.evaluate(0.0, y).rates, other.literal.evaluate(0.0, y).rates, rtol=1e-9, atol=1e-9
+        )
+
+
+@pytest.mark.filterwarnings("ignore:contact:kanefe.SimulationWarning")
+def test_derivatives_are_those_of_differences():
+    model = pair(friction=ROUGH).freeze()
+    done = 0
+    for y in states(model, 12):
+        if abs(model.literal.evaluate(0.0, y).rates[-2]) == 0.0:
+            continue
+        along = np.random.default_rng(1).standard_normal((1, len(y)))
+        along[:, -2:] = 0.0
+        found, h = model.route.derivatives(0.0, y, along)[0], 1e-7
+        ends = [model.route.evaluate(0.0, y + side * h * along[0]).rates for side in (1.0, -1.0)]
+        wanted = (ends[0] - ends[1]) / (2.0 * h)
+        assert np.abs(found - wanted).max() < 1e-5 * np.abs(wanted).max()
+        done += 1
+    assert done > 3
+
+
+def active(p, turn, own, other):
+    """Return the slots of a box above the origin's box that touch, and their places."""
+    surface, end = end_at((0, 0, 0)), end_at(p, turn)
+    met = meeting(surface, np.array(other), end, np.array(own))
+    slots = [(i, *slot_of(met, i, surface, np.array(other), end, np.array(own))) for i in range(SLOTS)]
+    return met, [(i, depth, point) for i, depth, _, point in slots if depth > 0.0]
+
+
+def test_faces_share_a_polygon():
+    """A box over the middle of a larger one, over its edge and over its corner, and turned on an equal one."""
+    up, small, large = (1.0, 0.0, 0.0, 0.0), (0.1, 0.1, 0.1), (0.5, 0.5, 0.1)
+    for place, corners in (
+        ((0.2, 0.1), [(0.1, 0.0), (0.1, 0.2), (0.3, 0.0), (0.3, 0.2)]),
+        ((0.47, 0.1), [(0.37, 0.0), (0.37, 0.2), (0.5, 0.0), (0.5, 0.2)]),
+        ((0.47, 0.45), [(0.37, 0.35), (0.37, 0.5), (0.5, 0.35), (0.5, 0.5)]),
+    ):
+        met, found = active((*place, 0.199), up, small, large)
+        np.testing.assert_allclose(met.normal, (0, 0, 1))
+        np.testing.assert_allclose([depth for _, depth, _ in found], 0.001)
+        np.testing.assert_allclose(sorted(point[:2].tolist() for _, _, point in found), corners, atol=1e-12)
+    half = 0.5 * np.deg2rad(45.0)
+    _, found = active((0, 0, 0.199), (np.cos(half), 0.0, 0.0, np.sin(half)), small, small)
+    assert len(found) == 8
+    np.testing.assert_allclose([np.hypot(*point[:2]) for _, _, point in found], 0.1 / np.cos(half), rtol=1e-12)
+
+
+def test_edges_cross():
+    """Two bars on edge, one across the other: they touch where the edges cross."""
+    s = np.sqrt(0.5)
+    on_edge_x = np.array((np.cos(np.pi / 8), np.sin(np.pi / 8), 0.0, 0.0))
+    lower = end_at((0, 0, 0), on_edge_x)
+    quarter = np.array((s, 0.0, 0.0, s))
+    upper_turn = rotation_matrix(quarter) @ rotation_matrix(on_edge_x)
+    half = np.array((1.0, 0.1, 0.1))
+    upper = End(np.array((0.3, 0.1, 2 * 0.1 / s - 0.002)), upper_turn, np.zeros(3), np.zeros(3))
+    met = meeting(lower, half, upper, half)
+    np.testing.assert_allclose(met.normal, (0, 0, 1), atol=1e-12)
+    assert met.edges == (0, 0)
+    depth, _, point = slot_of(met, EDGES, lower, half, upper, half)
+    assert depth == pytest.approx(0.002, rel=1e-9)
+    np.testing.assert_allclose(point, (0.3, 0.0, 0.1 / s - 0.002), atol=1e-12)
+    assert all(slot_of(met, i, lower, half, upper, half)[0] < 0.0 for i in range(EDGES))
+
+
+@pytest.mark.parametrize(("offset", "falls"), [(0.0, False), (0.45, False), (0.55, True)])
+def test_a_box_rests_on_another_until_its_centre_is_over_the_edge(offset, falls):
+    scene = kf.System(gravity=(0, 0, -9.81))
+    table = scene.add_surface("table", scene.ground, shapes.Box((1.0, 1.0, 0.2)))
+    box = scene.add_rigid_body("box", 2.0, 2.0 * 0.04 / 6, joint=kf.Free(position=(offset, 0.0, 0.2 - 1e-4)))
+    skin = scene.add_surface("skin", box, shapes.Box((0.2, 0.2, 0.2)))
+    scene.add_contact("c", skin, table, normal=kf.HuntCrossley(1e5, damping=2.0), friction=kf.Coulomb(0.6))
+    result = scene.simulate((0.0, 1.0))
+    z = float(result.position("box")[-1, 2])
+    if falls:
+        assert z < 0.1
+    else:
+        sunk = 2.0 * 9.81 / 1e5
+        lean = 0.0 if offset == 0.0 else sunk  # three quarters of a face lean by less than they sink
+        assert z == pytest.approx(0.2 - sunk, abs=lean + 2e-6)
+        assert result.contact("c").slip[-1] < (1e-9 if offset == 0.0 else 1e-4)  # it settles as it leans
