@@ -9,6 +9,7 @@ from kanefe._public import lazy
 from kanefe._version import __version__
 
 if TYPE_CHECKING:
+    from kanefe import studies as studies
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
     from kanefe.contact import *  # noqa: F403
     from kanefe.contact import shapes as shapes
@@ -73,6 +74,8 @@ if TYPE_CHECKING:
     from kanefe.result import Result as Result
     from kanefe.result import load_result as load_result
     from kanefe.scene.scene import Frame as Frame
+    from kanefe.studies.study import Study as Study
+    from kanefe.studies.table import StudyTable as StudyTable
     from kanefe.system import System as System
     from kanefe.tree.scene_state import SceneState as SceneState
 

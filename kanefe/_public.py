@@ -40,8 +40,12 @@ def _imported(path: Path, package: str) -> list[str]:
 def lazy(path: str, namespace: dict[str, Any]) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
     """Return `__all__`, `__getattr__` and `__dir__` of a package whose names are imported when they are first used."""
     modules, name_of_package = homes(path), namespace["__name__"]
+    rooms = f"from {name_of_package} import {{0}} as {{0}}"
+    text = Path(path).read_text(encoding="utf-8")
 
     def imported(name: str) -> object:
+        if rooms.format(name) in text:  # a package whose own names are public
+            return import_module(f"{name_of_package}.{name}")
         if name not in modules:
             raise AttributeError(f"module {name_of_package!r} has no attribute {name!r}")
         namespace[name] = getattr(import_module(modules[name]), name)

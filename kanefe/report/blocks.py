@@ -1,4 +1,4 @@
-"""What documents are made of: headings, paragraphs, tables, histograms, pictures."""
+"""What documents are made of: headings, paragraphs, tables, listings, histograms, pictures."""
 
 from __future__ import annotations
 
@@ -31,6 +31,13 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Listing:
+    """Lines of code, as they are."""
+
+    text: str
+
+
+@dataclass(frozen=True)
 class Histogram:
     """Counts of cells by a number between given edges."""
 
@@ -47,4 +54,4 @@ class Picture:
     png: bytes = field(repr=False)
 
 
-Block = Heading | Paragraph | Table | Histogram | Picture
+Block = Heading | Paragraph | Table | Listing | Histogram | Picture

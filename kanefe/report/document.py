@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kanefe.report.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
+from kanefe.report.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
 from kanefe.storage.files import ready_path, write_whole
 
 WIDTH = 100
@@ -129,6 +129,8 @@ def _text(block: Block) -> list[str]:
         widths = [max(len(row[i]) for row in (block.header, *block.rows)) for i in range(len(block.header))]
         shown = [block.header, *block.rows] if any(block.header) else list(block.rows)
         return [_aligned(row, widths, block.align_left) for row in shown]
+    if isinstance(block, Listing):
+        return [f"  {line}" for line in block.text.splitlines()]
     if isinstance(block, Histogram):
         return [block.title, *(f"  {label}  {count:>8d}  {bar}" for label, count, bar in _bars(block))]
     return [f"[{block.caption}]"]
@@ -157,6 +159,8 @@ def _markdown(block: Block) -> list[str]:
         mark = ":--" if block.align_left else "--:"
         head = [_row(block.header), _row([":--", *[mark] * (len(block.header) - 1)])]
         return [*head, *(_row(row) for row in block.rows), ""]
+    if isinstance(block, Listing):
+        return ["```", *block.text.splitlines(), "```", ""]
     if isinstance(block, Histogram):
         rows = [_row([label, str(count), f"`{bar}`" if bar else ""]) for label, count, bar in _bars(block)]
         return [block.title, "", _row(["range", "cells", ""]), "| :-- | --: | :-- |", *rows, ""]

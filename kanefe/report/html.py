@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from html import escape
 from itertools import groupby
 
-from kanefe.report.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
+from kanefe.report.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 2rem auto; max-width: 64rem;
@@ -49,6 +49,8 @@ def _html(block: Block) -> str:
         rows = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>\n" for row in block.rows)
         kind = ' class="left"' if block.align_left else ""
         return f"<table{kind}>\n{head}\n{rows}</table>"
+    if isinstance(block, Listing):
+        return f"<pre>{escape(block.text)}</pre>"
     if isinstance(block, Histogram):
         return _bars(block)
     data = base64.b64encode(block.png).decode("ascii")

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import partial
 from pathlib import Path
+from sysconfig import get_path
 from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
@@ -67,6 +68,21 @@ def digest_of_scene(**parts: Any) -> str:
     return hasher.hexdigest()
 
 
+def digest_of_functions(**parts: Any) -> str:
+    """Return the same of functions of the user, where those of installed packages count by their names alone.
+
+    The versions of these packages are to be given beside, where they matter.
+
+    Raises
+    ------
+    Unhashable
+        If a function takes something from around it whose content cannot be told, such as a generator of numbers.
+    """
+    hasher = _Hasher(takes_objects=True, looks_into_packages=False)
+    hasher.feed(parts, "")
+    return hasher.hexdigest()
+
+
 def code_stamp(*folders: Path) -> str:
     """Return the digest of all Python files in some folders: of the version of the code, released or not."""
     stamp = hashlib.sha256()
@@ -90,10 +106,11 @@ def installed_versions(*names: str) -> dict[str, str]:
 
 
 class _Hasher:
-    def __init__(self, takes_objects: bool = False) -> None:
+    def __init__(self, takes_objects: bool = False, looks_into_packages: bool = True) -> None:
         self._hash = hashlib.sha256()
         self._functions: list[FunctionType] = []
         self._takes_objects = takes_objects
+        self._looks_into_packages = looks_into_packages
         self._objects: list[Any] = []
 
     def hexdigest(self) -> str:
@@ -182,6 +199,9 @@ class _Hasher:
             self._text(f"function {self._functions.index(function)} again")
             return
         self._functions.append(function)
+        if not self._looks_into_packages and _is_installed(function):
+            self._text(f"installed {_place(function)}")
+            return
         where = f"{where} (the function {function.__name__})"
         self._code(function.__code__, where)
         self.feed(function.__defaults__, where)
@@ -209,6 +229,14 @@ class _Hasher:
                 self._code(constant, where)
             else:
                 self.feed(None if constant is Ellipsis else constant, where)
+
+
+def _is_installed(function: FunctionType) -> bool:
+    """Return whether a function is of a package that was installed, of Python itself, or of this one."""
+    if (function.__module__ or "").partition(".")[0] in OWN:
+        return True
+    path = Path(function.__code__.co_filename)
+    return bool({"site-packages", "dist-packages"} & set(path.parts)) or path.is_relative_to(get_path("stdlib"))
 
 
 def _global_names(code: CodeType) -> set[str]:

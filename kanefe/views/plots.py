@@ -60,9 +60,15 @@ def draw(result: Reader, what: str, names: Sequence[str], path: str | Path | Non
     return figure
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
+def blank_figure(size: tuple[float, float]) -> Figure:
+    """Return a figure without a display, of a size in inches."""
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
+    return figure
+
+
+def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
+    figure = blank_figure(size)
     return figure, list(np.ravel(figure.subplots(rows, columns, squeeze=False, sharex=True)))
 
 

@@ -41,6 +41,9 @@ DOORS = {
     "netCDF4": set(),
     "capytaine": set(),
     "sksundae": {"kanefe/integrate/methods/_sundials.py"},
+    "distributed": {"kanefe/studies/_dask.py"},
+    "pandas": {"kanefe/studies/_pandas.py"},
+    "cloudpickle": {"kanefe/studies/pools.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])
 

@@ -80,4 +80,27 @@ def test_small_motions_of_a_scene(tmp_path, monkeypatch, capsys):
     exec(compile(SCRIPTS[5], "README.md", "exec"), names)
     assert {path.name for path in tmp_path.iterdir()} == {"response.png", "campbell.png"}
     assert "frequency [Hz]" in capsys.readouterr().out
-    assert len(SCRIPTS) == 6
+    assert len(SCRIPTS) == 7
+
+
+def test_a_crane_is_studied(tmp_path, monkeypatch, capsys):
+    def crane(speed, wind_deg, seed):
+        scene = kf.System(gravity=(0, 0, -9.81))
+        load = scene.add_rigid_body("load", 300.0, 1.0, com=(0, 0, -4.0), joint=kf.Revolute("y", position=0.1 * speed))
+        scene.add_spring("hoist", scene.ground.frame(at=(0, 0, 5)), load, stiffness=1.0, damping=seed)
+        return scene
+
+    monkeypatch.chdir(tmp_path)
+    # what is printed is a script, whose functions workers would import
+    monkeypatch.setattr(kf.Study.run, "__defaults__", ("serial", None))
+    script = SCRIPTS[6]
+    for printed, fewer in (
+        ("range(0, 360, 30)", "(0, 90)"),
+        ("range(10)", "range(5)"),
+        ("duration=20.0", "duration=1.0"),
+    ):
+        assert printed in script
+        script = script.replace(printed, fewer)
+    exec(compile(script, "README.md", "exec"), {"kf": kf, "crane": crane, "__name__": "__main__"})
+    assert "20 cases, 20 finished" in capsys.readouterr().out
+    assert {path.name for path in tmp_path.iterdir()} == {"study", "study.html"}

@@ -1,0 +1,135 @@
+"""Gumbel's law fitted to maxima, with bands that hold for few of them too.
+
+``F(x) = exp(-exp(-(x - mu) / sigma))`` is the law of the largest of many (block maxima). Parameters are those of
+maximum likelihood, as ``scipy.stats.gumbel_r.fit`` finds them. The law has a place and a scale only, so that what the
+fit misses, ``(x_p - mu^) / sigma^``, has a distribution that hangs on the number of maxima alone: it is sampled once,
+with a fixed seed, and gives bands of the right coverage at ten maxima as at a thousand. (Lawless, Statistical Models
+and Methods for Lifetime Data, on pivotal quantities of extreme-value laws.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from kanefe.errors import ModelError
+
+LEAST = 3
+"""Maxima below which nothing is fitted."""
+
+SAMPLES = 4000
+"""Fits by which the bands are found: their ends lie within 1 % of the probability they should have."""
+
+ITERATIONS = 60
+"""Of Newton's method for the scale; it takes 5 to 10."""
+
+
+@dataclass(frozen=True)
+class GumbelFit:
+    """Gumbel's law of some maxima.
+
+    Attributes
+    ----------
+    location : float
+        mu, the most probable maximum.
+    scale : float
+        sigma.
+    count : int
+        Of maxima.
+
+    Examples
+    --------
+    >>> fit = GumbelFit.of([3.1, 2.7, 3.4, 2.9, 3.0, 3.8, 2.8, 3.2, 3.3, 2.6])
+    >>> round(fit.quantile(0.9), 3)
+    3.549
+    >>> low, high = fit.quantile_band(0.9)
+    >>> low < 3.549 < high
+    True
+    """
+
+    location: float
+    scale: float
+    count: int
+
+    @classmethod
+    def of(cls, maxima: np.ndarray) -> GumbelFit:
+        """Return the most probable law of some maxima, shape (n,).
+
+        Raises
+        ------
+        ModelError
+            If they are fewer than three, not finite, or all equal.
+        """
+        x = np.asarray(maxima, dtype=float).ravel()
+        if len(x) < LEAST or not np.isfinite(x).all() or np.ptp(x) <= 1e-12 * np.abs(x).max():
+            raise ModelError(f"Gumbel's law needs {LEAST} finite maxima or more that are not all equal")
+        location, scale = _fitted(x[None, :])
+        return cls(float(location[0]), float(scale[0]), len(x))
+
+    @property
+    def mean(self) -> float:
+        """The expected maximum."""
+        return self.location + float(np.euler_gamma) * self.scale
+
+    def quantile(self, probability: float) -> float:
+        """Return the value below which a maximum stays with some probability."""
+        return self.location + self.scale * _reduced(probability)
+
+    def quantile_band(self, probability: float, band: float = 0.9) -> tuple[float, float]:
+        """Return the confidence band of a quantile."""
+        mu, sigma = _fits_of_standard(self.count)
+        pivot = (_reduced(probability) - mu) / sigma
+        low, high = np.quantile(pivot, _ends(band))
+        return self.location + self.scale * float(low), self.location + self.scale * float(high)
+
+    def exceedance(self, limit: float) -> float:
+        """Return the probability that a maximum is above a limit."""
+        return float(-np.expm1(-np.exp(-(limit - self.location) / self.scale)))
+
+    def exceedance_band(self, limit: float, band: float = 0.9) -> tuple[float, float]:
+        """Return the confidence band of that probability."""
+        mu, sigma = _fits_of_standard(self.count)
+        reduced = mu + sigma * (limit - self.location) / self.scale
+        low, high = np.quantile(reduced, _ends(band))
+        return float(-np.expm1(-np.exp(-high))), float(-np.expm1(-np.exp(-low)))
+
+
+def _reduced(probability: float) -> float:
+    return float(-np.log(-np.log(probability)))
+
+
+def _ends(band: float) -> tuple[float, float]:
+    return 0.5 * (1.0 - band), 0.5 * (1.0 + band)
+
+
+def _fitted(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return locations and scales, (m,), of m samples in rows (m, n).
+
+    The scale solves ``sigma = mean(x) - sum(x w) / sum(w)`` with ``w = exp(-x / sigma)``; samples are shifted
+    and scaled before, so that no exponential overflows.
+    """
+    low, spread = x.min(axis=1, keepdims=True), x.std(axis=1, keepdims=True)
+    z = (x - low) / spread
+    mean = z.mean(axis=1)
+    s = np.full(len(z), np.sqrt(6.0) / np.pi)  # by the moments
+    for _ in range(ITERATIONS):
+        w = np.exp(-z / s[:, None])
+        total, first, second = w.sum(axis=1), (z * w).sum(axis=1), (z * z * w).sum(axis=1)
+        miss = s - mean + first / total
+        slope = 1.0 + (second / total - (first / total) ** 2) / s**2
+        step = miss / slope
+        s = np.maximum(s - step, 0.1 * s)
+        if np.abs(step).max() < 1e-14:
+            break
+    at = -s * np.log(np.exp(-z / s[:, None]).mean(axis=1))
+    return low[:, 0] + spread[:, 0] * at, spread[:, 0] * s
+
+
+@lru_cache(maxsize=64)
+def _fits_of_standard(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the fits of many samples of the standard law, each of so many maxima."""
+    generator = np.random.default_rng(20260101)
+    parts = [_fitted(generator.gumbel(size=(SAMPLES // 10, count))) for _ in range(10)]  # 10: to spare memory
+    return np.concatenate([mu for mu, _ in parts]), np.concatenate([sigma for _, sigma in parts])

@@ -1,0 +1,197 @@
+"""The folder of a study: a header that says what it is, and rows that are only ever added.
+
+::
+
+    study.json      format, versions, parameters, options and source of the functions
+    rows/00001.jsonl, rows/00002.jsonl, ...    a line a case; one file for each time that the study was run
+    spare           room that is given up for the last rows when the disk is full
+
+A line is written when its case is done, so that a process that is killed loses none; a last line without its end is
+left out. Of lines with the same key the last counts.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from kanefe.errors import FileError
+from kanefe.storage.files import write_whole
+
+FORMAT, VERSION = "kanefe study", 1
+
+HEADER, ROWS, SPARE = "study.json", "rows", "spare"
+
+SPARE_BYTES = 1 << 20
+"""More than the rows of the cases that are in flight take."""
+
+SECONDS_TO_DISK = 1.0
+"""At most so long a row waits in the memory of the operating system, which a kill does not touch, a power cut does."""
+
+SAME = ("identity", "kanefe", "build", "outputs", "options")
+"""Of a header: what may not differ between a store and what is run into it. Parameters may: cases are added."""
+
+
+class Store:
+    """The folder of a study.
+
+    Parameters
+    ----------
+    folder : path
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+
+    def begin(self, header: Mapping[str, Any]) -> None:
+        """Make the folder, or take one of the same study.
+
+        Raises
+        ------
+        FileError
+            If the folder holds another study or something else, or cannot be written.
+        """
+        path = self.folder / HEADER
+        if path.exists():
+            self.check_same(header)
+        elif self.folder.is_dir() and any(self.folder.iterdir()):
+            raise FileError(f"{self.folder} holds something else than a study. Remedy: a folder of its own")
+        text = json.dumps({"format": FORMAT, "version": VERSION, **header}, indent=1)
+        write_whole(path, lambda file: file.write(text.encode()))
+        (self.folder / ROWS).mkdir(exist_ok=True)
+        if not (self.folder / SPARE).exists():
+            write_whole(self.folder / SPARE, lambda file: file.write(bytes(SPARE_BYTES)))
+
+    def header(self) -> dict[str, Any]:
+        """Return what the study says of itself.
+
+        Raises
+        ------
+        FileError
+            If there is none, or one of another format.
+        """
+        path = self.folder / HEADER
+        try:
+            header: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise FileError(f"{self.folder} holds no study. Remedy: check the path") from None
+        except (OSError, ValueError) as error:
+            raise FileError(f"{path} cannot be read ({error}). Remedy: run the study into another folder") from error
+        if not isinstance(header, dict) or (header.get("format"), header.get("version")) != (FORMAT, VERSION):
+            raise FileError(f"{path} is not of a study that this kanefe reads. Remedy: the version that wrote it")
+        return header
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield all rows there are, in the order in which they were written, one at a time."""
+        for path in sorted((self.folder / ROWS).glob("*.jsonl")):
+            with path.open("rb") as file:
+                for line in file:
+                    if line.endswith(b"\n"):
+                        try:
+                            yield json.loads(line)
+                        except ValueError:
+                            continue  # cut by a full disk, with the next run's line behind it
+
+    def writer(self) -> RowWriter:
+        """Return what adds rows, in a file of its own."""
+        return RowWriter(self.folder)
+
+    def check_same(self, wanted: Mapping[str, Any]) -> None:
+        """Raise a FileError that says in what the study of the folder differs from another, if it does."""
+        there = self.header()
+        differing = [name for name in SAME if there.get(name) != json.loads(json.dumps(wanted[name]))]
+        if not differing:
+            return
+        if differing == ["identity"]:
+            what = "what build or outputs use: functions, constants or data that they take from around them"
+        else:
+            what = ", ".join(_said(name, there, wanted) for name in differing if name != "identity")
+        raise FileError(
+            f"{self.folder} holds another study: it differs in {what}. Remedy: another folder, or what it was made with"
+        )
+
+
+def _said(name: str, there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    if name in ("build", "outputs"):
+        old, new = there[name]["name"], wanted[name]["name"]
+        return f"{name} ({old} there, {new} here)" if old != new else f"the source of {name} ({new})"
+    return f"{name} ({there[name]} there, {wanted[name]} here)"
+
+
+class RowWriter:
+    """Adds rows to a store; a context.
+
+    Raises
+    ------
+    FileError
+        If a row cannot be written; those before are there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._spare = folder / SPARE
+        self._file = _new_file(folder / ROWS)
+        self._size = 0
+        self._synced = time.monotonic()
+
+    def __enter__(self) -> RowWriter:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._sync()
+        self._file.close()
+
+    def add(self, lines: str) -> None:
+        """Write lines; in the room kept aside if the disk is full, and then raise a FileError all the same."""
+        data = lines.encode()
+        try:
+            self._write(data)
+        except OSError as error:
+            kept = self._try_spare(data)
+            raise FileError(
+                f"cannot write {self._file.name}: {error.strerror or error}. "
+                + ("All finished cases are in the store. " if kept else "All cases before are in the store. ")
+                + "Remedy: free some space and run the study again: it goes on"
+            ) from error
+        if time.monotonic() - self._synced > SECONDS_TO_DISK:
+            self._sync()
+
+    def _write(self, data: bytes) -> None:
+        """Write all of it, or nothing."""
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError:
+            self._file.truncate(self._size)
+            self._file.seek(self._size)
+            raise
+        self._size += len(data)
+
+    def _try_spare(self, data: bytes) -> bool:
+        try:
+            self._spare.unlink(missing_ok=True)
+            self._write(data)
+        except OSError:
+            return False
+        return True
+
+    def _sync(self) -> None:
+        os.fsync(self._file.fileno())
+        self._synced = time.monotonic()
+
+
+def _new_file(folder: Path) -> BinaryIO:
+    """Open the next file of rows, which no other process has."""
+    number = max((int(path.stem) for path in folder.glob("*.jsonl") if path.stem.isdecimal()), default=0)
+    while True:
+        number += 1
+        try:
+            return (folder / f"{number:05d}.jsonl").open("xb", buffering=0)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise FileError(f"cannot write into {folder}: {error.strerror}. Remedy: another folder") from error

@@ -1,0 +1,340 @@
+"""Study: what is run, over which parameters, and how."""
+
+from __future__ import annotations
+
+import inspect
+import platform
+import tempfile
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kanefe.errors import ModelError, SimulationWarning
+from kanefe.integrate.options import RunOptions
+from kanefe.storage.digest import Unhashable, digest_of_functions, installed_versions
+from kanefe.studies.cases import Cases, cases_of, key_of
+from kanefe.studies.outputs import outputs_of
+from kanefe.studies.pools import pickled, pool_of
+from kanefe.studies.progress import progress_bar
+from kanefe.studies.scheduling import Scheduler
+from kanefe.studies.store import Store
+from kanefe.studies.table import StudyTable
+from kanefe.studies.work import Case, Work, stamp
+
+if TYPE_CHECKING:
+    from kanefe.result import Result
+
+OPTIONS = ("build", "outputs", "table", "duration", "rtol", "simulate")
+"""Arguments of `Study` that no parameter can be called."""
+
+
+class Study:
+    """One scene many times, over parameters; what comes out is a table.
+
+    Parameters
+    ----------
+    build : function
+        ``build(**parameters)`` returns a `System`, or (System, options of ``simulate``). It is known by its code and by
+        what it takes from around it; files that it reads do not count.
+    outputs : function, reducer, or sequence of them
+        ``outputs(result)`` returns a dict of numbers by name (texts and arrays of numbers may be among them): all that
+        is kept of a run. Reducers: ``kf.studies.peak`` and others.
+    table : sequence of mapping, or DataFrame, optional
+        Parameters that change together, a row a case.
+    duration : float, optional
+        Of each run, from t = 0, s; or ``simulate={"t_span": ...}``.
+    rtol : float, optional
+        Relative error of the runs: see `System.simulate`.
+    simulate : mapping, optional
+        Other options of `System.simulate`.
+    **parameters
+        The values of a parameter, or one value. All combinations are run, the last name fastest; with a table, all
+        with each of its rows. Values are numbers, texts, truth values, or tuples of them.
+
+    Raises
+    ------
+    ModelError
+        If a parameter has no value, one twice, or one that cannot be written down; if build does not take them, or
+        takes others; if an option makes no sense.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> def pendulum(length, angle):
+    ...     scene = kf.System(gravity=(0, -9.81, 0))
+    ...     rod = kf.Revolute("z", position=angle)
+    ...     scene.add_rigid_body("rod", 1.0, length**2 / 12, com=(length / 2, 0, 0), joint=rod)
+    ...     return scene
+    >>> def lowest(result):
+    ...     return {"lowest angle": result.joint_coordinates("rod").min()}
+    >>> study = kf.Study(pendulum, lowest, duration=0.2, length=[0.5, 1.0], angle=[0.0, 0.1])
+    >>> table = study.run(executor="serial")
+    >>> print(table)
+    4 cases, 4 finished; parameters: length, angle; outputs: lowest angle
+    >>> table.column("lowest angle").round(4)
+    array([-0.5819, -0.4847, -0.2935, -0.1934])
+
+    With processes, the default, a script runs a study under ``if __name__ == "__main__":``.
+    """
+
+    def __init__(
+        self,
+        build: Callable[..., Any],
+        outputs: Any,
+        *,
+        table: Any = None,
+        duration: float | None = None,
+        rtol: float | None = None,
+        simulate: Mapping[str, Any] | None = None,
+        **parameters: Any,
+    ) -> None:
+        if not callable(build):
+            raise ModelError(f"build must be a function that returns a System, not {type(build).__name__}")
+        self.cases: Cases = cases_of(table, parameters)
+        _check_signature(build, self.cases[0])
+        self._work = Work(build, outputs_of(outputs), _options(duration, rtol, simulate))
+        self._sampling: dict[str, Any] = {}
+        try:
+            self._identity = digest_of_functions(
+                build=build, outputs=self._work.outputs, options=self._work.options, kanefe=stamp()
+            )
+        except Unhashable as error:
+            raise ModelError(
+                f"what the study does cannot be told apart from other studies: {error}. Remedy: make it inside build "
+                "or outputs, from the parameters"
+            ) from error
+
+    @classmethod
+    def sampled(
+        cls,
+        build: Callable[..., Any],
+        outputs: Any,
+        samples: int,
+        *,
+        sampling: str = "latin hypercube",
+        sampling_seed: int = 0,
+        duration: float | None = None,
+        rtol: float | None = None,
+        simulate: Mapping[str, Any] | None = None,
+        **parameters: Any,
+    ) -> Study:
+        """Return a study over distributions, sampled by ``scipy.stats.qmc``.
+
+        Parameters
+        ----------
+        build, outputs, duration, rtol, simulate
+            As of a study.
+        samples : int
+            How many.
+        sampling : "latin hypercube", "sobol", "halton" or "random"
+            How the samples fill the space.
+        sampling_seed : int
+            The same gives the same samples.
+        **parameters
+            Distributions of scipy.stats, such as ``norm(10, 0.5)``, of which at least one; anything else is a value or
+            values as of a study, all of them with each sample.
+
+        Raises
+        ------
+        ModelError
+            If there is no distribution, or an argument makes no sense.
+
+        Examples
+        --------
+        ``kf.Study.sampled(build, peaks, 200, mass=norm(10, 0.5), seed=range(3), duration=5.0)``
+        """
+        from kanefe.studies.sampling import sampled_rows
+
+        distributions = {name: value for name, value in parameters.items() if hasattr(value, "ppf")}
+        grid = {name: value for name, value in parameters.items() if name not in distributions}
+        rows, record = sampled_rows(distributions, samples, sampling, sampling_seed)
+        study = cls(build, outputs, table=rows, duration=duration, rtol=rtol, simulate=simulate, **grid)
+        study._sampling = record
+        return study
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return len(self.cases)
+
+    def run(
+        self,
+        executor: Any = "processes",
+        store: str | Path | None = None,
+        *,
+        workers: int | None = None,
+        retry_failed: bool = False,
+        progress: bool | None = None,
+    ) -> StudyTable:
+        """Run the cases that are not in the store yet, and return the table of all.
+
+        Before the first one, the first scene is built in this process, and what is to be sent to others is tried. A
+        case that fails is told in its row and stops no other. However the study ends, what is done stays in the store,
+        and a further call goes on from there. Executor, number of workers and order change no bit of what is computed.
+
+        Parameters
+        ----------
+        executor : str, Executor or Client
+            "processes" (of this machine, as many as it has cores), "serial", an executor of `concurrent.futures`, or a
+            ``dask.distributed.Client`` (``pip install 'kanefe[study]'``; with Slurm: see ``kanefe/studies/_dask.py``).
+        store : path, optional
+            Folder of the study. Default: one that is gone with the table.
+        workers : int, optional
+            How many cases run at once, where the executor does not say.
+        retry_failed : bool
+            Run those again that failed.
+        progress : bool, optional
+            Show a bar with the time left and the failures; default: only on a terminal.
+
+        Returns
+        -------
+        StudyTable
+
+        Raises
+        ------
+        ModelError
+            If build raises, or it or outputs cannot be sent to other processes.
+        FileError
+            If the store is of another study, or cannot be written.
+        SimulationError
+            If a worker has no kanefe or another one, or the executor fails.
+
+        Warns
+        -----
+        SimulationWarning
+            If Ctrl-C ends it before all cases are run.
+
+        Examples
+        --------
+        ``table = study.run(executor=Client(cluster), store="study/")``
+        """
+        folder = None if store is not None else tempfile.TemporaryDirectory(prefix="kanefe_study_")
+        where = Store(folder.name if folder is not None else store or "")
+        where.begin(self._header())
+        table = StudyTable(where.folder, study=self, owns=folder)
+        done = {key for key, status in table.statuses() if not (retry_failed and status == "failed")}
+        left = [number for number in range(len(self)) if self.key(number) not in done]
+        if left:
+            self._try_first(left[0])
+            self._run(where, left, executor, workers, progress)
+        return table
+
+    def table(self, store: str | Path) -> StudyTable:
+        """Return the table of a store of this study, also while it runs.
+
+        Raises
+        ------
+        FileError
+            If the store is not there, or of another study.
+        """
+        where = Store(store)
+        where.check_same(self._header())
+        return StudyTable(where.folder, study=self)
+
+    def key(self, number: int) -> str:
+        """Return the key of a case: the same in all studies that would run it in the same way."""
+        return key_of(self._identity, self.cases[number])
+
+    def result(self, number: int) -> Result:
+        """Run one case in this process, and return all that it tells."""
+        return self._work.result(self.cases[number], progress=None)
+
+    def _run(
+        self, store: Store, left: Sequence[int], executor: Any, workers: int | None, progress: bool | None
+    ) -> None:
+        with pool_of(executor, workers) as pool:
+            work = pickled(self._work) if pool.pickles else self._work
+            cases = (Case(number, self.key(number), self.cases[number]) for number in left)
+            scheduler = Scheduler(pool, work, cases, len(left))
+            failures = 0
+            with progress_bar(progress, len(self), len(self) - len(left)) as bar, store.writer() as writer:
+                try:
+                    for block in scheduler.done():
+                        writer.add(block.lines)
+                        failures += block.failed
+                        bar.update(block.cases, failures)
+                except KeyboardInterrupt:
+                    pool.abandon()
+                    warnings.warn(
+                        "the study was stopped by Ctrl-C; what is done is in its table. Remedy: run it again with "
+                        "store=, to go on",
+                        SimulationWarning,
+                        stacklevel=3,
+                    )
+                except BaseException:
+                    pool.abandon()
+                    raise
+
+    def _try_first(self, number: int) -> None:
+        """Build a scene here, and look at its options, so that what is wrong with all is told before the first run."""
+        parameters = self.cases[number]
+        told = ", ".join(f"{name}={value!r}" for name, value in parameters.items())
+        try:
+            _, options = self._work.built(parameters)
+        except ModelError as error:
+            raise ModelError(f"build({told}): {error}") from error
+        except Exception as error:
+            raise ModelError(
+                f"build({told}) raised {type(error).__name__}: {error}. Nothing was run. Remedy: a build "
+                "that returns a scene for the first case"
+            ) from error
+        options.pop("start", None)
+        try:
+            RunOptions(**options)
+        except TypeError as error:
+            raise ModelError(f"an option of the runs is none of simulate: {error}") from error
+
+    def _header(self) -> dict[str, Any]:
+        return {
+            "identity": self._identity,
+            "kanefe": stamp(),
+            "python": platform.python_version(),
+            "packages": installed_versions("numpy", "scipy", "numba", "dask", "distributed"),
+            "machine": platform.platform(),
+            "count": len(self),
+            "cases": self.cases.record(),
+            "sampling": self._sampling,
+            "options": {name: repr(value) for name, value in self._work.options.items()},
+            "build": _described(self._work.build),
+            "outputs": _described(self._work.outputs),
+        }
+
+
+def _options(duration: float | None, rtol: float | None, simulate: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the options of the runs, checked as far as they can be before there is a scene."""
+    options = dict(simulate or {})
+    for name, value in (("duration", duration), ("rtol", rtol)):
+        if value is not None:
+            key = "t_span" if name == "duration" else name
+            if key in options:
+                raise ModelError(f"{name} is given twice, also as {key} in simulate")
+            options[key] = (0.0, value) if name == "duration" else value
+    known = set(inspect.signature(RunOptions).parameters) | {"start"}
+    unknown = sorted(set(options) - known)
+    if unknown:
+        raise ModelError(f"simulate takes no {', '.join(unknown)}. Remedy: one of {', '.join(sorted(known))}")
+    return options
+
+
+def _check_signature(build: Callable[..., Any], parameters: Mapping[str, Any]) -> None:
+    try:
+        signature = inspect.signature(build)
+    except (TypeError, ValueError):  # of a function in C
+        return
+    try:
+        signature.bind(**parameters)
+    except TypeError as error:
+        taken = [name for name in signature.parameters if name in OPTIONS and name not in parameters]
+        more = f"; {', '.join(taken)} is an option of Study: rename it, or give it in table=" if taken else ""
+        raise ModelError(
+            f"build{signature} does not fit the parameters {', '.join(parameters)}: {error}{more}"
+        ) from error
+
+
+def _described(function: Any) -> dict[str, str]:
+    """Return the name and the source of a function."""
+    try:
+        source = inspect.getsource(function)
+    except (OSError, TypeError):
+        source = repr(function)
+    return {"name": getattr(function, "__qualname__", type(function).__name__), "source": source}
