@@ -73,8 +73,21 @@ class RunStatus:
 UNFIT = 10.0
 """Times rtol: a share of the energy that a run may miss without a word."""
 
+LISTED_EVENTS = 8
+"""That a summary counts one by one."""
+
 LEAST_SECONDS = 5e-4
 """Parts of a run that took less are not told."""
+
+
+def _counted(events: Mapping[str, np.ndarray]) -> str:
+    """Return how often each event happened; of many those that did most often."""
+    if len(events) <= LISTED_EVENTS:
+        return ", ".join(f"{name} {len(times)}" for name, times in events.items())
+    often = sorted(events, key=lambda name: -len(events[name]))[:LISTED_EVENTS]
+    shown = ", ".join(f"{name} {len(events[name])}" for name in events if name in often)
+    total = sum(map(len, events.values()))
+    return f"{shown} and others, {total} in all"
 
 
 def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[str, np.ndarray]) -> str:
@@ -118,5 +131,5 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         unfit = f", more than fits rtol {rtol:g}" if rtol is not None and share > UNFIT * rtol else ""
         lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
     if events:
-        lines.append("  events  " + ", ".join(f"{name} {len(times)}" for name, times in events.items()))
+        lines.append("  events  " + _counted(events))
     return "\n".join(lines)

@@ -19,6 +19,7 @@ from kanefe.integrate.clock import Clock
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
+from kanefe.integrate.status import summary
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels._numba import IS_COMPILED, seconds_compiling
 from kanefe.kernels.filling import filler
@@ -322,6 +323,14 @@ def test_a_result_tells_itself_in_a_few_lines() -> None:
     assert seconds.startswith("  time    ")
     assert balance.startswith("  energy  balance ")
     assert happened == "  events  half 1, never 0"
+
+
+def test_of_many_events_those_are_listed_that_happen_often() -> None:
+    run = straight_line().simulate((0.0, 0.5))
+    times = np.arange(1.0, 4.0)
+    events = {f"e{i}": times[: i % 3] for i in range(12)}
+    shown = summary(run.status, run.statistics, events).splitlines()[-1]
+    assert shown == "  events  e1 1, e2 2, e4 1, e5 2, e7 1, e8 2, e10 1, e11 2 and others, 12 in all"
 
 
 def test_a_partial_result_is_saved_and_loaded_with_its_status_and_events(tmp_path) -> None:

@@ -1,0 +1,53 @@
+"""A helicopter in space on an icy, moving deck: a probe under its fuselage in a trap with a gap holds it in place.
+
+The gear comes from a mesh of beams (`meshes/skid_gear.py`), with 16 modes and eight shoes. Nearly no friction is left:
+the aircraft slides until its probe touches the trap, a round hole on the deck that is 25 mm wider than the probe.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import kanefe as kf
+from kanefe_fem.sramss import spatial_gear, spatial_scene, state_at
+
+SPAN, ICE = 30.0, 0.03
+GAP, PROBE = 0.025, 0.25  # radial play, and height of the probe's end over the deck, m
+
+gear = spatial_gear(Path(__file__).parents[1] / "meshes" / "skid_gear.msh")
+print(gear)
+
+# a deck that begins to roll, heave and pitch
+times = np.linspace(0.0, SPAN, round(20 * SPAN) + 1)
+x = np.clip(times / 10.0, 0.0, 1.0)
+grown = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+roll = math.radians(6.0) * grown * np.sin(2.0 * math.pi * times / 11.0)
+pitch = math.radians(2.0) * grown * np.sin(2.0 * math.pi * times / 7.0)
+heave = 0.6 * grown * np.sin(2.0 * math.pi * times / 8.0)
+turns = [kf.euler_angles("xyz", angles) for angles in zip(roll, pitch, 0.0 * roll, strict=True)]
+deck = kf.PoseTable(times, np.column_stack((0.0 * heave, 0.0 * heave, heave)), turns)
+
+
+def trapped(motion: kf.PoseTable | None) -> kf.System:
+    """Return the aircraft on the deck, with its probe in the trap."""
+    scene = spatial_scene(gear, motion, mu=ICE)
+    hole = kf.shapes.Cylinder(GAP, 0.6, axis="z", inside=True)
+    trap = scene.add_surface("trap", scene.body("deck") if motion else scene.ground, hole, at=(0.0, 0.0, PROBE))
+    probe = scene.body("airframe").frame((0.0, 0.0, PROBE - 1.4))
+    scene.add_contact("probe", probe, trap, normal=kf.KelvinVoigt(2e6, damping=1e4))
+    return scene
+
+
+rest = kf.equilibrium(trapped(None))
+scene = trapped(deck)
+result = scene.simulate((0.0, SPAN), start=state_at(scene, rest), rtol=1e-5, output_step=0.02)
+print(result)
+probe = result.contact("probe")
+print(f"the probe pulls by up to {probe.normal.max():.0f} N, first at {result.events['probe touch'][0]:.2f} s")
+result.plot("contacts", "probe", "port shoe 1", path=Path("out") / "helicopter_in_a_trap.png")
+
+# the probe leaves the middle of the trap by the gap, and by what the trap yields
+farthest = GAP + float(probe.penetration.max())
+checked = (farthest, GAP + float(probe.normal.max()) / 2e6, 2e-3)
+print(f"it goes {1e3 * farthest:.2f} mm off the middle, {1e3 * GAP:g} mm of it free")
