@@ -1,6 +1,7 @@
 """Contact and friction: shapes, laws, and the load that presses them together."""
 
 from kanefe.contact import shapes as shapes
+from kanefe.contact.bristles import LuGre as LuGre
 from kanefe.contact.friction_laws import Coulomb as Coulomb
 from kanefe.contact.normal_laws import Hertz as Hertz
 from kanefe.contact.normal_laws import HuntCrossley as HuntCrossley

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from kanefe.contact.box_pair import Meeting, meeting, slot_of
+from kanefe.contact.bristles import LuGre
 from kanefe.contact.contact_events import Watched
+from kanefe.contact.contact_numbers import kernel_of
 from kanefe.contact.couples import couple_of, rested_states
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
@@ -49,7 +51,7 @@ class Contact(Load):
     probes : tuple of (int, Probe)
         Each with the number of its end.
     normal : NormalLaw
-    friction : Coulomb or None
+    friction : Coulomb, LuGre or None
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
     mass : float
@@ -65,7 +67,7 @@ class Contact(Load):
     shape: SurfaceShape
     probes: tuple[tuple[int, Probe], ...]
     normal: NormalLaw
-    friction: Coulomb | None
+    friction: Coulomb | LuGre | None
     belt: np.ndarray
     mass: float = 1.0
     rest: Rest | None = None
@@ -108,11 +110,15 @@ class Contact(Load):
         """Return what counts as large: of a stretch what holds the mass; a loose run too then resolves what sticks."""
         scales = np.ones(len(self.initial_states))
         if self.friction is not None:
-            stretch = self.mass * acceleration / float(self.friction.stiffness or 1.0)
+            law = self.friction
+            if isinstance(law, LuGre):
+                stretch = law.static / law.sigma0
+            else:
+                stretch = self.mass * acceleration / float(law.stiffness or 1.0)
             for first in range(self.begins, len(scales), self.each):
                 scales[first : first + 3] = stretch
             for i, (_, probe) in enumerate(self.probes):
-                scales[self._turning(i)] = [stretch / arm for arm in self.friction.arms(probe.lever)]
+                scales[self._turning(i)] = [stretch / arm for arm in law.arms(probe.lever)]
         return scales
 
     @property
@@ -160,7 +166,7 @@ class Contact(Load):
     def _turned(self, touch: Touch, i: int, surface: End, end: End, states: Vector) -> Touch:
         """Return a probe with what friction does to it by couples."""
         law, probe = self.friction, self.probes[i][1]
-        if law is None or law.turning_states == 0 or (self.rest is not None and touch.press == 0.0):
+        if not isinstance(law, Coulomb) or law.turning_states == 0 or (self.rest is not None and touch.press == 0.0):
             return touch
         gone = np.zeros(3) if self.rest is None else self.rest.turned(i, surface, end)
         couple = couple_of(
@@ -194,16 +200,24 @@ class Contact(Load):
             return touch
         k, c = self._anchor(self.friction, probe)
         w = surface.A @ stretch
+        if isinstance(self.friction, LuGre):
+            return touch._replace(stretch=w, stretch_rate=-self.friction.sigma0 / self.friction.sigma1 * w)
         return touch._replace(stretch=w, stretch_rate=-k / c * w, potential=0.5 * k * float(w @ w))
 
     def _held(
-        self, touch: Touch, law: Coulomb, surface: End, probe: Probe, v: Vector, w: Vector, is_held: bool
+        self, touch: Touch, law: Coulomb | LuGre, surface: End, probe: Probe, v: Vector, w: Vector, is_held: bool
     ) -> Touch:
         """Return a probe that touches with what friction does to it."""
         n, A = touch.normal, surface.A
         belt = A @ self.belt
         carried = belt - (belt @ n) * n
         along = v + touch.rate * n - carried
+        if isinstance(law, LuGre):
+            drag, rate, beyond = law.bent(n, along, w, self.rest is not None)
+            return touch._replace(
+                along=along, carried=carried, drag=touch.press * drag, stretch=w, stretch_rate=rate,
+                slip_rate=float(np.linalg.norm(along - rate)), reserve=beyond * touch.press,
+            )  # fmt: skip
         k, c = self._anchor(law, probe)
         pull = k * (w - (w @ n) * n) + c * along
         size, most, kept = float(np.linalg.norm(pull)), 0.0, 1.0
@@ -227,10 +241,13 @@ class Contact(Load):
             reserve = size * (1.0 - kept)
         return touch._replace(
             potential=potential, along=along, carried=carried, pull=pull, drag=drag, stretch=w, stretch_rate=rate,
-            reserve=reserve,
+            slip_rate=float(np.linalg.norm(pull - drag)) / c, reserve=reserve,
         )  # fmt: skip
 
-    def _anchor(self, law: Coulomb, probe: Probe) -> tuple[float, float]:
+    def _anchor(self, law: Coulomb | LuGre, probe: Probe) -> tuple[float, float]:
+        """Stiffness and damping of the spring of an anchor; bristles keep no energy that is told."""
+        if isinstance(law, LuGre):
+            return 0.0, 0.0
         return probe.share * float(law.stiffness or 0.0), probe.share * float(law.damping or 0.0)
 
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
@@ -247,7 +264,7 @@ class Contact(Load):
             if self.friction is None:
                 continue
             probe = self.probes[i][1]
-            k, c = self._anchor(self.friction, probe)
+            k, _ = self._anchor(self.friction, probe)
             taken += touch.drag @ touch.along - k * (touch.stretch @ touch.stretch_rate)
             given -= touch.drag @ touch.carried
             if touch.couple is not None:
@@ -261,7 +278,7 @@ class Contact(Load):
             rates[at : at + 3] = ends[0].A.T @ touch.stretch_rate
             if touch.depth > 0.0:
                 slip = touch.along - touch.stretch_rate
-                rates[0] += probe.share * float(np.linalg.norm(touch.pull - touch.drag)) / c
+                rates[0] += probe.share * touch.slip_rate
                 rates[1] += touch.drag @ slip
             if touch.couple is not None:
                 rates[self._turning(i)] = touch.couple.rates
@@ -297,11 +314,13 @@ class Contact(Load):
             if self.friction is not None:
                 probe = self.probes[i][1]
                 k, _ = self._anchor(self.friction, probe)
+                if isinstance(self.friction, LuGre):
+                    k = self.friction.sigma0 * max(touch.press, 1e-300)
                 at = self.begins + self.each * i
                 after[at : at + 3] = ends[0].A.T @ touch.drag / k
                 if self.friction.has_memory:
                     after[at + 3] = float(touch.depth > 0.0)
-                if touch.couple is not None:
+                if touch.couple is not None and isinstance(self.friction, Coulomb):
                     moment = touch.couple.moment
                     after[self._turning(i)] = rested_states(
                         self.friction, k, probe.lever, ends[0].A, touch.normal, moment
@@ -336,6 +355,8 @@ class Contact(Load):
             directions = [(touch.normal, touch.elastic * law.exponent / touch.depth, 0.0)]
             if self.friction is not None and touch.reserve <= 0.0:
                 k, c = self._anchor(self.friction, probe)
+                if isinstance(self.friction, LuGre):
+                    c = (self.friction.sigma1 + self.friction.sigma2) * touch.press
                 first = cross(touch.normal, np.eye(3)[int(np.argmin(np.abs(touch.normal)))])
                 first = first / np.linalg.norm(first)
                 directions += [(first, k, c), (cross(touch.normal, first), k, c)]
@@ -359,10 +380,10 @@ class Contact(Load):
         decays = np.zeros((len(self.initial_states), 2))
         if self.friction is not None and self.rest is None:
             for i, (_, probe) in enumerate(self.probes):
-                k, c = self._anchor(self.friction, probe)
-                at = self.begins + self.each * i
-                decays[at : at + 3] = k / c, 0.5 * k
-                for place, arm in enumerate(self.friction.arms(probe.lever), self._turning(i).start):
+                at, law = self.begins + self.each * i, self.friction
+                k, c = (law.sigma0, law.sigma1) if isinstance(law, LuGre) else self._anchor(law, probe)
+                decays[at : at + 3] = k / c, 0.5 * self._anchor(law, probe)[0]
+                for place, arm in enumerate(law.arms(probe.lever), self._turning(i).start):
                     decays[place] = k / c, 0.5 * k * arm**2
         factor = self.normal.stiffness
         watched = (-1.0, -1.0, -factor, factor)[: len(self.events)]
@@ -372,32 +393,7 @@ class Contact(Load):
     @property
     def kernel(self) -> LoadKernel:
         """Numbers: see `kanefe.kernels.force_elements.contact`."""
-        from kanefe.kernels.force_elements.contact import contact, contact_watch
-
-        law, friction = self.normal, self.friction
-        of_friction = [0.0] * 11
-        if friction is not None:
-            of_friction = [
-                *friction.coefficients, friction.static_ratio, friction.stribeck_speed,
-                float(friction.stiffness or 0.0), float(friction.damping or 0.0), friction.torsional,
-                friction.rolling, *friction.axis,
-            ]  # fmt: skip
-        probes = [
-            (float(end), *probe.point, probe.radius, probe.share, probe.ring, *probe.axis) for end, probe in self.probes
-        ]
-        rest = self.rest
-        head: list[float] = [
-            len(self.probes), len(self.ends), 0.0, friction is not None, friction is not None and friction.has_memory,
-            law.restitution is not None, 0.0, 0.0 if rest is None else rest.softness, law.kind, law.stiffness,
-            law.exponent, law.damping, *of_friction, *self.belt,
-        ]  # fmt: skip
-        parts = [np.array(head, dtype=float), np.ravel(probes)]
-        if rest is not None:
-            parts[0][6] = sum(map(len, parts))
-            parts.append(np.hstack((rest.material, rest.marks, rest.turns.reshape(-1, 9))).ravel())
-        parts[0][2] = sum(map(len, parts))
-        numbers = np.concatenate((*parts, (float(self.shape.kind),), self.shape.numbers))
-        return LoadKernel(contact, numbers, contact, contact_watch)
+        return kernel_of(self)
 
     def with_ends(self, ends: tuple[Any, ...]) -> Contact:
         """Return the same contact between other frames."""

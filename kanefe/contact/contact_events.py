@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any, Protocol
 
+from kanefe.contact.bristles import LuGre
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw, Restitution
 from kanefe.contact.touch import Touch, velocity_past
@@ -30,7 +31,7 @@ class Touching(Protocol):
         ...
 
     @property
-    def friction(self) -> Coulomb | None:
+    def friction(self) -> Coulomb | LuGre | None:
         """Its friction."""
         ...
 
@@ -69,7 +70,7 @@ class Watched:
         law, friction = self.contact.normal, self.contact.friction
         impact = partial(self.impact, law) if isinstance(law, Restitution) else None
         found = [LoadEvent("touch", self.depth, 1, impact, ends_step=True), LoadEvent("lift", self.depth, -1)]
-        if friction is not None:
+        if isinstance(friction, Coulomb):
             slip, stick = (partial(self.changed, to) if friction.has_memory else None for to in (0.0, 1.0))
             found += [LoadEvent("slip", self.above, 1, slip), LoadEvent("stick", self.below, -1, stick)]
         return tuple(found)

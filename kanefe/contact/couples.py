@@ -36,7 +36,7 @@ def couple_of(
     law: Coulomb, stiffness: float, damping: float, lever: float, A: Matrix, n: Vector, omega: Vector, press: float,
     states: Vector, gone: Vector,
 ) -> Couple:  # fmt: skip
-    """Return what friction does against turning.
+    """Return what friction does against turning (Eq. 11).
 
     Parameters
     ----------

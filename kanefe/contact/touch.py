@@ -33,6 +33,8 @@ class Touch(NamedTuple):
     carried : ndarray, shape (3,)
     pull, drag : ndarray, shape (3,)
         What the anchor's spring and damper ask for, and what friction gives of it, against the motion.
+    slip_rate : float
+        Of the path that is slid, m/s.
     stretch, stretch_rate : ndarray, shape (3,)
         Of the anchor's spring, in N.
     reserve : float
@@ -55,6 +57,7 @@ class Touch(NamedTuple):
     drag: Vector = np.zeros(3)
     stretch: Vector = np.zeros(3)
     stretch_rate: Vector = np.zeros(3)
+    slip_rate: float = 0.0
     reserve: float = 0.0
     couple: Couple | None = None
 

@@ -10,6 +10,7 @@ from math import sqrt
 
 import numpy as np
 
+from kanefe.contact.bristles import LuGre
 from kanefe.contact.contact import Contact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
@@ -96,7 +97,7 @@ class ContactMethods(LoadMethods):
         other: Surface,
         *,
         normal: NormalLaw | Rigid,
-        friction: Coulomb | None = None,
+        friction: Coulomb | LuGre | None = None,
         surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         """Have two things press on each other where they meet, and rub.
@@ -116,7 +117,7 @@ class ContactMethods(LoadMethods):
         normal : NormalLaw or Rigid
             `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together. Or
             `Rigid`, which does not yield: impacts are at once, and friction is Coulomb's set-valued law.
-        friction : Coulomb, optional
+        friction : Coulomb or LuGre, optional
         surface_velocity : array_like, shape (3,)
             Of a belt: how fast the surface of `other` moves along itself, in its axes, m/s.
 
@@ -128,8 +129,8 @@ class ContactMethods(LoadMethods):
         label = self._new_load(name, "contact")
         if not isinstance(normal, (NormalLaw, Rigid)):
             raise ModelError(f"normal of {label} must be a law such as kanefe.HuntCrossley(1e6), not {normal!r}")
-        if friction is not None and not isinstance(friction, Coulomb):
-            raise ModelError(f"friction of {label} must be kanefe.Coulomb(...) or None, not {friction!r}")
+        if friction is not None and not isinstance(friction, (Coulomb, LuGre)):
+            raise ModelError(f"friction of {label} must be kanefe.Coulomb(...), LuGre(...) or None, not {friction!r}")
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
         frames, other, probes = self._touching(one, other, label)
@@ -145,12 +146,14 @@ class ContactMethods(LoadMethods):
         if belt.any() and friction is None:
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
         if isinstance(normal, Rigid):
+            if isinstance(friction, LuGre):
+                raise ModelError(f"{label}: friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)")
             check_rigid(other.shape, probes, friction, belt, label)
             self.add(RigidContact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt))
             return
         mass = self._mass_in_series(frames[0], other.frame)
-        if friction is not None:
-            if friction.rolling > 0.0 and min(probe.lever for _, probe in probes) == 0.0:
+        if isinstance(friction, Coulomb):
+            if friction.rolling > 0.0 and min(probe.lever for _, probe in probes) <= 0.0:
                 raise ModelError(f"{label} has points, which do not roll. Remedy: rolling=0, or balls, capsules, tori")
             friction = self._complete(friction, normal, mass, label)
         self.add(Contact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0))
@@ -160,7 +163,7 @@ class ContactMethods(LoadMethods):
         among: Sequence[Surface],
         *,
         normal: NormalLaw | Rigid,
-        friction: Coulomb | None = None,
+        friction: Coulomb | LuGre | None = None,
         ignore: Sequence[tuple[Surface, Surface]] = (),
     ) -> list[str]:
         """Add a contact for each pair of surfaces on two bodies; return their names, "<one> on <other>".
@@ -168,7 +171,7 @@ class ContactMethods(LoadMethods):
         Parameters
         ----------
         among : sequence of Surface
-        normal, friction : NormalLaw, Coulomb
+        normal, friction : NormalLaw, Coulomb or LuGre
             Of all.
         ignore : sequence of pairs of Surface
             That may pass through each other.

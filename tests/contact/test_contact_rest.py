@@ -137,3 +137,21 @@ def test_twists_about_a_rest_are_those_of_springs():
     omega, damping = np.sqrt(1e4 * 0.05**2 / 4e-3), 0.2 * np.sqrt(1e4) * 0.05**2 / 4e-3
     wanted = np.sqrt(omega**2 - 0.25 * damping**2) / (2 * np.pi)
     assert np.abs(frequencies / wanted - 1.0).min() < 1e-7
+
+
+def test_bristles_rest_and_swing_on_their_stiffness():
+    """About a rest bristles are a spring of sigma0 N, which holds the weight of a block on a slope."""
+    tilt, friction = 0.1, kf.LuGre(1e4, 30.0, 0.0, coulomb=0.4, static=0.5, stribeck_speed=1e-3)
+    scene = kf.System(gravity=(G * np.sin(tilt), 0, -G * np.cos(tilt)))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    block = scene.add_point("block", 1.0, joint=kf.Translation(position=(0, 0, 0)))
+    scene.add_contact("c", block, floor, normal=kf.HuntCrossley(STIFFNESS, LAMBDA), friction=friction)
+    held = kf.equilibrium(scene)
+    assert held.load("c")[4] == pytest.approx(G * np.sin(tilt), rel=1e-9)
+    modes = held.linearise().modes()
+    normal = G * np.cos(tilt)
+    wanted = np.sqrt(1e4 * normal - (0.5 * 30.0 * normal) ** 2) / (2 * np.pi)
+    assert np.abs(modes.frequencies / wanted - 1.0).min() < 1e-6
+    result = scene.copy().simulate((0.0, 2.0), start=held, rtol=1e-8)
+    assert abs(result.position("block")[:, 0] - held.position("block")[0]).max() < 1e-9
+    assert abs(result.energy.balance_error).max() < 1e-9

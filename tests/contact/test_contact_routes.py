@@ -21,6 +21,7 @@ FRICTION = {
     "spinning": kf.Coulomb(0.4, torsional=0.05, stiffness=3e4, damping=20.0),
     "rolling": kf.Coulomb(0.4, rolling=0.02, stiffness=3e4, damping=20.0),
     "turning": kf.Coulomb(0.3, static=0.5, torsional=0.05, rolling=0.02, stiffness=3e4, damping=20.0),
+    "bristles": kf.LuGre(3e2, 2.0, 0.1, coulomb=0.3, static=0.5, stribeck_speed=0.2),
     "two": kf.Coulomb((0.3, 0.5), along=(1.0, 1.0, 0.0), stiffness=3e4, damping=20.0),
 }
 
@@ -146,6 +147,12 @@ def test_what_is_refused_by_name():
         kf.Coulomb(0.2, static=0.1)
     with pytest.raises(kf.ModelError, match="rolling of Coulomb must be one number"):
         kf.Coulomb(0.2, rolling=-1e-3)
+    with pytest.raises(kf.ModelError, match="static of LuGre must be a number of at least coulomb = 1"):
+        kf.LuGre(1e5, 300.0, 0.4, 1.0, 0.5, 1e-3)
+    with pytest.raises(kf.ModelError, match="sigma2 of LuGre must be"):
+        kf.LuGre(1e5, 300.0, -0.4, 1.0, 1.5, 1e-3)
+    with pytest.raises(kf.ModelError, match="sigma1 of LuGre must be one number, finite and > 0"):
+        kf.LuGre(1e5, 0.0, 0.4, 1.0, 1.5, 1e-3)
     with pytest.raises(kf.ModelError, match="torsional of Coulomb must be one number"):
         kf.Coulomb(0.2, torsional=float("nan"))
     with pytest.raises(kf.ModelError, match="stiffness of HuntCrossley"):

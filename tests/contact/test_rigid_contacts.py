@@ -227,6 +227,7 @@ def test_a_scene_with_rigid_contacts_is_pickled_and_frozen_twice():
         ({"friction": kf.Coulomb((0.3, 0.4))}, "same in all directions"),
         ({"friction": kf.Coulomb(0.3, stiffness=1e5)}, "without springs"),
         ({"friction": kf.Coulomb(0.3, rolling=0.01)}, "turn freely"),
+        ({"friction": kf.LuGre(1e5, 300.0, 0.4, 1.0, 1.5, 1e-3)}, "is Coulomb's"),
         ({"surface_velocity": (1, 0, 0)}, "no friction"),
     ],
 )

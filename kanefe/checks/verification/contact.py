@@ -14,10 +14,10 @@ import numpy as np
 
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.checks.verification.scenes import whole_run
-from kanefe.contact import Coulomb, HuntCrossley
+from kanefe.contact import Coulomb, HuntCrossley, LuGre
 from kanefe.contact.shapes import Plane, Sphere, Torus
 from kanefe.frames import rotation_about, rotation_matrix
-from kanefe.joints import Free, Motion, Prismatic, Revolute
+from kanefe.joints import Free, Motion, Prismatic, Revolute, Translation
 from kanefe.result import Result
 from kanefe.system import System
 
@@ -123,6 +123,24 @@ def belt(reference: Reference) -> Iterator[Check]:
     x = result.position("mass")[result.times > 1.5, 0]
     yield Check.absolute("amplitude [m]", 0.5 * (x.max() - x.min()), values["amplitude"], 1e-6)
     yield falling_with_stiffness("the period", errors, 1.0, 0.05)
+
+
+def bristles(reference: Reference) -> Iterator[Check]:
+    """K19: a mass that a hand pulls by a spring, against friction of bristles that is pressed by 1 N."""
+    values, stiffness = reference.values, STIFFNESS[0]
+    scene = System(gravity=(0.0, 0.0, -1.0))
+    floor = scene.add_surface("floor", scene.ground, Plane("z"))
+    mass = scene.add_point("mass", 1.0, joint=Translation(position=(0.0, 0.0, -1.0 / stiffness)))
+    pulled = Prismatic("x", motion=Motion(lambda t: 0.1 * t, lambda t: 0.1, lambda t: 0.0))
+    hand = scene.add_rigid_body("hand", 1.0, 1.0, joint=pulled)
+    scene.add_bushing("spring", hand, mass, stiffness=(2.0, 0.0, 0.0))
+    friction = LuGre(1e5, math.sqrt(1e5), 0.4, coulomb=1.0, static=1.5, stribeck_speed=1e-3)
+    scene.add_contact("c", mass, floor, normal=HuntCrossley(stiffness, DAMPING), friction=friction)
+    run = whole_run(scene.freeze(), (0.0, 25.0), 1e-10, output_step=1.0)
+    x, v, z = run.coordinates[-1][0], run.speeds[-1][0], run.internal[-1][2]
+    yield Check.absolute("place after 25 s [m]", x, values["x"], 1e-9)
+    yield Check.absolute("speed [m/s]", v, values["v"], 1e-11)
+    yield Check.absolute("deflection of the bristles [m]", z, values["z"], 1e-11)
 
 
 def begins_to_roll(reference: Reference) -> Iterator[Check]:
@@ -247,6 +265,7 @@ CASES = (
     Case("K04", belt),
     Case("K05", begins_to_roll),
     Case("K16", tippe_top),
+    Case("K19", bristles),
     Case("K21", coin),
     Case("F01a", oscillating_incline),
 )

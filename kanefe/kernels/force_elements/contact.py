@@ -35,8 +35,11 @@ from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, ro
     MU_ALONG, MU_ACROSS, STATIC_RATIO, STRIBECK_SPEED, ANCHOR_STIFFNESS, ANCHOR_DAMPING, TORSIONAL, ROLLING,
     ALONG,
 ) = range(21)  # fmt: skip
+VISCOUS = TORSIONAL  # of bristles, which do not hold against turning
 BELT = ALONG + 3
 PROBE = BELT + 3
+# Kinds of friction
+ANCHORED, BRISTLES = 1.0, 2.0
 # Numbers of a probe
 END, POINT, RADIUS, SHARE, RING, AXIS = 0, 1, 4, 5, 6, 7
 PROBE_NUMBERS = 10
@@ -64,9 +67,10 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
             for j in range(3 if has_friction and numbers[RESTS_AT] == 0.0 else 0):
                 stretch = states[place + j]
                 out[rates + place + j] = -k_all / c_all * stretch
-                out[POTENTIAL] += 0.5 * share * k_all * stretch * stretch
-                out[TAKEN] += share * k_all * k_all / c_all * stretch * stretch
-            if has_friction and numbers[RESTS_AT] == 0.0:
+                if numbers[HAS_FRICTION] == ANCHORED:
+                    out[POTENTIAL] += 0.5 * share * k_all * stretch * stretch
+                    out[TAKEN] += share * k_all * k_all / c_all * stretch * stretch
+            if numbers[HAS_FRICTION] == ANCHORED and numbers[RESTS_AT] == 0.0:
                 turned(numbers, i, A_s, normal, ends, 0.0 * depth, states, out)
             continue
         end = END_NUMBERS * int(numbers[probe + END])
@@ -83,22 +87,27 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
             if numbers[RESTS_AT] > 0.0:
                 w = plus(w, gone_since(numbers, int(numbers[RESTS_AT]) + REST_NUMBERS * i, ends, end))
             along, carried, pull = pulled(numbers, A_s, normal, v, rate, w, k, c)
-            is_held = numbers[HAS_MEMORY] == 0.0 or states[place + 3].real > 0.5
-            share_left = kept(numbers, pull, normal, A_s, press, c, is_held)
-            drag = times(share_left, pull)
-            w_rate = times(1.0 / c, minus(drag, times(k, w)))
+            if numbers[HAS_FRICTION] == BRISTLES:
+                drag, w_rate = bent(numbers, normal, along, w, press)
+                k, slipping = 0.0, share * norm(minus(along, w_rate))
+            else:
+                is_held = numbers[HAS_MEMORY] == 0.0 or states[place + 3].real > 0.5
+                share_left = kept(numbers, pull, normal, A_s, press, c, is_held)
+                drag = times(share_left, pull)
+                w_rate = times(1.0 / c, minus(drag, times(k, w)))
+                slipping = share * (1.0 - share_left) * norm(pull) / c
             out[POTENTIAL] += 0.5 * k * dot(w, w)
             out[TAKEN] += dot(drag, along) - k * dot(w, w_rate)
             out[GIVEN] -= dot(drag, carried)
             if numbers[RESTS_AT] == 0.0:
-                out[rates + SLIP] += share * (1.0 - share_left) * norm(pull) / c
+                out[rates + SLIP] += slipping
                 out[rates + WORK] += dot(drag, minus(along, w_rate))
             in_surface = rotated_back(A_s, w_rate)
             for j in range(3 if numbers[RESTS_AT] == 0.0 else 0):
                 out[rates + place + j] = in_surface[j]
             force = minus(force, drag)
         moment, moment_s = cross(arm, force), cross(arm_s, force)
-        if has_friction and (numbers[TORSIONAL] > 0.0 or numbers[ROLLING] > 0.0):
+        if numbers[HAS_FRICTION] == ANCHORED and (numbers[TORSIONAL] > 0.0 or numbers[ROLLING] > 0.0):
             couple = turned(numbers, i, A_s, normal, ends, press, states, out)
             moment, moment_s = minus(moment, couple), minus(moment_s, couple)
         row = WRENCHES + WRENCH * int(numbers[probe + END])
@@ -121,7 +130,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
         depth, normal, point = located(numbers, probe, ends, met)
         deepest = depth if i == 0 else max(deepest, depth)
         shallowest = depth if i == 0 else min(shallowest, depth)
-        if depth <= 0.0 or numbers[HAS_FRICTION] == 0.0:
+        if depth <= 0.0 or numbers[HAS_FRICTION] != ANCHORED:
             continue
         is_any = True
         place, share = place_of(numbers, i), numbers[probe + SHARE]
@@ -143,7 +152,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
             last = reserve if not has_slipping else min(last, reserve)
             has_slipping = True
     out[0] = out[1] = deepest
-    if numbers[HAS_FRICTION] > 0.0:
+    if numbers[HAS_FRICTION] == ANCHORED:
         out[2] = first if has_held else shallowest * numbers[STIFFNESS]
         out[3] = -deepest * numbers[STIFFNESS]
         if is_any:
@@ -163,11 +172,27 @@ def place_of(numbers: Any, i: int) -> int:
 def states_of(numbers: Any) -> int:
     """Return how many internal states a probe has."""
     count = 4 if numbers[HAS_MEMORY] > 0.0 else 3
+    if numbers[HAS_FRICTION] == BRISTLES:
+        return count
     if numbers[TORSIONAL] > 0.0:
         count += 1
     if numbers[ROLLING] > 0.0:
         count += 3
     return count
+
+
+@kernel
+def bent(numbers: Any, normal: Numbers, v: Numbers, z: Numbers, press: Any) -> tuple[Numbers, Numbers]:
+    """Return the friction of bristles and the rate of their deflection: see `kanefe.contact.bristles.LuGre`."""
+    stiffness, speed = numbers[ANCHOR_STIFFNESS], norm(v)
+    ratio, mu = speed / numbers[STRIBECK_SPEED], numbers[MU_ALONG]
+    g = mu * (1.0 + (numbers[STATIC_RATIO] - 1.0) * np.exp(-ratio * ratio))
+    rate = v
+    if numbers[RESTS_AT] == 0.0:
+        rate = minus(v, times(stiffness * speed / g, z))
+    flat, flat_rate = minus(z, times(dot(z, normal), normal)), minus(rate, times(dot(rate, normal), normal))
+    drag = plus(times(stiffness, flat), plus(times(numbers[ANCHOR_DAMPING], flat_rate), times(numbers[VISCOUS], v)))
+    return times(press, drag), rate
 
 
 @kernel
