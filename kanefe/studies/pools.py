@@ -61,8 +61,8 @@ class Pool(Protocol):
 
 
 @contextmanager
-def pool_of(executor: Any, workers: int | None) -> Iterator[Pool]:
-    """Have the pool of what the user gave: a name, an `Executor`, or a Dask client.
+def pool_of(executor: Any, workers: int | None, cases: int) -> Iterator[Pool]:
+    """Have the pool of what the user gave: a name, an `Executor`, or a Dask client; no more processes than cases.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def pool_of(executor: Any, workers: int | None) -> Iterator[Pool]:
         yield SerialPool()
     elif executor == "processes":
         check_main_can_be_imported()
-        pool = ProcessPool(workers or processors_here())
+        pool = ProcessPool(min(workers or processors_here(), cases))
         try:
             yield pool
         finally:

@@ -48,7 +48,7 @@ class Store:
         self.folder = Path(folder)
 
     def begin(self, header: Mapping[str, Any]) -> None:
-        """Make the folder, or take one of the same study.
+        """Make the folder, or take one of the same study, or of one that has no rows yet.
 
         Raises
         ------
@@ -57,7 +57,8 @@ class Store:
         """
         path = self.folder / HEADER
         if path.exists():
-            self.check_same(header)
+            if next(self.rows(), None) is not None:
+                self.check_same(header)
         elif self.folder.is_dir() and any(self.folder.iterdir()):
             raise FileError(f"{self.folder} holds something else than a study. Remedy: a folder of its own")
         text = json.dumps({"format": FORMAT, "version": VERSION, **header}, indent=1)

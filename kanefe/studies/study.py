@@ -235,14 +235,19 @@ class Study:
         """Return the key of a case: the same in all studies that would run it in the same way."""
         return key_of(self._identity, self.cases[number])
 
-    def result(self, number: int) -> Result:
-        """Run one case in this process, and return all that it tells."""
-        return self._work.result(self.cases[number], progress=None)
+    def result(self, parameters: Mapping[str, Any]) -> Result:
+        """Run the case of some parameters in this process, and return all that it tells.
+
+        Examples
+        --------
+        ``study.result({"length": 1.0, "angle": 0.1}).plot()``
+        """
+        return self._work.result(parameters, progress=None)
 
     def _run(
         self, store: Store, left: Sequence[int], executor: Any, workers: int | None, progress: bool | None
     ) -> None:
-        with pool_of(executor, workers) as pool:
+        with pool_of(executor, workers, len(left)) as pool:
             work = pickled(self._work) if pool.pickles else self._work
             cases = (Case(number, self.key(number), self.cases[number]) for number in left)
             scheduler = Scheduler(pool, work, cases, len(left))

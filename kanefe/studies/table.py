@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.studies.cases import Cases, key_of
+from kanefe.studies.cases import Cases, key_of, plain
 from kanefe.studies.store import Store
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ MEASURED = ("wall", "cpu", "worker")
 class RunsCases(Protocol):
     """What a `kanefe.Study` is to its table."""
 
-    def result(self, number: int) -> Result:
-        """Run one case, and return all that it tells."""
+    def result(self, parameters: Mapping[str, Any]) -> Result:
+        """Run the case of some parameters, and return all that it tells."""
         ...
 
 
@@ -161,7 +161,7 @@ class StudyTable:
                 f"{self._store.folder} keeps the source of build, not build. Remedy: make the study again, and "
                 "study.table(store).case(...)"
             )
-        return self._study.result(number)
+        return self._study.result(self.cases[number])
 
     def save(self, path: str | Path) -> Path:
         """Write the table to one file: .csv, .h5 (HDF5), or .parquet (which needs pandas and pyarrow).
@@ -209,7 +209,8 @@ class StudyTable:
 
     def _number(self, key: int | str | Mapping[str, Any]) -> int:
         if isinstance(key, Mapping):
-            key = key_of(self._identity, dict(key))
+            wanted = {name: plain(value, name) for name, value in key.items()}
+            key = next((number for number, case in enumerate(self.cases) if case == wanted), str(key))
         if isinstance(key, str) and key in self._numbers:
             return self._numbers[key]
         if isinstance(key, (int, np.integer)) and 0 <= key < len(self):

@@ -75,8 +75,8 @@ class Work:
             raise ModelError("the runs have no time span. Remedy: Study(..., duration=...) in s")
         return made, options
 
-    def result(self, parameters: Mapping[str, Any], progress: bool | None = False) -> Result:
-        """Return the run of a case."""
+    def result(self, parameters: Mapping[str, Any], progress: bool | None) -> Result:
+        """Return the run of a case, all of it."""
         scene, options = self.built(parameters)
         return scene.simulate(**options, progress=progress)
 

@@ -144,3 +144,9 @@ def test_what_needs_a_missing_package_says_so(call: str, package: str, tmp_path:
     assert done.returncode == 0, done.stderr
     assert f"needs {package}, which is not installed. Remedy:" in done.stdout
     assert not list(tmp_path.iterdir())  # nothing half-written
+
+
+def test_a_package_of_public_names_is_there_at_once():
+    code = "import kanefe as kf; print(kf.studies.peak.__name__, 'studies' in kf.__all__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=surroundings(), check=False)
+    assert done.stdout == "peak False\n", done.stderr

@@ -68,7 +68,7 @@ def test_a_case_runs_again_in_full(table: kf.StudyTable) -> None:
     parameters = {"length": 1.0, "angle": 0.0, "seed": 1}
     number = list(table.cases).index(parameters)
     key = table.lists()["key"][number]
-    for name in (number, key, parameters):
+    for name in (number, key, parameters, {**parameters, "length": 1}):
         result = table.case(name)
         assert lowest(result)["lowest"] == table.column("lowest")[number]
         assert len(result.times) == 501

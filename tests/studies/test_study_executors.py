@@ -126,7 +126,9 @@ def test_a_script_that_would_run_again_in_its_workers_is_told(tmp_path: Path) ->
         assert expected in done.stdout + done.stderr
 
 
-def test_what_cannot_be_sent_is_told_before_the_first_run(tmp_path: Path) -> None:
+def test_what_cannot_be_sent_is_told_before_the_first_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", "script.py", raising=False)  # nothing was typed in
+
     def inner(length: float) -> kf.System:
         return pendulum(length, 0.0)
 
@@ -137,6 +139,31 @@ def test_what_cannot_be_sent_is_told_before_the_first_run(tmp_path: Path) -> Non
             study.run("processes", store=tmp_path / name)
         assert study.table(tmp_path / name).counts["not run"] == 1
         assert study.run("serial").counts["finished"] == 1
+
+
+TYPED_IN = """
+import sys
+import kanefe as kf
+from study_scenes import lowest, pendulum
+if {without}:
+    sys.modules["cloudpickle"] = None
+def build(angle):
+    return pendulum(1.0, angle)
+print(kf.Study(build, lowest, duration=0.1, angle=[0.0, 0.1]).run(workers=1))
+"""
+
+
+@pytest.mark.parametrize(
+    ("without", "expected"),
+    [
+        pytest.param(False, "2 cases, 2 finished", marks=pytest.mark.dask),
+        (True, "build cannot be sent to other processes: it was typed in, and no file has it. Remedy: define it"),
+    ],
+)
+def test_functions_that_were_typed_in_are_sent_by_cloudpickle(without: bool, expected: str) -> None:
+    command = [sys.executable, "-c", TYPED_IN.format(without=without)]
+    done = subprocess.run(command, env=surroundings(), capture_output=True, text=True, check=False, timeout=60)
+    assert expected in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(

@@ -186,6 +186,22 @@ def test_a_full_disk_loses_nothing_that_is_finished(tmp_path: Path, monkeypatch:
     assert [len(rows) for rows in files(tmp_path)][1] == 12 - len(files(tmp_path)[0])
 
 
+def test_a_store_without_rows_is_anybodys(tmp_path: Path) -> None:
+    def build(length: float) -> kf.System:
+        raise ValueError("not yet")
+
+    with pytest.raises(kf.ModelError, match="not yet"):
+        kf.Study(build, lowest, duration=0.1, length=1.0).run("serial", store=tmp_path)
+    assert study().run("serial", store=tmp_path).counts["finished"] == 12
+
+
+def test_a_table_of_other_cases_runs_its_own_again(tmp_path: Path) -> None:
+    table = study(seed=(2, 1)).run("serial", store=tmp_path)
+    other = study(seed=(0, 1, 2)).table(tmp_path)  # not run yet: the store knows two seeds
+    assert len(other) == 8
+    assert lowest(other.case(0))["lowest"] == table.column("lowest")[0]
+
+
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(kf.FileError, match="cannot write"):
