@@ -31,9 +31,10 @@ class Passage(NamedTuple):
     result: kf.Result
 
 
-def deck_motion(seed: int = 1) -> kf.PoseTable:
-    """Return five minutes of a deck: sums of harmonics of random phases, that grow from rest."""
-    times = np.linspace(0.0, SPAN, round(10 * SPAN) + 1)
+def deck_motion(seed: int = 1, span: float | None = None) -> kf.PoseTable:
+    """Return the motion of a deck for a time (s; five minutes): sums of harmonics of random phases, grown from rest."""
+    end = SPAN if span is None else span
+    times = np.linspace(0.0, end, round(10 * end) + 1)
     random = np.random.default_rng(seed)
     rates = random.uniform(SLOWEST, FASTEST, COMPONENTS)
     phases = random.uniform(0.0, 2.0 * math.pi, (len(SIZES), COMPONENTS))

@@ -30,6 +30,7 @@ from kanefe_fem.bench.long_runs import (
     tumbling,
 )
 from kanefe_fem.bench.machine import Machine
+from kanefe_fem.bench.ship import PASSAGE_GOAL, passage
 
 GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
     hinged_bars: list(HINGED_GOALS.values()),
@@ -42,6 +43,7 @@ GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
     sticking: [STICKING_GOAL],
     onset: [ONSET_GOAL, RATE_GOAL],
     energy: list(ENERGY_GOALS.values()),
+    passage: [PASSAGE_GOAL],
     automatic: list(AUTO_GOALS.values()),
     suite_time: [SUITE_GOAL],
 }
