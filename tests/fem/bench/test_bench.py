@@ -21,7 +21,7 @@ from kanefe.integrate.methods.table import METHODS
 from kanefe.joints import Prismatic
 from kanefe.kernels._numba import IS_COMPILED
 from kanefe.system import System
-from kanefe_fem.bench import catalogue, equal_error, long_runs, references, rigid_chain, work_precision
+from kanefe_fem.bench import catalogue, equal_error, good_enough, references, rigid_chain, work_precision
 from kanefe_fem.bench.bodies import Trial, refined
 from kanefe_fem.bench.clocks import Disagreement
 from kanefe_fem.bench.command import check
@@ -240,9 +240,9 @@ def test_the_coarsest_setting_that_is_good_enough_is_not_one_by_luck() -> None:
             raise NoPeers("it fails")
         return errors[setting]
 
-    assert long_runs._coarsest(settings, error, 1e-6)[0] is settings[3]
+    assert good_enough.coarsest(settings, error, 1e-6)[0] is settings[3]
     with pytest.raises(NoPeers, match="no setting"):
-        long_runs._coarsest(settings, error, 1e-12)
+        good_enough.coarsest(settings, error, 1e-12)
 
 
 def test_the_suite_is_timed_and_must_pass(tmp_path: Path) -> None:
