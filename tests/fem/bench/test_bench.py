@@ -21,7 +21,7 @@ from kanefe.integrate.methods.table import METHODS
 from kanefe.joints import Prismatic
 from kanefe.kernels._numba import IS_COMPILED
 from kanefe.system import System
-from kanefe_fem.bench import catalogue, equal_error, good_enough, references, rigid_chain, work_precision
+from kanefe_fem.bench import catalogue, equal_error, good_enough, long_runs, references, rigid_chain, work_precision
 from kanefe_fem.bench.bodies import Trial, refined
 from kanefe_fem.bench.clocks import Disagreement
 from kanefe_fem.bench.command import check
