@@ -64,8 +64,10 @@ def choose(model: Model, options: RunOptions) -> Choice:
         name, reason = found.name, found.reason
         if options.atol is None and step is None:
             control = replace(control, atol=control.atol * found.share)
+        if step is None and found.step is not None:
+            step, control = found.step, replace(control, step=found.step)
     row = row_for(model, name)
-    _check_options(row, options)
+    _check_options(row, options, step)
     make = partial(_stepper, row, start, stop, control)
     if options.method == AUTO and found.then:
         make = partial(
@@ -86,9 +88,9 @@ def _handing_over(
     return HandingOver(dynamics, cast("KernelStepper", first(dynamics)), least, partial(second, dynamics))
 
 
-def _check_options(method: Method, options: RunOptions) -> None:
-    """Refuse what a method does not follow, rather than ignore it."""
-    rtol, atol, step = options.rtol, options.atol, options.step
+def _check_options(method: Method, options: RunOptions, step: float | None) -> None:
+    """Refuse what a method with a step does not follow, rather than ignore it."""
+    rtol, atol = options.rtol, options.atol
     if rtol is not None and rtol < method.least_rtol:
         raise ModelError(
             f"rtol={rtol:g} is below the round-off of {method.name}. Remedy: {method.least_rtol:g} or more, or 'dop853'"

@@ -73,9 +73,13 @@ class ToldOfContact(Event):
         return False
 
 
-def changes_of_contacts(model: ModelData, span: float) -> tuple[Event, ...]:
+STEPS_OVER = "moreau-jean"
+"""The method whose steps impacts do not end."""
+
+
+def changes_of_contacts(model: ModelData, method: str, span: float) -> tuple[Event, ...]:
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
-    if not model.rigid_contacts:
+    if not model.rigid_contacts or method == STEPS_OVER:
         return ()
     return tuple(
         ContactChange(f"a rigid contact: {kind}", partial(_nearest, kind), -1, model=model, kind=kind, span=span)
@@ -83,8 +87,10 @@ def changes_of_contacts(model: ModelData, span: float) -> tuple[Event, ...]:
     )
 
 
-def told_of_contacts(model: ModelData) -> tuple[Event, ...]:
+def told_of_contacts(model: ModelData, method: str) -> tuple[Event, ...]:
     """Return the events that are told of rigid contacts."""
+    if method == STEPS_OVER:
+        return ()
     names = (model.loads[load].name for load in model.rigid_contacts)
     return tuple(ToldOfContact(f"{name} {what}", _never) for name in names for what in TOLD)
 

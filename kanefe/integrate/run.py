@@ -62,8 +62,8 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     """
     choice = choose(model, options)
     (start, stop), wanted = options.span, options.times
-    told = checked_events(options.watched, (*events_of_loads(model), *told_of_contacts(model)))
-    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, stop - start))
+    told = checked_events(options.watched, (*events_of_loads(model), *told_of_contacts(model, choice.name)))
+    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, choice.name, stop - start))
     model.route.check_outputs(len(wanted))
     if choice.is_plugged and model.controllers:
         raise ModelError(

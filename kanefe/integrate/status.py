@@ -125,6 +125,9 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         "  counts  " + ", ".join(counts),
         f"  time    {statistics['seconds']:.3g} s" + (f": {', '.join(parts)}" if parts else ""),
     ]
+    if "penetration" in statistics:
+        deepest, left = statistics["penetration"], statistics["contact_residual"]
+        lines.append(f"  contact up to {deepest:.3g} m deep, impulses to {left:.2g} of the largest speed")
     if "energy_balance" in statistics:
         missing, share = statistics["energy_balance"]
         rtol = statistics.get("rtol")

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.contact.rigid_crowd import RigidCrowd
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import rate_of_functions
@@ -15,7 +16,7 @@ from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
-from kanefe.tree.scales import modal_frequencies
+from kanefe.tree.scales import modal_frequencies, scene_length
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""
@@ -70,6 +71,10 @@ MUCH = 40.0
 
 STOPS = "stops"
 
+LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
+"""Of the radius of the smallest ball: how far what falls through a scene moves in a step over impacts; and steps of a
+run at least."""
+
 
 class Suited(NamedTuple):
     """A method for a scene.
@@ -82,6 +87,8 @@ class Suited(NamedTuple):
     least : float
     share : float
         Of the usual absolute tolerance.
+    step : float or None
+        Of a method with fixed steps, s.
     """
 
     name: str
@@ -89,6 +96,7 @@ class Suited(NamedTuple):
     then: str = ""
     least: float = 0.0
     share: float = 1.0
+    step: float | None = None
 
 
 def suited(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Suited:
@@ -104,6 +112,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     once (stops, contacts, friction in joints), and where that is too much work generalised-alpha; not under sampled
     controllers, at whose samples it would begin anew.
     """
+    if model.crowd is not None:
+        return _of_crowd(model, model.crowd, stop - start)
     own = serving(model, *own_methods())
     if len(own) == 1:
         return Suited(own[0], f"the only one for {model.route.reason}")
@@ -136,6 +146,21 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
             return Suited("radau5", reason)
         return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
     return _by_vibrations(dynamics, (start, stop), rtol, atol, reason)
+
+
+def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
+    """Return the method that steps over the impacts of a scene of many rigid contacts, and its step."""
+    length = scene_length(model)
+    speed = max(
+        math.sqrt(2.0 * float(np.linalg.norm(model.gravity)) * length),
+        *(float(np.abs(body.joint.initial_speeds()[:3]).max()) for body in model.bodies if len(body.speeds) > 2),
+    )
+    radius = min(ball.radius for ball in crowd.balls) or 0.1 * length
+    step = min(span / FEWEST_STEPS, LEAST_MOTION * radius / speed if speed > 0.0 else span)
+    pairs = len(crowd.balls) * (len(crowd.balls) - 1) // 2 + len(crowd.balls) * len(crowd.walls)
+    return Suited(
+        "moreau-jean", f"{pairs} pairs of rigid surfaces may meet, at too many times to end a step", step=step
+    )
 
 
 def _by_vibrations(

@@ -18,7 +18,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import meetings
 from kanefe.kane.impulses import answers
-from kanefe.kane.rigid_contacts import margins, paradox
+from kanefe.kane.rigid_contacts import margins, paradox, probe_forces, probe_jacobian
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
@@ -135,8 +135,8 @@ class _Event:
         if not self.keys:
             return Changed(self.u, self.z)
         free = self._without(self.u)
-        rows = self._rows(free)
         n = self.model.free_count
+        rows = np.vstack([probe_jacobian(free, *key) for key in self.keys])
         J = rows[:, :n]
         G = J @ answers(free, J.T)
         sizes = np.repeat([np.abs(rows[3 * k : 3 * k + 3]).max(axis=0) @ np.abs(free.full[: rows.shape[1]])
@@ -163,20 +163,6 @@ class _Event:
             where = self.model.load_states[load]
             z[where.start + TOLD : where.stop : EACH] = OPEN
         return State(self.model, self.t, self.q, u, z)
-
-    def _rows(self, free: State) -> Matrix:
-        """Return the Jacobian of the rates of all probes that take part, (3 k, columns)."""
-        found = []
-        for key in self.keys:
-            contact, met = self._contact(key), self.met[key]
-            a, b = free.marker(contact.ends[0]), free.marker(contact.ends[contact.probes[key[1]][0]])
-            for e in met.axes:
-                row = np.zeros(free.columns)
-                for F, sign in ((b, 1.0), (a, -1.0)):
-                    force, arm = F.A_NF.T @ e, F.A_NF.T @ (met.point - F.p_NoFo_N)
-                    row += sign * (force @ F.V + np.cross(arm, force) @ F.W)
-                found.append(row)
-        return np.array(found)
 
     def _impulses(self, G: Matrix, rates: Vector) -> Vector:
         """Return the impulses of an impact, (3 k,)."""
@@ -304,8 +290,6 @@ class _Event:
 
     def _begin(self, begins: set[int], active: list[int], slips: Matrix, mu: Vector) -> None:
         """Write in which direction a slip begins: against the friction that held until now."""
-        from kanefe.kane.rigid_contacts import probe_forces
-
         before = State(self.model, self.t, self.q, self.u, self.z)
         held = {(force.contact, force.probe): force.friction for force in probe_forces(before)}
         for at in begins:
@@ -350,7 +334,7 @@ class _Event:
 
     def _free_accelerations(self, free: State) -> Vector:
         """Return the accelerations of all probes that take part if none touched, (3 k,)."""
-        rows, n = self._rows(free), self.model.free_count
+        rows, n = np.vstack([probe_jacobian(free, *key) for key in self.keys]), self.model.free_count
         remainders = np.concatenate([meetings(free)[c][i].remainder for c, i in self.keys])
         return rows[:, :n] @ accelerations(free) + rows[:, n:] @ free.driven_rates + remainders
 

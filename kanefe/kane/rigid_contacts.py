@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.contact.meeting import Meeting
 from kanefe.contact.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
-from kanefe.frames import Vector
+from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.assemble import constrained_solver, held_accelerations, mass_matrix
 from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, marker_motion, meetings, touching_rows
 from kanefe.kane.state import State, once
@@ -214,6 +214,18 @@ def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:
         "friction presses it into the surface more than the force can hold it out (Painleve's paradox). Remedy: less "
         "friction, or a contact that yields, kanefe.HuntCrossley(...)"
     )
+
+
+def probe_jacobian(state: State, number: int, i: int) -> Matrix:
+    """Return the partial derivatives of the rates of a probe by the speeds, (3, columns), touching or not."""
+    contact, met = state.model.rigid_contact(number), meetings(state)[number][i]
+    a, b = state.marker(contact.ends[0]), state.marker(contact.ends[contact.probes[i][0]])
+    found = np.zeros((3, state.columns))
+    for row, e in zip(found, met.axes, strict=True):
+        for F, sign in ((b, 1.0), (a, -1.0)):
+            force, arm = F.A_NF.T @ e, F.A_NF.T @ (met.point - F.p_NoFo_N)
+            row += sign * (force @ F.V + cross(arm, force) @ F.W)
+    return found
 
 
 def _of(state: State, force: ProbeForce) -> tuple[RigidContact, Meeting]:

@@ -16,6 +16,7 @@ from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rigid import Rigid
 from kanefe.contact.rigid_contact import RigidContact, check_rigid
+from kanefe.contact.rigid_crowd import FEW, crowd_of
 from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.surface import Surface, paired
 from kanefe.errors import AccuracyWarning, ModelError
@@ -146,8 +147,7 @@ class ContactMethods(LoadMethods):
         if belt.any() and friction is None:
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
         if isinstance(normal, Rigid):
-            if isinstance(friction, LuGre):
-                raise ModelError(f"{label}: friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)")
+            friction = _set_valued(friction, label)
             check_rigid(other.shape, probes, friction, belt, label)
             self.add(RigidContact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt))
             return
@@ -171,17 +171,26 @@ class ContactMethods(LoadMethods):
         Parameters
         ----------
         among : sequence of Surface
-        normal, friction : NormalLaw, Coulomb or LuGre
-            Of all.
+        normal, friction : NormalLaw or Rigid, Coulomb or LuGre
+            Of all. Rigid contacts of more than a dozen pairs are one, called "contacts among <first> and others": balls
+            and points of free bodies, planes and rooms of the ground. Runs step over their impacts.
         ignore : sequence of pairs of Surface
             That may pass through each other.
         """
         left_out = {frozenset((a.name, b.name)) for a, b in ignore}
+        pairs = [
+            (a, b) for a, b in combinations(among, 2)
+            if a.frame.number != b.frame.number and frozenset((a.name, b.name)) not in left_out
+        ]  # fmt: skip
+        if isinstance(normal, Rigid) and len(pairs) > FEW:
+            name = f"contacts among {among[0].name} and others"
+            self._new_load(name, "contact")
+            self.add(crowd_of(name, among, normal, _set_valued(friction, name), ignore))
+            return [name]
         names = []
-        for a, b in combinations(among, 2):
-            if a.frame.number != b.frame.number and frozenset((a.name, b.name)) not in left_out:
-                names.append(f"{a.name} on {b.name}")
-                self.add_contact(names[-1], a, b, normal=normal, friction=friction)
+        for a, b in pairs:
+            names.append(f"{a.name} on {b.name}")
+            self.add_contact(names[-1], a, b, normal=normal, friction=friction)
         return names
 
     def _touching(
@@ -242,3 +251,10 @@ def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> 
 
 def _is_flexible(frame: Frame) -> bool:
     return frame.interface_frame is not None
+
+
+def _set_valued(friction: Coulomb | LuGre | None, label: str) -> Coulomb | None:
+    """Return the friction of a rigid contact; a ModelError says that it has no other."""
+    if isinstance(friction, LuGre):
+        raise ModelError(f"{label}: friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)")
+    return friction

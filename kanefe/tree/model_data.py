@@ -23,6 +23,7 @@ from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint
 from kanefe.contact.rigid_contact import RigidContact
+from kanefe.contact.rigid_crowd import RigidCrowd
 from kanefe.errors import ModelError
 from kanefe.joints import Joint, Motion
 from kanefe.loads.base import Load
@@ -227,6 +228,11 @@ class ModelData(PickledByFields):
         if not isinstance(contact, RigidContact):
             raise TypeError("rigid contacts are those loads that are")
         return contact
+
+    @cached_property
+    def crowd(self) -> RigidCrowd | None:
+        """Rigid contacts of many bodies among each other, which runs step over."""
+        return next((load for load in self.loads if isinstance(load, RigidCrowd)), None)
 
     @property
     def is_constrained(self) -> bool:

@@ -69,6 +69,8 @@ class Method:
         Below which round-off is all that it controls.
     is_plugged : bool
         Whether it is a solver of another package, which keeps its memory to itself: no checkpoints.
+    steps_over_impacts : bool
+        Whether rigid contacts meet and part within its steps.
     form : Form
         Of the equations, upon which it builds.
     serves : function
@@ -87,11 +89,14 @@ class Method:
     takes_atol: bool = False
     least_rtol: float = 0.0
     is_plugged: bool = False
+    steps_over_impacts: bool = False
     form: Form = Form.DENSE
     serves: Callable[[Model], str] = serves_all
 
     def refuses(self, model: Model) -> str:
         """Return why it cannot run a model, as `serves` does; empty if it can."""
+        if model.crowd is not None and not self.steps_over_impacts:
+            return f"ends its steps at impacts, of which {model.crowd.name!r} are too many. Remedy: 'moreau-jean'"
         return model.route.lacks(self.form) or self.serves(model)
 
     def make(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:

@@ -14,6 +14,7 @@ from kanefe.integrate.methods import (
     generalised_alpha,
     generalised_alpha_unreduced,
     hht,
+    moreau_jean,
     radau5,
     rk4,
     vern9,
@@ -31,6 +32,7 @@ ROWS: tuple[Method, ...] = (
     generalised_alpha.METHOD,
     generalised_alpha_unreduced.METHOD,
     hht.METHOD,
+    moreau_jean.METHOD,
     *external.METHODS,
     _sundials.METHOD,
 )

@@ -1,0 +1,157 @@
+"""Time stepping of Moreau and Jean: steps that impacts do not end, for scenes of many rigid contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.frames import Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.method import Method
+from kanefe.integrate.methods.python_stepper import PythonStepper
+from kanefe.kane.time_stepping import stepped
+from kanefe.order_n.crowd import CrowdSteps, lacking
+from kanefe.tree.model_data import WORKS
+
+if TYPE_CHECKING:
+    from kanefe.integrate.stepper import StepControl
+
+
+ROUND_OFF = 1e-9
+"""Of a step: by what the last one may be longer."""
+
+
+class MoreauJeanStepper(PythonStepper):
+    """Steps of Moreau and Jean in the middle of a run: see `kanefe.kane.time_stepping`.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    start, stop : float
+        s.
+    control : StepControl
+        Its step.
+    name : str
+        Of the method.
+    """
+
+    def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        super().__init__(name, dynamics)
+        self._step, self._stop = float(control.step or 0.0), stop
+        self._deepest = self._residual = 0.0
+        model = dynamics.model
+        self._crowd = None if model.crowd is None else CrowdSteps(model)
+        self.restart(start, dynamics.initial_state(start))
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state."""
+        self._t = self._t_old = t
+        self._y = self._y_old = y.copy()
+        if self._crowd is not None:
+            self._crowd.forget()
+
+    def state(self) -> Vector:
+        """Return the state at t."""
+        return self._y.copy()
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step: on the line between its ends; internal ones are of its end."""
+        if self._t == self._t_old:
+            return np.tile(self._y, (len(times), 1))
+        share = ((times - self._t_old) / (self._t - self._t_old))[:, None]
+        found = (1.0 - share) * self._y_old + share * self._y
+        first, count = len(self._y) - WORKS, self._dynamics.model.state_count
+        found[:, first - count : first] = self._y[first - count : first]
+        return found
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return copies of all that is needed to go on."""
+        counts = np.array((self._steps, self._dynamics.evaluations))
+        kept = {"t": np.array(self._t), "y": self._y.copy(), "counts": counts, "told": np.array(self._told())}
+        if self._crowd is not None:
+            kept |= {f"crowd {name}": array for name, array in self._crowd.memory().items()}
+        return kept
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        self.restart(float(snapshot["t"]), snapshot["y"])
+        self._steps, self._dynamics.evaluations = (int(count) for count in snapshot["counts"])
+        self._deepest, self._residual = (float(x) for x in snapshot["told"])
+        if self._crowd is not None:
+            kept = {name.removeprefix("crowd "): array for name, array in snapshot.items() if name.startswith("crowd ")}
+            self._crowd.recall(kept)
+
+    def _told(self) -> tuple[float, float]:
+        return self._deepest, self._residual
+
+    def _counted(self) -> dict[str, int | float]:
+        return {"penetration": self._deepest, "contact_residual": self._residual}
+
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken; those of a crowd in one call up to an output."""
+        if self._crowd is None:
+            return super().integrate_through(times, states, most_steps)
+        passed = 0
+        while passed < len(times) and most_steps > 0:
+            whole = int((float(times[passed]) - self._t) / self._step * (1.0 - ROUND_OFF))
+            whole = min(whole, most_steps - 1)
+            if whole > 0:
+                self._y = self._crowd.go_on(self._y, self._step, whole)
+                self._t += whole * self._step
+                self._steps += whole
+                self._dynamics.evaluations += whole
+            passed += super().integrate_through(times[passed : passed + 1], states[passed:], 1)
+            most_steps -= whole + 1
+        return passed
+
+    def _advance(self, target: float) -> None:
+        """Take a step; the last one ends where the run does."""
+        t, y = self._t, self._y
+        left = self._stop - t
+        h = left if left <= self._step * (1.0 + ROUND_OFF) else self._step
+        self._t_old, self._y_old = t, y
+        self._t = self._stop if h == left else t + h
+        self._steps += 1
+        if self._crowd is not None:
+            self._y = self._crowd.go_on(y, h, 1)
+            self._dynamics.evaluations += 1
+            self._deepest, self._residual = self._crowd.deepest, self._crowd.residual
+            return
+        found = stepped(self._dynamics.model, t, y, h)
+        self._dynamics.evaluations += 2
+        self._y = found.y
+        self._deepest, self._residual = max(self._deepest, found.deepest), max(self._residual, found.residual)
+
+
+def _serves(model: Model) -> str:
+    """Return why it cannot run a model, with a remedy."""
+    if model.crowd is not None:
+        if lack := lacking(model):
+            return f"takes loose bodies with {model.crowd.name!r}, and no {lack}. Remedy: add_contact for each pair"
+        return ""
+    if not model.rigid_contacts:
+        return "steps over the impacts of rigid contacts, of which the scene has none. Remedy: 'auto'"
+    for number in range(len(model.rigid_contacts)):
+        contact = model.rigid_contact(number)
+        if contact.law.impact != "newton":
+            return f"has Newton's impacts alone, and {contact.title} has others. Remedy: impact='newton', or 'auto'"
+        if contact.friction is not None and contact.friction.has_memory:
+            return f"has one coefficient of friction, and {contact.title} two. Remedy: leave out static, or 'auto'"
+    if model.states_move and any(load.has_rates for i, load in enumerate(model.loads) if i not in model.rigid_contacts):
+        return "does not follow internal states of loads. Remedy: 'auto'"
+    return ""
+
+
+METHOD = Method(
+    name="moreau-jean",
+    about="steps over impacts: scenes of many rigid contacts",
+    stepper=MoreauJeanStepper,
+    order=1,
+    has_error_control=False,
+    has_fixed_steps=True,
+    steps_over_impacts=True,
+    serves=_serves,
+)
