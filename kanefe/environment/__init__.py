@@ -2,6 +2,7 @@
 
 from kanefe.environment.rao import MotionRao as MotionRao
 from kanefe.environment.rao_convention import RaoConvention as RaoConvention
+from kanefe.environment.rao_files import example_rao as example_rao
 from kanefe.environment.rao_files import read_rao as read_rao
 from kanefe.environment.roll_damping import RollDamping as RollDamping
 from kanefe.environment.sea import Sea as Sea

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,24 @@ def read_rao(
         found = found.with_wave_at(forward, port)
     check_long_waves(found)
     return found
+
+
+def example_rao() -> MotionRao:
+    """Return the motions in waves of a frigate-sized hull at rest, to try things with.
+
+    A modified Wigley hull of 110 x 15 x 4.5 m, computed with Capytaine; its roll is largest at 0.56 rad/s and damped by
+    8 %. The file says the rest: ``kanefe/environment/data/frigate.csv``, which is also an example of a table that
+    declares its convention.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> ship = kf.Ship(kf.example_rao(), kf.Sea.state(5, seed=1), heading_deg=60)
+    >>> round(ship.motions_std()["heave"], 2)
+    0.59
+    """
+    with as_file(files("kanefe.environment").joinpath("data", "frigate.csv")) as path:
+        return read_rao(path)
 
 
 def _refuse(said: dict[str, Any], known: tuple[str, ...], what: str) -> None:

@@ -15,6 +15,7 @@ from joint_scenes import assert_routes_agree
 from kanefe.environment.deck_motion import turned
 from kanefe.environment.harmonics import Ramp
 from kanefe.environment.rao_checks import surface_motion
+from kanefe.environment.roll_damping import roll_resonance
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.kernels.links.deck_motion import deck_motion
@@ -244,6 +245,15 @@ def test_a_ship_of_a_file(tmp_path: Path) -> None:
     assert "ship.re1 at 5 m/s, heading 300" in str(found)
     with pytest.raises(ModelError, match="symmetric are for a file"):
         kf.Ship.from_rao(found.rao, sea=SEA, symmetric=True)
+
+
+def test_the_example_ship_is_what_its_file_says() -> None:
+    rao = kf.example_rao()
+    assert rao.is_symmetric
+    assert "amidships" in rao.reference
+    assert roll_resonance(rao) == pytest.approx((0.56, 0.08), rel=0.02)
+    for number in (3, 4, 5, 6, 7):  # its frequencies reach as far as all sea states do
+        assert kf.Ship(rao, kf.Sea.state(number, spreading=2), 0.0, 60.0, 0.0).motions_std()["roll"] > 0.0
 
 
 def test_the_picture_shows_amplitudes_and_phases(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Cases of seas and ships: spectra against closed forms, and the motions of a ship whose data are public."""
+"""Cases of seas and ships: spectra against closed forms, a ship whose data are public, a block on a deck."""
 
 from __future__ import annotations
 
@@ -10,10 +10,17 @@ from typing import Any
 import numpy as np
 
 from kanefe.checks.verification.case import Case, Check, Reference
-from kanefe.environment import Sea, Ship, read_rao
+from kanefe.checks.verification.scenes import whole_run
+from kanefe.contact import Coulomb, HuntCrossley
+from kanefe.contact.shapes import Plane
+from kanefe.environment import Sea, Ship, example_rao, read_rao
 from kanefe.environment.dispersion import wave_number
+from kanefe.environment.rao import at_point
 from kanefe.environment.spectra import Bretschneider, Jonswap, Spectrum
 from kanefe.errors import MissingDependency
+from kanefe.joints import Free
+from kanefe.result import Result
+from kanefe.system import System
 
 WHERE = "KANEFE_S175"
 """Variable of the environment that names the file: the data are of others, and are not part of kanefe."""
@@ -85,4 +92,120 @@ def container_ship(reference: Reference) -> Iterator[Check]:
     yield Check.absolute("long waves: heave, surge, pitch per slope; heave in beam seas", found, long_waves, 5e-4)
 
 
-CASES = (Case("F03a", two_spectra), Case("F03b", steep_and_old_seas), Case("S175", container_ship))
+POINT = np.array((-30.0, 0.0, 5.0))
+"""Of the deck, from the reference point, m."""
+
+BEAM = 90.0
+GRAVITY = 9.81
+DOWN = np.array((0.0, 0.0, -GRAVITY))
+RAMP = 30.0
+STIFFNESS = 1e5
+"""Of the block's contact, N/m."""
+
+DURATION = 600.0
+SAMPLES = 4096
+"""Of a record of that duration: some seventy in a wave."""
+
+CLEAR = 0.02
+"""Share of the limit by which a load must pass it, for the time at which it does so to be compared."""
+
+
+def loads_across(ship: Ship, omega: np.ndarray, mu: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the load on a block across the deck less mu times the change of its weight, in both directions, m/s2.
+
+    Of waves of unit height in beam seas, and linear in them; the block slips where it passes ``mu g``.
+    """
+    response = at_point(ship.rao.at(omega, BEAM, 0.0), POINT)
+    across = -(omega**2) * response[:, 1] + GRAVITY * response[:, 3]
+    lighter = mu * omega**2 * response[:, 2]
+    return across + lighter, lighter - across
+
+
+def rice_rate(ship: Ship, mu: float) -> float:
+    """Return how often a second a block begins to slip, by Rice's formula for both directions."""
+    omega = np.linspace(*ship.sea.range, 4001)
+    energy = ship.sea.spectrum.density(omega) * (omega[1] - omega[0])
+    rate = 0.0
+    for load in loads_across(ship, omega, mu):
+        m0, m2 = (float(np.sum(omega**order * energy * abs(load) ** 2)) for order in (0, 2))
+        rate += math.sqrt(m2 / m0) / (2.0 * math.pi) * math.exp(-((mu * GRAVITY) ** 2) / (2.0 * m0))
+    return rate
+
+
+def passes(over: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
+    """Return when a quantity goes from below zero to above, s, and how far it then rises."""
+    begins = np.flatnonzero((over[1:] > 0.0) & (over[:-1] <= 0.0))
+    ends = np.append(np.flatnonzero((over[1:] <= 0.0) & (over[:-1] > 0.0)), len(over) - 1)
+    shares = over[begins] / (over[begins] - over[begins + 1])
+    peaks = [float(over[i : ends[ends > i][0] + 1].max()) for i in begins]
+    return list(zip((times[begins] + shares * np.diff(times)[begins]).tolist(), peaks, strict=True))
+
+
+def linear_count(ship: Ship, mu: float, duration: float) -> int:
+    """Return how often the loads across pass what friction holds, linear in the waves, which are in equal steps."""
+    waves = ship.sea.waves
+    period = 2.0 * math.pi / (waves.frequency[1] - waves.frequency[0])
+    times = period / SAMPLES * np.arange(SAMPLES)
+    first = np.exp(1j * waves.frequency[0] * times)
+    count = 0
+    for load in loads_across(ship, waves.frequency, mu):
+        sums = SAMPLES * np.fft.ifft(load * waves.amplitude * np.exp(1j * waves.phase), SAMPLES)
+        over = (sums * first).real - mu * GRAVITY
+        count += len(passes(over[times < duration], times[times < duration]))
+    return count
+
+
+def exact_passes(ship: Ship, mu: float, times: np.ndarray) -> list[tuple[float, float]]:
+    """Return when what a point on the deck weighs across it passes what friction holds, and by which share of it.
+
+    Of the deck as a rigid body: with its acceleration a, ``A^T (a - g)`` in its axes.
+    """
+    deck = ship.at(POINT, ramp=RAMP)
+    found = [deck.at(float(t)) for t in times]
+    felt = np.array([(rates.acceleration - DOWN) @ rates.axes for rates in found])
+    return passes(np.hypot(felt[:, 0], felt[:, 1]) / (mu * felt[:, 2]) - 1.0, times)
+
+
+def in_state_five(seed: int, duration: float) -> Ship:
+    """Return the example ship at rest in beam seas, all its motions kept."""
+    return Ship(example_rao(), Sea.state(5, seed=seed, duration=duration), 0.0, BEAM, slowest_hz=0.0)
+
+
+def slips_of_a_block(ship: Ship, mu: float, end: float) -> np.ndarray:
+    """Return when a block on the deck begins to slip, s, behind the ramp of the sea."""
+    scene = System(gravity=DOWN.tolist())
+    deck = scene.add_frame("deck", joint=Free(motion=ship.at(POINT, ramp=RAMP)))
+    top = scene.add_surface("top", deck, Plane("z"))
+    start = Free(position=(POINT + DOWN / STIFFNESS).tolist())
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
+    friction = Coulomb(mu, damping=2.0 * math.sqrt(STIFFNESS))  # critical: what sticks does not ring
+    scene.add_contact("c", block, top, normal=HuntCrossley(STIFFNESS, 0.3), friction=friction)
+    model = scene.freeze()
+    result = Result(model, whole_run(model, (0.0, end), 1e-5, output_step=10.0))
+    slips = result.events["c slip"]
+    return np.asarray(slips[slips > RAMP])
+
+
+def block_on_a_deck(reference: Reference) -> Iterator[Check]:
+    """K25: how often a block slips on the deck of a ship in sea state 5."""
+    values, mu = reference.values, reference.values["mu"]
+    ships = [in_state_five(seed, DURATION) for seed in range(values["seeds"])]
+    count = np.mean([linear_count(ship, mu, DURATION) for ship in ships])
+    expected = DURATION * rice_rate(ships[0], mu)
+    yield Check.relative("loads past the limit in 10 min, mean of 200 seas, to Rice's", count, expected, 3e-2)
+    ship, end = ships[values["seed"]], values["end"]
+    slips = slips_of_a_block(ship, mu, end)
+    passed = [each for each in exact_passes(ship, mu, np.arange(0.0, end, 0.05)) if each[0] > RAMP]
+    clear = [t for t, peak in passed if peak > CLEAR]
+    late = max(float(np.min(abs(slips - t))) for t in clear)
+    yield Check.absolute(f"block: {len(clear)} loads that pass the limit, worst time to a slip [s]", late, 0.0, 2e-2)
+    early = max(float(np.min(abs(np.array([t for t, _ in passed]) - t))) for t in slips)
+    yield Check.absolute(f"block: {len(slips)} slips, worst time to a load that passes [s]", early, 0.0, 2e-2)
+
+
+CASES = (
+    Case("F03a", two_spectra),
+    Case("F03b", steep_and_old_seas),
+    Case("S175", container_ship),
+    Case("K25", block_on_a_deck),
+)
