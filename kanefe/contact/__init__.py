@@ -8,3 +8,4 @@ from kanefe.contact.normal_laws import HuntCrossley as HuntCrossley
 from kanefe.contact.normal_laws import KelvinVoigt as KelvinVoigt
 from kanefe.contact.normal_laws import Restitution as Restitution
 from kanefe.contact.rigid import Rigid as Rigid
+from kanefe.contact.table_law import TableLaw as TableLaw

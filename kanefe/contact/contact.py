@@ -352,7 +352,7 @@ class Contact(Load):
             if touch.depth <= 0.0:
                 continue
             probe, law = self.probes[i][1], self.normal
-            directions = [(touch.normal, touch.elastic * law.exponent / touch.depth, 0.0)]
+            directions = [(touch.normal, law.slope(touch.depth, probe.share), 0.0)]
             if self.friction is not None and touch.reserve <= 0.0:
                 k, c = self._anchor(self.friction, probe)
                 if isinstance(self.friction, LuGre):

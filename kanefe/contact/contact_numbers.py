@@ -12,6 +12,7 @@ from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rest import Rest
 from kanefe.contact.shape import Probe, SurfaceShape
+from kanefe.contact.table_law import TableLaw
 from kanefe.loads.base import LoadKernel
 
 ANCHORED, BRISTLES = 1.0, 2.0
@@ -76,7 +77,11 @@ def kernel_of(contact: Numbered) -> LoadKernel:
         parts[0][kernels.RESTS_AT] = sum(map(len, parts))
         parts.append(np.hstack((rest.material, rest.marks, rest.turns.reshape(-1, 9))).ravel())
     parts[0][kernels.SHAPE] = sum(map(len, parts))
-    numbers = np.concatenate((*parts, (float(contact.shape.kind),), contact.shape.numbers))
+    parts += [np.array((float(contact.shape.kind),)), contact.shape.numbers]
+    if isinstance(law, TableLaw):  # where its pieces are, in the place of an exponent
+        parts[0][kernels.EXPONENT] = sum(map(len, parts))
+        parts += [np.array((float(len(law.pieces)),)), law.pieces.ravel()]
+    numbers = np.concatenate(parts)
     return LoadKernel(kernels.contact, numbers, kernels.contact, kernels.contact_watch)
 
 

@@ -62,6 +62,10 @@ class NormalLaw:
             return Pressed(max(0.0, elastic + share * damping * rate), elastic, potential)
         return Pressed(elastic * max(0.0, 1.0 + damping * rate), elastic, potential)
 
+    def slope(self, d: float, share: float) -> float:
+        """Return how fast the elastic force of a point grows with the depth d > 0 (m), N/m."""
+        return share * self.stiffness * self.exponent * d ** (self.exponent - 1.0)
+
 
 @dataclass(frozen=True)
 class HuntCrossley(NormalLaw):

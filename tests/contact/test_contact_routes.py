@@ -89,8 +89,8 @@ def test_routes_agree_on_all_that_touches_a_plane(touching):
 @pytest.mark.parametrize(
     "normal",
     [LAW, kf.Hertz(3e4, damping=0.2), kf.HuntCrossley(3e4, 0.2, exponent=2.2), kf.KelvinVoigt(3e4, damping=200.0),
-     kf.Restitution(3e4, 0.7)],
-    ids=["hunt-crossley", "hertz", "exponent", "kelvin-voigt", "restitution"],
+     kf.Restitution(3e4, 0.7), kf.TableLaw((0.02, 0.1, 0.2), (200.0, 3e3, 9e3), damping=0.2)],
+    ids=["hunt-crossley", "hertz", "exponent", "kelvin-voigt", "restitution", "table"],
 )  # fmt: skip
 def test_routes_agree_on_all_laws(normal, friction):
     belt = (0.3, 0.1, 0.0) if friction is not None else (0.0, 0.0, 0.0)
@@ -147,6 +147,14 @@ def test_what_is_refused_by_name():
         kf.Coulomb(0.2, static=0.1)
     with pytest.raises(kf.ModelError, match="rolling of Coulomb must be one number"):
         kf.Coulomb(0.2, rolling=-1e-3)
+    with pytest.raises(kf.ModelError, match="depths of TableLaw must rise, and forces must not fall"):
+        kf.TableLaw((1e-3, 2e-3), (10.0, 5.0))
+    with pytest.raises(kf.ModelError, match="begins with no force at no depth, not 3 N at 0 m"):
+        kf.TableLaw((0.0, 2e-3), (3.0, 5.0))
+    with pytest.raises(kf.ModelError, match="as many finite numbers"):
+        kf.TableLaw((0.0, 2e-3), (3.0,))
+    with pytest.raises(kf.ModelError, match="damping of TableLaw"):
+        kf.TableLaw((1e-3, 2e-3), (1.0, 5.0), damping=-1.0)
     with pytest.raises(kf.ModelError, match="static of LuGre must be a number of at least coulomb = 1"):
         kf.LuGre(1e5, 300.0, 0.4, 1.0, 0.5, 1e-3)
     with pytest.raises(kf.ModelError, match="sigma2 of LuGre must be"):

@@ -38,6 +38,8 @@ from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, ro
 VISCOUS = TORSIONAL  # of bristles, which do not hold against turning
 BELT = ALONG + 3
 PROBE = BELT + 3
+# Kinds of normal laws, and numbers of a piece of a table
+KELVIN_VOIGT, TABLE, PIECE = 1.0, 2.0, 6
 # Kinds of friction
 ANCHORED, BRISTLES = 1.0, 2.0
 # Numbers of a probe
@@ -314,20 +316,37 @@ def pressed(numbers: Any, share: float, depth: Any, rate: Any, states: Any) -> A
         depth = softness * (x + np.log(1.0 + np.exp(-x)) if x.real > 0.0 else np.log(1.0 + np.exp(x)))
     if numbers[HAS_RESTITUTION] > 0.0:
         damping = damping + states[IMPACT if numbers[HAS_FRICTION] > 0.0 else 0]
-    if n == 1.0:
-        power = depth
-    elif n == 1.5:
-        power = depth * np.sqrt(depth)
+    if numbers[LAW] == TABLE:
+        elastic, energy = of_table(numbers, int(n), share, depth)
     else:
-        power = np.exp(n * np.log(depth))
-    elastic = share * numbers[STIFFNESS] * power
-    if numbers[LAW] > 0.0:
+        if n == 1.0:
+            power = depth
+        elif n == 1.5:
+            power = depth * np.sqrt(depth)
+        else:
+            power = np.exp(n * np.log(depth))
+        elastic = share * numbers[STIFFNESS] * power
+        energy = elastic * depth / (n + 1.0)
+    if numbers[LAW] == KELVIN_VOIGT:
         force = elastic + share * damping * rate
     else:
         force = elastic * (1.0 + damping * rate)
     if force.real < 0.0:
         force = 0.0 * force
-    return force, elastic, elastic * depth / (n + 1.0)
+    return force, elastic, energy
+
+
+@kernel
+def of_table(numbers: Any, at: int, share: float, depth: Any) -> Any:
+    """Return the elastic force and its energy by a table: see `kanefe.contact.table_law.TableLaw`."""
+    piece, last = at + 1, at + 1 + PIECE * (int(numbers[at]) - 1)
+    while piece < last and depth.real > numbers[piece + PIECE]:
+        piece += PIECE
+    f0, a, b, c = numbers[piece + 1], numbers[piece + 2], numbers[piece + 3], numbers[piece + 4]
+    s = depth - numbers[piece]
+    force = f0 + s * (a + s * (b + s * c))
+    energy = numbers[piece + 5] + s * (f0 + s * (0.5 * a + s * (b / 3.0 + 0.25 * s * c)))
+    return share * force, share * energy
 
 
 @inlined
