@@ -24,12 +24,12 @@ DEPTH = 2
 """Blocks in flight a worker: one runs, one waits."""
 
 TRIES = 2
-"""Deaths of a worker with nothing but one case in flight, after which the case is to blame."""
+"""Deaths of a worker after which a case is to blame: of the second it is alone in flight."""
 
 
 @dataclass
 class Block:
-    """Cases that are handed over together; `deaths` are those of workers that had nothing else."""
+    """Cases that are handed over together; `deaths` are those of workers that had them."""
 
     cases: list[Case]
     deaths: int = 0
@@ -130,16 +130,14 @@ class Scheduler:
 
     def _died(self, future: Any) -> Sequence[Done]:
         """Take in the death of a worker: what was in flight is tried again, one case at a time."""
-        block, is_alone = self._flying[future], len(self._flying) == 1
+        block = self._flying[future]
         unfinished = [each for each in self._flying if not _is_done(each)]
         lost = [self._flying.pop(each) for each in (unfinished if self._pool.renew() else [future])]
-        if is_alone and len(block.cases) == 1:
-            block.deaths += 1
-            if block.deaths >= TRIES:
-                reason = "its worker process died, twice with nothing but this case: out of memory, or a crash"
-                return [Done(f"{json.dumps(failed_row(block.cases[0], reason))}\n", 1, 1, 0.0)]
-        self._suspects.extend(Block([case], each.deaths) for each in lost for case in each.cases)
-        return []
+        if block.deaths + 1 < TRIES:
+            self._suspects.extend(Block([case], each.deaths + 1) for each in lost for case in each.cases)
+            return []
+        reason = "its worker process died, and another one that had nothing but this case: out of memory, or a crash"
+        return [Done(f"{json.dumps(failed_row(block.cases[0], reason))}\n", 1, 1, 0.0)]
 
 
 def _is_done(future: Any) -> bool:

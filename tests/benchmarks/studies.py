@@ -2,8 +2,8 @@
 
     PYTHONPATH=tests/shared python tests/benchmarks/studies.py [--cases 400]
 
-Needs two idle cores. The overhead is the time of the study times its workers, less that of its cases, over the cases;
-that of processes has their start in it.
+Needs two idle cores. The overhead is the time of a study times its workers, less that of its cases, over the cases;
+what a study of two cases takes, with the start of its workers, is taken off and told by itself.
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ OVERHEAD = {
     name: Goal(f"study of short runs, {name}: time of a case beyond its run [ms]", 10.0)
     for name in ("serial", "processes", "Dask")
 }
+START = {
+    "processes": Goal("study of two short runs, with the start of two processes [s]", 1.0),
+    "Dask": Goal("study of two short runs on a Dask cluster that is there [s]", 1.0),
+}
 SPEED_UP = Goal("study of long runs: time of 2 workers / of 1", 1.0 / 1.9)
 MEMORY = Goal("10,000 short runs: memory of who asks, beside that of 100 [MB]", 20.0)
 
-LONG_RUN = 300.0  # s of a pendulum
+LONG_RUN = 3000.0  # s of a pendulum
 
 
 def study(cases: int, duration: float) -> kf.Study:
@@ -40,10 +44,7 @@ def timed(made: kf.Study, executor: Any, workers: int) -> tuple[float, kf.StudyT
 
 def overheads(cases: int) -> list[Figure]:
     """Compare the time of studies with that of their cases."""
-    found = []
-    for name, executor, workers in (("serial", "serial", 1), ("processes", "processes", 2)):
-        seconds, table = timed(study(cases, 1.0), executor, workers)
-        found.append(_overhead(name, seconds, table, workers))
+    found = [*_overhead("serial", "serial", 1, cases), *_overhead("processes", "processes", 2, cases)]
     try:
         import distributed
     except ImportError:
@@ -52,8 +53,16 @@ def overheads(cases: int) -> list[Figure]:
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
-        seconds, table = timed(study(cases, 1.0), client, 2)
-    return [*found, _overhead("Dask", seconds, table, 2)]
+        return [*found, *_overhead("Dask", client, 2, cases)]
+
+
+def _overhead(name: str, executor: Any, workers: int, cases: int) -> list[Figure]:
+    """Return the overhead of a case, and what a study of two takes."""
+    (few, first), (many, second) = (timed(study(count, 1.0), executor, workers) for count in (2, cases + 2))
+    inside = float(second.column("wall").sum() - first.column("wall").sum())
+    each = ((many - few) * workers - inside) / cases
+    figures = [OVERHEAD[name].figure(1e3 * each, f"{cases} cases of {1e3 * inside / cases:.2f} ms")]
+    return [*figures, START[name].figure(few)] if name in START else figures
 
 
 def speed_up(cases: int) -> list[Figure]:
@@ -72,12 +81,6 @@ def memory() -> list[Figure]:
         study(cases, 0.01).run("processes", workers=2)
         peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0)
     return [MEMORY.figure(peaks[1] - peaks[0], f"{peaks[0]:.0f} and {peaks[1]:.0f} MB")]
-
-
-def _overhead(name: str, seconds: float, table: kf.StudyTable, workers: int) -> Figure:
-    inside = float(table.column("wall").sum())
-    each = (seconds * workers - inside) / len(table)
-    return OVERHEAD[name].figure(1e3 * each, f"{len(table)} cases of {1e3 * inside / len(table):.2f} ms")
 
 
 if __name__ == "__main__":

@@ -171,19 +171,30 @@ class SmallDisk:
         return getattr(self._file, name)
 
 
-def test_a_full_disk_loses_nothing_that_is_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("has_spare", [True, False])
+def test_a_full_disk_loses_nothing_that_is_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_spare: bool
+) -> None:
     expected = bits(study().run("serial"))
     new_file = stores._new_file
-    monkeypatch.setattr(stores, "_new_file", lambda folder: SmallDisk(new_file(folder), 1000))
-    with pytest.raises(
-        kf.FileError, match=r"No space left on device. All finished cases are in the store. Remedy: free"
-    ):
+
+    def small(folder: Path) -> SmallDisk:
+        if has_spare:
+            return SmallDisk(new_file(folder), 1000)
+        (folder.parent / "spare").unlink()
+        return SmallDisk(new_file(folder), 1000 - (1 << 20))
+
+    monkeypatch.setattr(stores, "_new_file", small)
+    kept = "All finished cases are" if has_spare else "All cases before are"
+    with pytest.raises(kf.FileError, match=rf"No space left on device. {kept} in the store. Remedy: free"):
         study().run("serial", store=tmp_path)
-    assert 1 < len(files(tmp_path)[0]) < 12  # the one that did not fit is there
-    assert sum(len(json.dumps(row)) + 1 for row in files(tmp_path)[0]) > 1000
+    (rows,) = files(tmp_path)  # whole lines, of which none is a part
+    assert 1 < len(rows) < 12
+    # the one that did not fit is there, in the room that was kept aside
+    assert (sum(len(json.dumps(row)) + 1 for row in rows) > 1000) == has_spare
     monkeypatch.undo()
     assert bits(study().run("serial", store=tmp_path)) == expected
-    assert [len(rows) for rows in files(tmp_path)][1] == 12 - len(files(tmp_path)[0])
+    assert len(files(tmp_path)[1]) == 12 - len(rows)
 
 
 def test_a_store_without_rows_is_anybodys(tmp_path: Path) -> None:
