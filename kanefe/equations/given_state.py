@@ -40,6 +40,13 @@ def slack_time(start: object, t: float) -> float:
     return start.model.slack_time if isinstance(start, AtOneTime) else t
 
 
+def knows_states(model: Model, start: object) -> bool:
+    """Return whether a state tells all internal states of a model, so that none is that of the model's start."""
+    if isinstance(start, AtOneTime):
+        return set(model.internal_names()) <= set(start.model.internal_names())
+    return numbers(start).shape == (len(model.state_names),)
+
+
 def given_state(model: Model, t: object, start: object, what: str) -> tuple[float, Vector]:
     """Return time (s) and state y = (q, u, z) of a model from what somebody gives; None: its own start.
 

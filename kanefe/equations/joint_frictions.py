@@ -1,24 +1,32 @@
-"""Dry friction along joint coordinates, as loads of a frozen scene."""
+"""Dry friction in joints, as loads of a frozen scene: under given caps, or as large as the joints are loaded."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import sqrt
 
 import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.joints.coordinate_force import CoordinateForce
-from kanefe.kane.assemble import mass_matrix
+from kanefe.joints.joint_friction import Bearing, JointFriction
+from kanefe.kane.assemble import accelerations, mass_matrix
+from kanefe.kane.bearing_loads import with_consistent_loads
+from kanefe.kane.reactions import joint_reactions
 from kanefe.kane.state import State
 from kanefe.loads.base import Load
 from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.model_data import BodyTerms, ModelData
 
 STRETCHES = {"m": 1e-5, "rad": 1e-4}
-"""Of an anchor's spring under the cap, where its stiffness is not given: by so much a joint moves before it slips."""
+"""Of an anchor's spring under a given cap, where no stiffness is given: by so much a joint moves before it slips."""
+
+STRETCH, TURN = 1e-5, 1e-3
+"""The same of a surface under a load, m, or rad where that is less."""
 
 SHARE_OF_CRITICAL = 0.1
 
@@ -26,17 +34,38 @@ DAMPING_TIME = 1e-3
 """Damping over stiffness in scenes with unreduced bodies, where inertias along joints are not at hand, s."""
 
 
-def joint_frictions(model: ModelData, loads: Sequence[Load], t: float) -> tuple[CoordinateFriction, ...]:
-    """Return a load for each joint coordinate with dry friction, called "friction of <body>" and the coordinate's name.
+def with_joint_frictions(model: Model, t: float) -> Model:
+    """Return the scene with a load for each friction in a joint, called "friction of <body>".
 
-    Of a joint with one coordinate the name is left out. Damping that is not given is a tenth of what is critical for
-    the inertia along the coordinate at the start of the scene, at time t (s).
+    Where a joint has several coordinates with friction of their own, the coordinate's name follows. Damping that is not
+    given is a tenth of what is critical for the inertia along the coordinate at the start of the scene, at time t (s);
+    loads of joints are those of that start.
 
     Raises
     ------
     ModelError
-        If another load has the name.
+        If another load has the name, or the stiffness of an anchor cannot be told from the start.
     """
+    found = (*_given_frictions(model, t), *_loaded_frictions(model, t))
+    if not found:
+        return model
+    taken = {load.name for load in model.loads}
+    for friction in found:
+        if friction.name in taken:
+            raise ModelError(
+                f"a load is called {friction.name!r}, as the friction in that joint is. Remedy: another name"
+            )
+    model = model.with_loads((*model.loads, *found))
+    q, u, z = model.initial_coordinates, model.initial_speeds, model.initial_states
+    z = with_consistent_loads(model, t, q, u, z)
+    loads: list[Load] = list(model.loads)
+    for number in model.bearings:
+        friction, _ = model.following(number)
+        loads[number] = replace(friction, first_load=float(z[model.load_states[number]][friction.load_state]))
+    return model.with_loads(loads) if model.bearings else model
+
+
+def _given_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction]:
     rubbing = [
         (number, i, law)
         for number, body in enumerate(model.bodies)
@@ -47,16 +76,11 @@ def joint_frictions(model: ModelData, loads: Sequence[Load], t: float) -> tuple[
         return ()
     inertias = None
     if not model.has_unreduced and any(law.friction_damping is None for _, _, law in rubbing):
-        inertias = np.diag(mass_matrix(State(model, t, model.initial_coordinates, model.initial_speeds)))
-    found = tuple(_friction(model.bodies[number], number, i, law, inertias) for number, i, law in rubbing)
-    taken = {load.name for load in loads}
-    for load in found:
-        if load.name in taken:
-            raise ModelError(f"a load is called {load.name!r}, as the friction in that joint is. Remedy: another name")
-    return found
+        inertias = np.diag(mass_matrix(_start(model, t)))
+    return [_given_friction(model.bodies[number], number, i, law, inertias) for number, i, law in rubbing]
 
 
-def _friction(
+def _given_friction(
     body: BodyTerms, number: int, i: int, law: CoordinateForce, inertias: Vector | None
 ) -> CoordinateFriction:
     """Return the friction along a coordinate of a body's joint; `inertias` along all speeds."""
@@ -66,14 +90,99 @@ def _friction(
     stiffness = static / STRETCHES[unit] if law.friction_stiffness is None else law.friction_stiffness
     damping = law.friction_damping
     if damping is None and inertias is not None:
-        damping = SHARE_OF_CRITICAL * 2.0 * sqrt(stiffness * float(inertias[body.speeds[i]]))
+        damping = _damping(stiffness, float(inertias[body.speeds[i]]))
     return CoordinateFriction(
         f"friction of {subject}",
-        (CoordinateMarker.of(number, i, f"the {names[i].partition(' [')[0]} of {body.name!r}"),),
+        (_marker(body, number, i),),
         coordinate=subject,
-        unit=unit,
+        units=(unit,),
         sliding=law.friction,
         static=static,
         stiffness=stiffness,
         damping=damping or DAMPING_TIME * stiffness,
     )
+
+
+def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction]:
+    rubbing = [
+        (number, body.joint.friction, bearing)
+        for number, body in enumerate(model.bodies)
+        if body.joint.friction is not None and (bearing := body.joint.bearing()) is not None
+    ]
+    rubbing = [entry for entry in rubbing if (entry[1].static or entry[1].mu) > 0.0]
+    if not rubbing:
+        return ()
+    if model.has_unreduced:
+        names = ", ".join(repr(model.bodies[number].name) for number, _, _ in rubbing)
+        raise ModelError(
+            f"friction from the load of the joint of {names} is not offered beside bodies that keep all degrees of "
+            "freedom. Remedy: a reduction of these, or CoordinateForce(friction=...), which is given"
+        )
+    state = _start(model, t)
+    inertias, reactions = np.diag(mass_matrix(state)), joint_reactions(state, accelerations(state))
+    carried = _carried_masses(model)
+    found = []
+    for number, friction, bearing in rubbing:
+        weight = float(carried[number] * np.linalg.norm(model.gravity))
+        load = max(bearing.load(reactions[number], 0.0), weight)
+        found.append(_loaded_friction(model.bodies[number], number, friction, bearing, inertias, load))
+    return found
+
+
+def _loaded_friction(
+    body: BodyTerms, number: int, friction: JointFriction, bearing: Bearing, inertias: Vector, load: float
+) -> CoordinateFriction:
+    """Return the friction in a body's joint; `load` (N) is a large one of it."""
+    large = load + friction.preload
+    static = friction.mu if friction.static is None else friction.static
+    stiffness = friction.stiffness
+    if stiffness is None and large == 0.0:
+        raise ModelError(
+            f"nothing loads the joint of {body.name!r} at the start, so that how its friction gives way cannot be told "
+            "from that. Remedy: JointFriction(stiffness=...), N/m at the surface that rubs"
+        )
+    slips = [abs(arm) for arm in bearing.arms]
+    if stiffness is None:
+        turns = [TURN * arm for arm, unit in zip(slips, body.joint.units, strict=True) if unit == "rad"]
+        stiffness = static * large / min((STRETCH, *turns))
+    pairs = zip(body.speeds[: len(slips)].tolist(), slips, strict=True)
+    mass = min(float(inertias[speed]) / arm**2 for speed, arm in pairs)
+    damping = friction.damping or _damping(stiffness, mass)
+    return CoordinateFriction(
+        f"friction of {body.name}",
+        tuple(_marker(body, number, i) for i in range(len(slips))),
+        coordinate=body.name,
+        units=body.joint.units,
+        sliding=friction.mu,
+        static=static,
+        stiffness=stiffness,
+        damping=damping or DAMPING_TIME * stiffness,
+        arms=bearing.arms,
+        base=friction.preload,
+        bearing=bearing,
+        load_time=friction.load_time or (damping or DAMPING_TIME * stiffness) / stiffness,
+        load_scale=large or 1.0,
+    )
+
+
+def _start(model: ModelData, t: float) -> State:
+    return State(model, t, model.initial_coordinates, model.initial_speeds)
+
+
+def _damping(stiffness: float, mass: float) -> float:
+    return SHARE_OF_CRITICAL * 2.0 * sqrt(stiffness * mass)
+
+
+def _marker(body: BodyTerms, number: int, i: int) -> CoordinateMarker:
+    return CoordinateMarker.of(number, i, f"the {body.joint.coordinate_names[i].partition(' [')[0]} of {body.name!r}")
+
+
+def _carried_masses(model: ModelData) -> Vector:
+    """Return the mass of each body with all that it carries, kg."""
+    masses = np.zeros(len(model.bodies))
+    for number, body in reversed(list(enumerate(model.bodies))):
+        masses[number] += body.rigid.mass if body.rigid is not None else 0.0
+        masses[number] += body.flexible.body.mass if body.flexible is not None else 0.0
+        if body.parent >= 0:
+            masses[body.parent] += masses[number]
+    return masses

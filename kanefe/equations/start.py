@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from kanefe.equations.given_state import Start, given_state, slack_time
-from kanefe.equations.joint_frictions import joint_frictions
+from kanefe.equations.given_state import Start, given_state, knows_states, slack_time
+from kanefe.equations.joint_frictions import with_joint_frictions
+from kanefe.equations.joint_stops import joint_stops
 from kanefe.equations.model import Model
 from kanefe.equations.routes import starting_route
+from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
 
@@ -21,7 +23,8 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
     Joints whose start is not given (all zeros) move first, then all joints, then elastic coordinates too, each only if
     the loops do not close without. Speeds are treated alike: those given are kept if the others can follow. Loads see
     that start: springs without a rest length are slack there, also if the model then starts from another state. Dry
-    friction in joints is a load of its own: see `kanefe.equations.joint_frictions`.
+    friction in joints is a load of its own, and so are stops with a restitution: see
+    `kanefe.equations.joint_frictions` and `joint_stops`.
 
     Raises
     ------
@@ -35,11 +38,14 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
         q, u, _ = model.parts(starting_route(model).start(slack))
         if not (np.array_equal(q, model.initial_coordinates) and np.array_equal(u, model.initial_speeds)):
             model = replace(model, initial_coordinates=q, initial_speeds=u)
-    loads = (*loads, *joint_frictions(model, loads, slack))
+    loads = (*loads, *joint_stops(model.with_loads(loads)))
     if loads:
         model = model.with_loads(starting_route(model).started(slack, loads))
+    model = with_joint_frictions(model, slack)
     if start is None:
         return model
     _, y = given_state(model, t, start, "the run")
     q, u, z = model.parts(starting_route(model).projected(t, y))
+    if model.bearings and not knows_states(model, start):
+        z = with_consistent_loads(model, t, q, u, z)
     return replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
+from kanefe.loads.base import Load
+from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 MOST_EXPLICIT_STEPS = 2000.0
@@ -69,6 +72,9 @@ MANY_SAMPLES = 50.0
 MUCH = 40.0
 """Times the work of Radau's method: what the explicit one may take where stops act all the time."""
 
+LITTLE = 0.1
+"""The same: what the explicit one may take where friction in joints sticks, which it lets tremble by its tolerance."""
+
 STOPS = "stops"
 
 LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
@@ -109,19 +115,22 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     so that it hands over where they would be; Radau's method, or the explicit one where that is less work, follows
     vibrations from the start where they are larger than the tolerance or the run lasts few of their periods. Radau's
     method also where something stiff is outside the sweep (springs between frames, functions of the state) or begins at
-    once (stops, contacts, friction in joints), and where that is too much work generalised-alpha; not under sampled
-    controllers, at whose samples it would begin anew.
+    once (stops, contacts, friction in joints unless the explicit one has far less work), and where that is too much
+    work generalised-alpha; not under sampled controllers, at whose samples it would begin anew.
     """
     if model.crowd is not None:
         return _of_crowd(model, model.crowd, stop - start)
     own = serving(model, *own_methods())
     if len(own) == 1:
         return Suited(own[0], f"the only one for {model.route.reason}")
-    sudden = [load for load in model.loads if load.acts_at_once]
+    span, sudden = stop - start, [load for load in model.loads if load.acts_at_once]
     if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
+        share = min(CONTACT_ATOL / atol, 1.0)
+        if _takes_friction(model, sudden, start, span):
+            return Suited("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
         reason = f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once"
-        return Suited("radau5", reason, share=min(CONTACT_ATOL / atol, 1.0))
-    span, dynamics = stop - start, Dynamics(model)
+        return Suited("radau5", reason, share=share)
+    dynamics = Dynamics(model)
     outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
     if not _is_stiff(max(rate, outside), span):
         return Suited("dop853", "no stiff elastic modes")
@@ -244,6 +253,27 @@ def _takes_stops(model: Model, start: float, span: float) -> bool:
     )
 
 
+def _takes_friction(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
+    """Tell whether nothing but friction in joints may become stiff, and the explicit method has much less work with it.
+
+    With what does as all of it sticks, and as anchors give way that slip.
+    """
+    frictions = [load for load in sudden if isinstance(load, CoordinateFriction)]
+    if len(frictions) < len(sudden) or model.has_stops:
+        return False
+    K, C = iteration_matrices(model)
+    for load in frictions:
+        for end, arm in zip(load.ends, load.arms, strict=True):
+            at = int(model.bodies[end.body].speeds[end.coordinate])
+            if at < model.free_count:
+                K[at, at] += load.stiffness * arm**2
+                C[at, at] += load.damping * arm**2
+    slipping = max(load.stiffness / load.damping for load in frictions)
+    following = max((1.0 / load.load_time for load in frictions if load.bearing is not None), default=0.0)
+    rate = max(highest_rate(model, start, K, C), slipping, following)
+    return _explicit_work(model, span * rate / STABLE) < LITTLE * _radau_work(model, LEAST_BESIDE_KINKS)
+
+
 def _rate_at_stops(model: Model, start: float) -> float:
     """Return the highest rate in rad/s with all stops touched."""
     K, C = iteration_matrices(model)
@@ -266,7 +296,8 @@ def _explicit_work(model: Model, steps: float) -> float:
 
 
 def _radau_work(model: Model, steps: float) -> float:
-    return steps * (EVALUATIONS_A_STEP * _evaluation(model) + PRODUCTS_OF_FACTORS * model.free_count**3)
+    size = model.free_count + (model.state_count if model.states_move else 0)
+    return steps * (EVALUATIONS_A_STEP * _evaluation(model) + PRODUCTS_OF_FACTORS * size**3)
 
 
 def _steps_of_radau(span: float, rtol: float | None, atol: float, found: Vibrations) -> float:

@@ -6,6 +6,7 @@ from kanefe.joints.cylindrical import Cylindrical
 from kanefe.joints.fixed import Fixed
 from kanefe.joints.free import Free
 from kanefe.joints.held import Held
+from kanefe.joints.joint_friction import JointFriction
 from kanefe.joints.link import Link
 from kanefe.joints.link import LinkKernel as LinkKernel
 from kanefe.joints.motion import Motion
@@ -27,6 +28,7 @@ __all__ = [
     "Free",
     "Held",
     "Joint",
+    "JointFriction",
     "Link",
     "LinkKernel",
     "Motion",

@@ -13,6 +13,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, unit_vector
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
+from kanefe.joints.joint_friction import Bearing, JointFriction, Wanted, check_friction
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
@@ -39,6 +40,8 @@ class Joint(ABC):
         joint has no such rotation.
     holds_floating : bool
         Whether it can hold a flexible body without an interface fixed in its frame.
+    friction : JointFriction or None
+        As large as the joint is loaded, in which case it has a `bearing`.
 
     Examples
     --------
@@ -71,6 +74,7 @@ class Joint(ABC):
     speed_names: ClassVar[tuple[str, ...]] = ()
     rotation_at: ClassVar[int | None] = None
     holds_floating: ClassVar[bool] = False
+    friction: JointFriction | None = None
 
     @property
     def kind(self) -> str:
@@ -134,6 +138,10 @@ class Joint(ABC):
         """Return what the joint holds between two frames when it closes a loop; None: it cannot close one."""
         return None
 
+    def bearing(self) -> Bearing | None:
+        """Return what of the joint's reaction its `friction` feels; None: it has none."""
+        return None
+
     @property
     def is_fixed(self) -> bool:
         """Whether nothing moves in it: M is F."""
@@ -177,6 +185,8 @@ def start_values(value: object, count: int, what: str) -> Vector:
 class ScalarJoint(Joint):
     """Common part of the joints whose coordinates are distances and angles, each with its own rate for a speed."""
 
+    _rubs: ClassVar[Wanted] = Wanted()
+
     def _check_coordinates(self) -> None:
         """Raise a ModelError if a motion or force is none, or if the start contradicts a motion."""
         motions, forces = self.motions, self.coordinate_forces
@@ -185,6 +195,12 @@ class ScalarJoint(Joint):
             if len(given) != count or not all(x is None or isinstance(x, kind) for x in given):
                 wanted = f"a {kind.__name__}" if count == 1 else f"{count} of {kind.__name__} or None"
                 raise ModelError(f"{what} of a {self.kind} joint must be {wanted}, not {given!r}")
+        check_friction(self.friction, self.kind, self._rubs)
+        if self.friction is not None and any(force is not None and force.friction > 0.0 for force in forces):
+            raise ModelError(
+                f"a {self.kind} joint has either friction from its load or a CoordinateForce with friction. Remedy: "
+                "preload of JointFriction for what is there always"
+            )
         starts = zip(self.coordinate_names, motions, self.initial_coordinates(), self.initial_speeds(), strict=True)
         for name, motion, position, speed in starts:
             if motion is None:
@@ -277,6 +293,8 @@ class AxisJoint(OneCoordinateJoint):
         Drives the coordinate; then `position` and `speed` must stay at zero.
     forces : CoordinateForce, optional
         Spring, damper, friction and limits along the coordinate.
+    friction : JointFriction, optional
+        Friction from the load of the joint.
 
     Raises
     ------
@@ -289,6 +307,7 @@ class AxisJoint(OneCoordinateJoint):
     speed: float = 0.0
     motion: Motion | None = None
     forces: CoordinateForce | None = None
+    friction: JointFriction | None = None
     direction: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

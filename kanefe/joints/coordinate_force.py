@@ -45,12 +45,17 @@ class CoordinateForce:
         Lower and upper limit of the coordinate, m; None: no limit.
     limit_stiffness, limit_damping : float
         Of the stops at the limits, N/m and N s/m.
+    limit_restitution : float, optional
+        In place of the damping: the share of its speed, above 0, at most 1, with which it leaves a stop. The stop then
+        pushes back by ``k_limit d max(0, 1 + lambda dd)`` (Hunt & Crossley), with lambda set at each touch by the speed
+        of that impact; of impacts below 1 mm/s (1 mrad/s) as of that speed. It is a load of its own, "stop of <body>":
+        ``result.events["<body> touch"]`` and ``["<body> lift"]`` tell when.
 
     Raises
     ------
     ModelError
-        If a number is negative or not finite, the limits are reversed, a stop has no stiffness, or the static friction
-        is below that which slips.
+        If a number is negative or not finite, the limits are reversed, a stop has no stiffness, or both damping and
+        restitution; or the static friction is below that which slips.
 
     Examples
     --------
@@ -69,6 +74,7 @@ class CoordinateForce:
     limits: Sequence[float | None] = (None, None)
     limit_stiffness: float = 0.0
     limit_damping: float = 0.0
+    limit_restitution: float | None = None
     lower: float = field(init=False, repr=False)
     upper: float = field(init=False, repr=False)
 
@@ -89,8 +95,63 @@ class CoordinateForce:
             raise ModelError("limits of a joint coordinate need a stop to push back. Remedy: give limit_stiffness")
         if not is_limited and (self.limit_stiffness or self.limit_damping):
             raise ModelError("limit_stiffness or limit_damping without limits does nothing. Remedy: give limits")
+        if self.limit_restitution is not None:
+            self._check_restitution(is_limited)
+            lower, upper = -math.inf, math.inf  # the stops are a load of their own
         object.__setattr__(self, "lower", lower)
         object.__setattr__(self, "upper", upper)
+
+    @classmethod
+    def backlash(
+        cls,
+        play: float,
+        *,
+        stiffness: float,
+        damping: float = 0.0,
+        restitution: float | None = None,
+        rest: float = 0.0,
+        friction: float = 0.0,
+    ) -> CoordinateForce:
+        """Return a spring with play: nothing acts within ``rest +- play/2``, beyond it teeth or a key push back.
+
+        They push and never pull: ``-(k d + c dd)`` beyond by d, or with a `restitution` in place of the damping.
+
+        Parameters
+        ----------
+        play : float
+            The whole way that is free, m or rad.
+        stiffness, damping : float
+            k and c beyond it, N/m and N s/m.
+        restitution : float, optional
+            See `limit_restitution`.
+        rest : float
+            The middle of the play, m.
+        friction : float
+            Dry friction all along, N.
+
+        Examples
+        --------
+        >>> key = CoordinateForce.backlash(0.02, stiffness=1000.0)
+        >>> round(key.force(0.015, 0.0), 9), key.force(-0.009, 3.0)
+        (-5.0, 0.0)
+        """
+        width = numbers(play)
+        if width.shape != () or not np.isfinite(width) or width <= 0.0:
+            raise ModelError(f"play of backlash must be one number, finite and > 0, not {play!r}")
+        ends = rest - 0.5 * play, rest + 0.5 * play
+        return cls(
+            rest=rest, friction=friction, limits=ends, limit_stiffness=stiffness, limit_damping=damping,
+            limit_restitution=restitution,
+        )  # fmt: skip
+
+    def _check_restitution(self, is_limited: bool) -> None:
+        e = numbers(self.limit_restitution)
+        if e.shape != () or not 0.0 < e <= 1.0:
+            raise ModelError(f"limit_restitution must be a number above 0, at most 1, not {self.limit_restitution!r}")
+        if not is_limited:
+            raise ModelError("limit_restitution without limits does nothing. Remedy: give limits")
+        if self.limit_damping:
+            raise ModelError("a stop has either limit_damping or limit_restitution. Remedy: leave one out")
 
     def _check_friction(self) -> None:
         for name in ("static_friction", "friction_stiffness", "friction_damping"):
@@ -118,13 +179,13 @@ class CoordinateForce:
 
     @property
     def acts(self) -> bool:
-        """Whether there is anything but friction."""
-        return bool(self.stiffness or self.damping or self.limit_stiffness)
+        """Whether there is anything but what is a load of its own, friction and stops with a restitution."""
+        return bool(self.stiffness or self.damping or self.is_varying)
 
     @property
     def is_varying(self) -> bool:
         """Whether its slopes change with the state: it has limits."""
-        return bool(self.limit_stiffness)
+        return math.isfinite(self.lower) or math.isfinite(self.upper)
 
     def force(self, q: float, rate: float) -> float:
         """Return the generalised force at coordinate q (m) and its rate (m/s) but for friction, N."""
@@ -154,6 +215,11 @@ class CoordinateForce:
         if beyond > 0.0 and self.limit_stiffness * beyond + self.limit_damping * outward > 0.0:
             k, c = k + self.limit_stiffness, c + self.limit_damping
         return k, c
+
+
+def limits_of(law: CoordinateForce) -> tuple[float, float]:
+    """Return lower and upper limit, infinite where there is none, also of stops that are a load of their own."""
+    return _bounds(law.limits)
 
 
 def _bounds(limits: Sequence[float | None]) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from kanefe.frames import Matrix, Vector, across, axis_rotation
 from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
+from kanefe.joints.joint_friction import Bearing, JointFriction, Wanted, pads
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
@@ -32,6 +33,8 @@ class Cylindrical(SeveralCoordinatesJoint):
         Drives single coordinates, which then take their start from it.
     forces : (CoordinateForce or None, CoordinateForce or None)
         Spring, damper, friction and limits of each coordinate.
+    friction : JointFriction, optional
+        Friction from the load of the joint.
 
     Raises
     ------
@@ -48,10 +51,12 @@ class Cylindrical(SeveralCoordinatesJoint):
     speed: Sequence[float] = (0.0, 0.0)
     motion: Sequence[Motion | None] = (None, None)
     forces: Sequence[CoordinateForce | None] = (None, None)
+    friction: JointFriction | None = None
     direction: np.ndarray = field(init=False, repr=False, compare=False)
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("distance [m]", "angle [rad]")
     speed_names: ClassVar[tuple[str, ...]] = ("rate [m/s]", "rate [rad/s]")
+    _rubs: ClassVar[Wanted] = Wanted(needs=("radius",), lacks=("collar",))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
@@ -77,3 +82,8 @@ class Cylindrical(SeveralCoordinatesJoint):
 
     def held(self) -> Held:
         return Held(along=across(self.direction), parallel=self.direction)
+
+    def bearing(self) -> Bearing | None:
+        if self.friction is None or self.friction.radius is None:
+            return None
+        return pads(self.friction, self.direction, (1.0, self.friction.radius), 0.0, 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, across
 from kanefe.joints.base import AxisJoint
 from kanefe.joints.held import Held
+from kanefe.joints.joint_friction import Bearing, Wanted, pads
 from kanefe.joints.link import Link
 
 
@@ -22,6 +23,7 @@ class Prismatic(AxisJoint):
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("distance [m]",)
     speed_names: ClassVar[tuple[str, ...]] = ("rate [m/s]",)
+    _rubs: ClassVar[Wanted] = Wanted(lacks=("collar",))
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         return q[0] * self.direction, np.eye(3)
@@ -35,3 +37,10 @@ class Prismatic(AxisJoint):
     def held(self) -> Held:
         axis, sides = self.direction, across(self.direction)
         return Held(along=sides, parallel=axis, is_aligned=True, facing=(axis, sides[0]))
+
+    def bearing(self) -> Bearing | None:
+        if self.friction is None:
+            return None
+        return pads(
+            self.friction, self.direction, (1.0,), 0.0, 1.0 / self.friction.radius if self.friction.radius else 0.0
+        )

@@ -10,6 +10,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import AxisJoint
 from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.joint_friction import Bearing, Wanted, pads
 from kanefe.joints.link import Link
 
 
@@ -28,6 +29,7 @@ class Revolute(AxisJoint):
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("angle [rad]",)
     speed_names: ClassVar[tuple[str, ...]] = ("rate [rad/s]",)
+    _rubs: ClassVar[Wanted] = Wanted(needs=("radius",))
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         return np.zeros(3), axis_rotation(self.direction, q[0])
@@ -40,3 +42,9 @@ class Revolute(AxisJoint):
 
     def held(self) -> Held:
         return Held(along=EVERYWHERE, parallel=self.direction)
+
+    def bearing(self) -> Bearing | None:
+        if self.friction is None or self.friction.radius is None:
+            return None
+        radius = self.friction.radius
+        return pads(self.friction, self.direction, (radius,), (self.friction.collar or 0.0) / radius, 0.0)

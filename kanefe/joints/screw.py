@@ -11,6 +11,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, across, axis_rotation
 from kanefe.joints.base import AxisJoint
 from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.joint_friction import Bearing, Wanted, thread
 from kanefe.joints.link import Link
 
 
@@ -35,6 +36,7 @@ class Screw(AxisJoint):
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("angle [rad]",)
     speed_names: ClassVar[tuple[str, ...]] = ("rate [rad/s]",)
+    _rubs: ClassVar[Wanted] = Wanted(needs=("radius",), lacks=("collar", "length"))
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,3 +59,8 @@ class Screw(AxisJoint):
         if self.lead == 0.0:
             return Held(along=EVERYWHERE, parallel=axis, facing=(axis,))
         return Held(along=across(axis), parallel=axis, thread=(axis, float(self.lead)), facing=(axis,))
+
+    def bearing(self) -> Bearing | None:
+        if self.friction is None or self.friction.radius is None:
+            return None
+        return thread(self.friction.radius, self.lead, self.direction)

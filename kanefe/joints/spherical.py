@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from kanefe.errors import ModelError
 from kanefe.frames import (
     Matrix,
     Orientation,
@@ -21,6 +22,7 @@ from kanefe.frames import (
 from kanefe.joints.base import Joint, start_values
 from kanefe.joints.given_pose import GivenPose, check_drive, refuse_forces
 from kanefe.joints.held import EVERYWHERE, Held
+from kanefe.joints.joint_friction import BALL, Bearing, JointFriction, Wanted, check_friction
 from kanefe.joints.link import Link
 
 
@@ -39,6 +41,8 @@ class Spherical(Joint):
         coordinates of the state. What drives is in `Result.joint_reaction`, its power in `Result.driving_force`, in W.
     forces : None
         The coordinates of this joint cannot carry forces: an error names the remedy.
+    friction : JointFriction, optional
+        Friction from the load of the joint.
 
     Raises
     ------
@@ -51,6 +55,7 @@ class Spherical(Joint):
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
     motion: GivenPose | None = None
     forces: None = None
+    friction: JointFriction | None = None
 
     rotation_at: ClassVar[int | None] = 0
     coordinate_names: ClassVar[tuple[str, ...]] = ("e0", "e1", "e2", "e3")
@@ -61,6 +66,12 @@ class Spherical(Joint):
         orientation_parameters(self.orientation, "orientation of a spherical joint")
         start_values(self.angular_velocity, 3, "angular_velocity of a spherical joint")
         check_drive(self, self.motion, ("orientation", "angular_velocity"), moves=False)
+        check_friction(self.friction, self.kind, Wanted(needs=("radius",), lacks=("collar", "length")))
+        if self.friction is not None and self.motion is not None:
+            raise ModelError(
+                "a spherical joint that follows a given pose has no friction from its load. Remedy: leave it out: "
+                "what drives would only have to do more"
+            )
 
     def initial_coordinates(self) -> Vector:
         return orientation_parameters(self.orientation, "orientation of a spherical joint")
@@ -86,3 +97,8 @@ class Spherical(Joint):
 
     def held(self) -> Held:
         return Held(along=EVERYWHERE)
+
+    def bearing(self) -> Bearing | None:
+        if self.friction is None or self.friction.radius is None:
+            return None
+        return Bearing((self.friction.radius,) * 3, BALL, np.zeros(3))

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, held_accelerations
+from kanefe.kane.bearing_loads import add_load_rates
 from kanefe.kane.constraints import held_rows
 from kanefe.kane.energy import (
     dissipated_power,
@@ -198,6 +199,7 @@ def state_rates(state: State) -> Vector:
             rates[where] = action.rates
     if state.model.rigid_contacts:
         contact_rates(state, rates)
+    add_load_rates(state, rates)
     return rates
 
 

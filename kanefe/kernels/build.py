@@ -18,17 +18,8 @@ from kanefe.kernels.units import BUILT, GENERATIONS, Unit, file_name, own_folder
 
 NOT_OF_FLEXIBLE = (
     *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
-    *(
-        "bushing*",
-        "contact*",
-        "coordinate_friction*",
-        "curve*",
-        "deck_motion*",
-        "pose_table*",
-        "rope*",
-        "spring*",
-        "watch_states*",
-    ),
+    *("bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*", "pose_table*", "rope*", "spring*"),
+    "watch_states*",
 )
 """Patterns of the names of units that trees of flexible bodies do without."""
 

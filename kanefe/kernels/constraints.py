@@ -33,7 +33,7 @@ from kanefe.kernels.loads import push
 from kanefe.kernels.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
 from kanefe.kernels.pivoted import factor, solve
 from kanefe.kernels.tolerances import HALF_ON
-from kanefe.kernels.vectors import Numbers, cross, dot, plus, put, vector
+from kanefe.kernels.vectors import Numbers, cross, dot, plus, put, times, vector
 
 # Columns of the integers of a row
 KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH = range(9)
@@ -262,19 +262,8 @@ def answer_rows(
     for j in range(m):
         if kept.scale[j] == 0.0:
             continue
-        for i in range(len(tables.rows)):
-            clear_forces(work, i)
-        if flexible is not None:
-            for f in range(len(flexible.bodies)):
-                modal[span(flexible.bodies[f], WORK_FORCE)][:] = 0.0
-        applied[:] = 0.0
-        if loops.rows[j, KIND_OF] == COUPLER_ROW:
-            for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-                applied[loops.speeds[term]] += loops.coefficients[term]
-        else:
-            for end in range(2):
-                force, moment = vector(kept.wrenches, j, 6 * end), vector(kept.wrenches, j, 6 * end + 3)
-                push(tables.rows, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal)
+        clear_all_forces(tables, flexible, applied, work, modal)
+        push_row(loops, tables, flexible, j, 1.0, kept.wrenches, applied, work, modal)
         answer = kept.answers[j, :count]  # the driven entries keep the answer of the driving forces
         sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
         sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, answer)
@@ -288,6 +277,78 @@ def answer_rows(
         if kept.scale[j] != 0.0:
             size = kept.A[j, j].real
             kept.scale[j] = np.sqrt(kept.scale[j] / size) if size > 0.0 else 0.0 * kept.scale[j]
+
+
+@kernel
+def answer_multipliers(
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    count: int,
+    multipliers: np.ndarray,
+    workspace: np.ndarray,
+) -> None:
+    """Sweep what all multipliers cause together, after `hold`: forces and accelerations of rows are theirs alone then.
+
+    Parameters
+    ----------
+    applied : ndarray, shape (free + driven,)
+        Workspace.
+    count : int
+        Of free speeds.
+    workspace : ndarray, shape (`hold_size`,)
+        Of `hold`; its answers are lost.
+    """
+    kept = answers_in(workspace, len(loops.rows), len(applied))
+    clear_all_forces(tables, flexible, applied, work, modal)
+    for j in range(len(loops.rows)):
+        if multipliers[j] != 0.0:
+            push_row(loops, tables, flexible, j, multipliers[j], kept.wrenches, applied, work, modal)
+    sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
+    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, kept.answers[0, :count])
+
+
+@kernel
+def clear_all_forces(
+    tables: Tables, flexible: FlexibleTables | None, applied: np.ndarray, work: np.ndarray, modal: np.ndarray
+) -> None:
+    """Write no forces on rows, modes and joints."""
+    for i in range(len(tables.rows)):
+        clear_forces(work, i)
+    if flexible is not None:
+        for f in range(len(flexible.bodies)):
+            modal[span(flexible.bodies[f], WORK_FORCE)][:] = 0.0
+    applied[:] = 0.0
+
+
+@kernel
+def push_row(
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    j: int,
+    multiplier: Any,
+    wrenches: np.ndarray,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Apply what a multiplier of a row exerts."""
+    if loops.rows[j, KIND_OF] == COUPLER_ROW:
+        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
+            applied[loops.speeds[term]] += multiplier * loops.coefficients[term]
+        return
+    for end in range(2):
+        force, moment = vector(wrenches, j, 6 * end), vector(wrenches, j, 6 * end + 3)
+        push(
+            tables.rows, flexible, loops.rows[j, ROW_A + end], times(multiplier, force), times(multiplier, moment),
+            work, modal,
+        )  # fmt: skip
 
 
 @kernel

@@ -9,7 +9,8 @@ import numpy as np
 from kanefe.kernels._numba import expanded, inlined
 from kanefe.kernels.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.arrays import RealRows, Reals, ValueRows, Values
-from kanefe.kernels.constraints import Loops, hold, hold_size
+from kanefe.kernels.bearings import REACTION, add_reactions, follow_reactions
+from kanefe.kernels.constraints import Loops, answer_multipliers, hold, hold_size
 from kanefe.kernels.elastic import span, total
 from kanefe.kernels.entries import entry
 from kanefe.kernels.implicit import stiffen_joints, stiffen_modes
@@ -66,6 +67,8 @@ class Workspace(NamedTuple):
         Of the constraints.
     holding : ndarray, shape (`hold_size`,)
         Of `hold`.
+    reactions : ndarray, shape (bearings, REACTION)
+        Of joints whose load is followed.
     acting : ndarray
         Of `add_loads_between`.
     """
@@ -78,6 +81,7 @@ class Workspace(NamedTuple):
     driving: np.ndarray
     multipliers: np.ndarray
     holding: np.ndarray
+    reactions: np.ndarray
     acting: np.ndarray
 
 
@@ -113,11 +117,14 @@ def workspace_size(
     if flexible is not None:
         size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     m = len(loops.rows)
-    return size + int(between.workspace_size[WHOLE]) + m + hold_size(m, speeds)
+    of_loads = int(between.workspace_size[WHOLE]) + REACTION * len(between.bearings)
+    return size + of_loads + m + hold_size(m, speeds)
 
 
 @expanded
-def workspace_in(memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, loops: Loops) -> Workspace:
+def workspace_in(
+    memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, between: LoadsBetween, loops: Loops
+) -> Workspace:
     """Return the parts of a memory of `workspace_size`."""
     rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
     speeds, modes, borders, m = tables.sizes[SPEEDS] + driven, 0, 0, len(loops.rows)
@@ -128,8 +135,9 @@ def workspace_in(memory: np.ndarray, tables: Tables, flexible: FlexibleTables | 
     modal, border, rest = rest[:modes], rest[modes : modes + borders], rest[modes + borders :]
     applied, added, rest = rest[:speeds], rest[speeds : 2 * speeds], rest[2 * speeds :]
     driving, multipliers, rest = rest[:driven], rest[driven : driven + m], rest[driven + m :]
-    holding, acting = rest[:holds], rest[holds:]
-    return Workspace(work, modal, border, applied, added, driving, multipliers, holding, acting)
+    holding, rest, count = rest[:holds], rest[holds:], REACTION * len(between.bearings)
+    reactions, acting = rest[:count].reshape(-1, REACTION), rest[count:]
+    return Workspace(work, modal, border, applied, added, driving, multipliers, holding, reactions, acting)
 
 
 @inlined
@@ -193,7 +201,7 @@ def evaluate(
     weakest : float
         Smallest pivot of a constraint, of 1: it falls to zero towards a singular position.
     """
-    workspace, shares = workspace_in(memory, tables, flexible, loops), (share_damping, share_stiffness)
+    workspace, shares = workspace_in(memory, tables, flexible, between, loops), (share_damping, share_stiffness)
     parts = parts_of(tables, vectors)
     is_regular, pivot = put_rates(
         tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, shares, workspace
@@ -220,7 +228,7 @@ def put_rates(
     workspace: Workspace,
 ) -> tuple[bool, Any]:
     """Write dy/dt; return whether every joint has inertia along it, and the smallest pivot of the constraints."""
-    work, modal, border, applied, added, driving, multipliers, holding, acting = workspace
+    work, modal, border, applied, added, driving, multipliers, holding, reactions, acting = workspace
     q, u, z, du, dz, powers = parts
 
     rates_of_coordinates(tables, flexible, q, u, vectors[SLOPE])
@@ -254,6 +262,9 @@ def put_rates(
     sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
     if len(driving) > 0:
         put_driving_forces(tables, applied, work, driving)
+    if len(reactions) > 0:
+        reactions[:] = 0.0
+        add_reactions(between, work, reactions)
 
     pivot = 1.0
     if len(loops.rows) > 0:
@@ -261,6 +272,13 @@ def put_rates(
             loops, tables, flexible, drives, z, applied, work, modal, border, du, driving, multipliers, holding,
             is_implicit,
         )  # fmt: skip
+        if len(reactions) > 0:
+            answer_multipliers(
+                loops, tables, flexible, applied, work, modal, border, is_implicit, len(du), multipliers, holding
+            )
+            add_reactions(between, work, reactions)
+    if len(reactions) > 0:
+        follow_reactions(between, drives, q, u, z, work, reactions, acting, dz)
     for i in range(len(driving)):
         powers[1] += driving[i] * drives[i, 1]
     return is_regular, pivot

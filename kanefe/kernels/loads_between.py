@@ -242,10 +242,19 @@ def apply_load(
 
 
 @inlined
+def put_coordinates(
+    between: LoadsBetween, n: int, drives: np.ndarray, q: np.ndarray, u: np.ndarray, workspace: np.ndarray
+) -> None:
+    """Write the motion of the ends of a load that is along joint coordinates alone."""
+    ends, first = workspace[place_of_load(between) :], between.loads[n, FIRST_END]
+    for i in range(between.loads[n, END_COUNT]):
+        at = END_NUMBERS * i
+        put_coordinate(between.markers[first + i], drives, q, u, ends[at : at + END_NUMBERS])
+
+
+@inlined
 def put_coordinate(marker: np.ndarray, drives: np.ndarray, q: np.ndarray, u: np.ndarray, end: np.ndarray) -> None:
-    """Write a joint coordinate as the motion of an end: it and its rate are x of position and velocity."""
-    end[:] = 0.0
-    end[A] = end[A + 4] = end[A + 8] = 1.0
+    """Write a joint coordinate as the motion of an end: it and its rate, x of position and velocity."""
     at = int(marker[AT])
     if at >= 0:
         end[P], end[V] = q[at], u[int(marker[SPEED])]

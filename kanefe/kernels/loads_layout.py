@@ -50,6 +50,11 @@ class LoadsBetween(NamedTuple):
         Where loads can act.
     workspace_size : ndarray of int, shape (3,)
         How many numbers the workspace of loads has, that of `find_near` at its beginning, and that of points after it.
+    bearings : ndarray of int, shape (k, 3)
+        Of loads that follow the reaction of a joint: number of the load, row of the joint's body, and whether moments
+        count.
+    bearing_places : ndarray, shape (k, 6)
+        Origin of that body's frame, and the axis of the joint, in axes of the row.
     """
 
     loads: IntegerRows
@@ -61,13 +66,16 @@ class LoadsBetween(NamedTuple):
     decay_energies: Reals
     reach: Reach
     workspace_size: Integers
+    bearings: IntegerRows
+    bearing_places: RealRows
 
 
 def no_loads_between() -> LoadsBetween:
     """Return the tables of a scene without such loads."""
     none = np.zeros((0, LOAD_INTEGERS), dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
     numbers = np.zeros((0, MARKER_NUMBERS)), np.zeros(0), np.zeros(0), np.zeros(0)
-    return LoadsBetween(*none, *numbers, no_reach(), np.zeros(3, dtype=np.int64))
+    bearings = np.zeros((0, 3), dtype=np.int64), np.zeros((0, 6))
+    return LoadsBetween(*none, *numbers, no_reach(), np.zeros(3, dtype=np.int64), *bearings)
 
 
 def load_workspace_size(ends: int, states: int) -> int:

@@ -11,7 +11,7 @@ from kanefe.kernels.entries import entry
 from kanefe.kernels.force_elements.places import END_NUMBERS
 from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
 from kanefe.kernels.loads_between import evaluate_load
-from kanefe.kernels.loads_layout import END_COUNT, TEAM, WHOLE, LoadsBetween, place_of_load
+from kanefe.kernels.loads_layout import COORDINATE, END_COUNT, TEAM, WHOLE, LoadsBetween, place_of_load
 from kanefe.kernels.outward import sweep_outward
 from kanefe.kernels.points import gather_points
 from kanefe.kernels.reach import FIRST_SWEPT, SWEPT_BALLS, find_near, find_swept, nearness_at
@@ -79,7 +79,10 @@ def watch_states(
     m = n + tables.sizes[SPEEDS]
     k = m + tables.sizes[STATES]
     wanted[:] = 1.0
-    if len(states) > 1:
+    has_frames = False  # along joint coordinates alone nothing else has to be known of the scene
+    for end in range(len(between.rows)):
+        has_frames = has_frames or between.rows[end] != COORDINATE
+    if len(states) > 1 and len(between.reach.balls) > 0:
         wanted[:] = change[:loads] = 0.0
         for row in range(len(states)):
             y = states[row]
@@ -108,7 +111,8 @@ def watch_states(
     for row in range(len(states)):
         y, at = states[row], 0
         q, u, z = y[:n], y[n:m], y[m:k]
-        sweep_outward(tables, flexible, drives[row], q, u, work, modal)
+        if has_frames:
+            sweep_outward(tables, flexible, drives[row], q, u, work, modal)
         for load in range(loads):
             if wanted[load] > 0.0:
                 gather_points(between, flexible, between.loads[load, TEAM], load, load + 1, work, modal, acting)

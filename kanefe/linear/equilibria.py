@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from kanefe.errors import AccuracyWarning, ModelError, SimulationError, Simulati
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import missed_statics
+from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
@@ -31,6 +33,10 @@ SHORTEST = 3e-3
 
 SOFTNESS = 3e-2, 3e-3, 3e-4, 3e-5, 3e-6
 """Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest."""
+
+
+MOST_ROUNDS, SAME_LOADS = 30, 1e-10
+"""Searches at most, each under the loads of joints that the last one has found, and what of these may still change."""
 
 
 class Equilibrium(Instant):
@@ -153,13 +159,30 @@ def balanced(
     if any(load.may_part for load in model.loads) and _is_put_down(model):
         q = _felt(model, time, q, u, found, held)
         model = at_rest(model, time, np.concatenate((q, u, model.initial_states)))
-    search = BalanceSearch(model, time, q, u, found, held)
-    q, u = state = search.run()
+    model, search, state = _under_its_loads(model, time, q, u, found, held)
+    q, u = state
     if steady:
         _check_steady(model, time, *state)
     z = rested_states(model, time, np.concatenate((*state, model.initial_states)))
     y = np.concatenate((*state, z))
     return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations)
+
+
+def _under_its_loads(
+    model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...]
+) -> tuple[Model, BalanceSearch, tuple[Vector, Vector]]:
+    """Return a balance, with the loads that friction in joints feels there, and what found it."""
+    for _ in range(MOST_ROUNDS):
+        search = BalanceSearch(model, t, q, u, found, held)
+        q, u = state = search.run()
+        z = with_consistent_loads(model, t, q, u, model.initial_states)
+        if np.allclose(z, model.initial_states, rtol=SAME_LOADS, atol=0.0):
+            return model, search, state
+        model = replace(model, initial_states=z)
+    raise SimulationError(
+        "the scene has no balance that could be found: friction that follows the loads of joints changes these again "
+        "and again. Remedy: a run to rest, or CoordinateForce(friction=...), which is given"
+    )
 
 
 def _is_put_down(model: Model) -> bool:

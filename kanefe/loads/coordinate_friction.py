@@ -1,4 +1,4 @@
-"""Dry friction along a joint coordinate: an anchor that holds, and slips where the cap is reached."""
+"""Dry friction along joint coordinates: an anchor that holds, and slips where the cap is reached."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Vector
+from kanefe.joints.joint_friction import Bearing
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 
 FORCE = 0
@@ -16,54 +17,82 @@ LARGE_STRETCH = 10.0
 """Times the stretch under the cap: what a run measures errors of stretches against."""
 SLIPS, STICKS = 0.0, 1.0
 
+MOST_DIRECTIONS = 3
+
 
 @dataclass(frozen=True, eq=False)
 class CoordinateFriction(Load):
-    """Friction along a coordinate of a joint, as `kanefe.contact.friction_laws.Coulomb` has it, under given caps.
+    """Friction along coordinates of a joint, as `kanefe.contact.friction_laws.Coulomb` has it.
 
-    With w the stretch of a spring to the anchor, v the rate of the coordinate and ``p = k w + c v``, what acts against
-    the motion is p, but not more than the cap; ``dw/dt = (force - k w) / c``, which is v while it sticks. States: w,
-    and where the caps differ 1 while it sticks, 0 while it slips.
+    The surface slips by ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``,
+    what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is v
+    while it sticks. The cap is ``sliding`` or ``static`` times ``base``, or times ``base + load`` where the load of the
+    joint is followed.
+
+    States: w, one number a coordinate; where the caps differ 1 while it sticks, 0 while it slips; where a load n of the
+    reaction is followed, the load that is felt and T times its rate, N: ``dx/dt = (y + 2 (n - x))/T``,
+    ``dy/dt = (n - x)/T``.
 
     Attributes
     ----------
     name : str
     ends : tuple of CoordinateMarker
-        One.
+        One for each coordinate, three at most.
     coordinate : str
         Of what its events are told: the body, and the coordinate where its joint has several.
-    unit : str
-        Of the coordinate: m or rad.
+    units : tuple of str
+        Of the coordinates: m or rad.
     sliding, static : float
-        Cap while it slips, and to begin to, N or N m.
+        Cap while it slips, and to begin to, N or N m; coefficients where a load is followed.
     stiffness, damping : float
         k and c, N/m and N s/m, or N m/rad and N m s/rad.
-    rest : float or None
-        Coordinate of the rest that it is looked at about: there the stretch follows from the coordinate.
+    arms : tuple of float
+        Slip of the surface over each coordinate: 1, or m/rad.
+    base : float
+        What a cap is multiplied by: 1, or N that load the joint always.
+    bearing : Bearing or None
+        How the load comes of the joint's reaction; None: the caps are given.
+    load_time : float
+        T, s.
+    load_scale : float
+        A large load, N.
+    first_load : float
+        The load at the start, N.
+    rest : tuple of float or None
+        Coordinates of the rest that it is looked at about: there the stretches follow from the coordinates.
     """
 
     name: str
     ends: tuple[CoordinateMarker, ...]
     coordinate: str = field(kw_only=True)
-    unit: str = field(kw_only=True)
+    units: tuple[str, ...] = field(kw_only=True)
     sliding: float = field(kw_only=True)
     static: float = field(kw_only=True)
     stiffness: float = field(kw_only=True)
     damping: float = field(kw_only=True)
-    rest: float | None = field(default=None, kw_only=True)
+    arms: tuple[float, ...] = field(default=(1.0,), kw_only=True)
+    base: float = field(default=1.0, kw_only=True)
+    bearing: Bearing | None = field(default=None, kw_only=True)
+    load_time: float = field(default=0.0, kw_only=True)
+    load_scale: float = field(default=1.0, kw_only=True)
+    first_load: float = field(default=0.0, kw_only=True)
+    rest: tuple[float, ...] | None = field(default=None, kw_only=True)
 
     kind = "friction"
     acts_at_once = True
 
     @property
     def columns(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Force on the body along the coordinate, stretch of the anchor's spring, and 1 while it sticks."""
-        force = "torque [N m]" if self.unit == "rad" else "force [N]"
-        return force, f"stretch [{self.unit}]", "sticks [1]"
+        """Forces on the body along the coordinates, stretch of the anchor's spring, 1 while it sticks, and the load."""
+        names = ["torque [N m]" if unit == "rad" else "force [N]" for unit in self.units]
+        if len(set(names)) < len(names):
+            names = [f"torque {axis} [N m]" for axis in "xyz"]
+        stretch = f"stretch [{self.units[0] if len(self.units) == 1 else 'm'}]"
+        return *names, stretch, "sticks [1]", *(("load [N]",) if self.bearing is not None else ())
 
     @property
     def subject(self) -> str:
-        """The coordinate."""
+        """The coordinate, or the body."""
         return self.coordinate
 
     @property
@@ -72,14 +101,28 @@ class CoordinateFriction(Load):
         return self.static > self.sliding
 
     @property
+    def count(self) -> int:
+        """How many coordinates there are."""
+        return len(self.ends)
+
+    @property
+    def load_state(self) -> int:
+        """Where the load that is felt is among the states."""
+        return self.count + self.has_memory
+
+    @property
     def initial_states(self) -> Vector:
-        """Unstretched, held."""
-        return np.array((0.0, STICKS)) if self.has_memory else np.zeros(1)
+        """Unstretched, held, under the load of the start."""
+        states = np.zeros(self.load_state + (0 if self.bearing is None else 2))
+        states[self.count : self.load_state] = STICKS
+        states[self.load_state : self.load_state + 1] = self.first_load
+        return states
 
     def state_scales(self, acceleration: float) -> Vector:
         """Return small ones: a stretch is small beside the scene, and what holds has to be followed closely."""
         sizes = np.ones(len(self.initial_states))
-        sizes[0] = LARGE_STRETCH * self.static / self.stiffness
+        sizes[: self.count] = LARGE_STRETCH * self.static * self.load_scale / self.stiffness
+        sizes[self.load_state :] = self.load_scale
         return sizes
 
     @property
@@ -87,49 +130,74 @@ class CoordinateFriction(Load):
         """Its stretch moves, but about a rest, where it follows from the coordinate."""
         return self.rest is None
 
-    def resting(self, ends: Sequence[End], softness: float = 0.0) -> CoordinateFriction:
-        """Return the friction about a state of rest: its spring hangs from where the coordinate is now."""
-        return replace(self, rest=float(ends[0].p[0]))
+    def resting(self, ends: Sequence[End], softness: float = 0.0) -> CoordinateFriction | None:
+        """Return the friction about a state of rest: its spring hangs from where the coordinates are now.
+
+        None of a rotation in space, whose coordinates are none that a spring could hang along.
+        """
+        if self.count == MOST_DIRECTIONS:
+            return None
+        return replace(self, rest=tuple(float(end.p[0]) for end in ends))
 
     def rested(self, ends: Sequence[End], states: Vector) -> Vector:
         """Return the internal states at rest: the anchor is stretched by what friction holds."""
         after = states.copy()
-        after[0] = self._drag(ends[0], states) / self.stiffness
+        after[: self.count] = self._drag(ends, states) / self.stiffness
         return after
 
+    def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the rates of the load that is felt and of its own rate, from the joint's reaction (6,)."""
+        if self.rest is not None:
+            return np.zeros(2)
+        x, y = states[self.load_state :]
+        behind = self.load(wrench, ends, states) - x
+        return np.array((y + 2.0 * behind, behind)) / self.load_time
+
+    def load(self, wrench: Vector, ends: Sequence[End], states: Vector) -> float:
+        """Return the load of a joint with a reaction (6,) in the axes of its body's frame, N."""
+        return 0.0 if self.bearing is None else self.bearing.load(wrench, float(self._drag(ends, states)[0]))
+
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return the force along the coordinate (Eq. 11)."""
-        k, w, v = self.stiffness, self._stretch(ends[0], states), float(ends[0].v[0])
-        drag = self._drag(ends[0], states)
+        """Return the forces along the coordinates (Eq. 11)."""
+        k, w, v = self.stiffness, self._stretch(ends, states), self._slipping(ends)
+        drag = self._drag(ends, states)
         stretching = (drag - k * w) / self.damping
         rates = np.zeros(len(states))
-        rates[0] = stretching if self.rest is None else 0.0
-        wrench = np.zeros((1, 6))
-        wrench[0, FORCE] = -drag
-        return Action(wrench, 0.5 * k * w * w, drag * v - k * w * stretching, 0.0, rates)
+        if self.rest is None:
+            rates[: self.count] = stretching
+        wrenches = np.zeros((self.count, 6))
+        wrenches[:, FORCE] = -drag * self.arms
+        return Action(wrenches, 0.5 * k * float(w @ w), float(drag @ v - k * w @ stretching), 0.0, rates)
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the force on the body, the stretch, and whether it sticks."""
-        end = ends[0]
-        sticks = abs(self._pull(end, states)) <= self._cap(states)
-        return np.array((-self._drag(end, states), self._stretch(end, states), sticks))
+        """Return the forces on the body, the stretch, whether it sticks, and the load."""
+        sticks = np.linalg.norm(self._pull(ends, states)) <= self._cap(states)
+        w = self._stretch(ends, states)
+        stretch = w[0] / self.arms[0] if self.count == 1 else np.linalg.norm(w)
+        load = () if self.bearing is None else (self._felt(states),)
+        return np.array((*(-self._drag(ends, states) * self.arms), stretch, sticks, *load))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""
-        if abs(self._pull(ends[0], states)) > self._cap(states):
+        if np.linalg.norm(self._pull(ends, states)) > self._cap(states):
             return None
-        row = np.zeros((1, 6))
-        row[0, FORCE] = 1.0
-        return Tangent(row, np.array((self.stiffness,)), np.array((self.damping,)))
+        rows = np.zeros((self.count, 6 * self.count))
+        rows[range(self.count), range(FORCE, 6 * self.count, 6)] = self.arms
+        return Tangent(rows, np.full(self.count, self.stiffness), np.full(self.count, self.damping))
 
     @property
     def kernel(self) -> LoadKernel:
         """Numbers: see `kanefe.kernels.force_elements.coordinate_friction`."""
         from kanefe.kernels.force_elements.coordinate_friction import coordinate_friction, coordinate_friction_watch
 
-        of_rest = (0.0, 0.0) if self.rest is None else (1.0, self.rest)
-        numbers = np.array((self.has_memory, self.sliding, self.static, self.stiffness, self.damping, *of_rest))
-        return LoadKernel(coordinate_friction, numbers, coordinate_friction, coordinate_friction_watch)
+        bearing = self.bearing or Bearing(self.arms, 0.0, np.zeros(3))
+        unused = (0.0,) * (MOST_DIRECTIONS - self.count)
+        numbers = (
+            self.count, self.has_memory, self.sliding, self.static, self.stiffness, self.damping, self.base,
+            self.bearing is not None, self.load_time, bearing.kind, bearing.per_length, bearing.thrust, bearing.twist,
+            *self.arms, *unused, self.rest is not None, *(self.rest or self.count * (0.0,)), *unused,
+        )  # fmt: skip
+        return LoadKernel(coordinate_friction, np.array(numbers), coordinate_friction, coordinate_friction_watch)
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
@@ -138,35 +206,54 @@ class CoordinateFriction(Load):
         return LoadEvent("slip", self._above, 1, slip), LoadEvent("stick", self._below, -1, stick)
 
     def _is_held(self, states: Vector) -> bool:
-        return not self.has_memory or bool(states[1] > 0.5)
+        return not self.has_memory or bool(states[self.count] > 0.5)
 
-    def _cap(self, states: Vector) -> float:
-        return self.static if self._is_held(states) else self.sliding
+    def _felt(self, states: Vector) -> float:
+        """Return the load that is felt, without what is there always."""
+        return 0.0 if self.bearing is None else max(0.0, float(states[self.load_state]))
 
-    def _stretch(self, end: End, states: Vector) -> float:
-        return float(states[0]) + (0.0 if self.rest is None else float(end.p[0]) - self.rest)
+    def _cap(self, states: Vector, coefficient: float | None = None) -> float:
+        if coefficient is None:
+            coefficient = self.static if self._is_held(states) else self.sliding
+        return coefficient * (self.base + self._felt(states))
 
-    def _pull(self, end: End, states: Vector) -> float:
-        return self.stiffness * self._stretch(end, states) + self.damping * float(end.v[0])
+    def _slipping(self, ends: Sequence[End]) -> Vector:
+        return np.array([arm * float(end.v[0]) for arm, end in zip(self.arms, ends, strict=True)])
 
-    def _drag(self, end: End, states: Vector) -> float:
-        cap = self._cap(states)
-        return min(max(self._pull(end, states), -cap), cap)
+    def _stretch(self, ends: Sequence[End], states: Vector) -> Vector:
+        w = states[: self.count]
+        if self.rest is None:
+            return w
+        gone = [arm * (float(end.p[0]) - at) for arm, end, at in zip(self.arms, ends, self.rest, strict=True)]
+        return np.asarray(w + gone)
+
+    def _pull(self, ends: Sequence[End], states: Vector) -> Vector:
+        return self.stiffness * self._stretch(ends, states) + self.damping * self._slipping(ends)
+
+    def _drag(self, ends: Sequence[End], states: Vector) -> Vector:
+        pull, cap = self._pull(ends, states), self._cap(states)
+        size = float(np.linalg.norm(pull))
+        return pull if size <= cap else cap / size * pull
 
     def _above(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return a number that rises above zero where it slips."""
         if not self._is_held(states):
             return self.static
-        return abs(self._pull(ends[0], states)) - self.static
+        return float(np.linalg.norm(self._pull(ends, states))) - self._cap(states, self.static)
 
     def _below(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return a number that falls below zero where it sticks."""
         if self.has_memory and self._is_held(states):
             return self.static
-        return abs(self._pull(ends[0], states)) - self.sliding
+        return float(np.linalg.norm(self._pull(ends, states))) - self._cap(states, self.sliding)
 
     def _slip(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        return np.array((states[0], SLIPS))
+        return self._marked(states, SLIPS)
 
     def _stick(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        return np.array((states[0], STICKS))
+        return self._marked(states, STICKS)
+
+    def _marked(self, states: Vector, mark: float) -> Vector:
+        after = states.copy()
+        after[self.count] = mark
+        return after

@@ -119,6 +119,7 @@ def _tables(
     reach = reach_tables(builder, teams, swept)
     integers, rows, markers = [], list[int](), list[np.ndarray]()
     pool: list[float] = []
+    bearings, places = list[tuple[int, int, int]](), list[np.ndarray]()
     decays = np.zeros((model.state_count, 2))
     for team, numbers in [*enumerate(teams), (-1, swept)]:
         points = 0
@@ -129,6 +130,10 @@ def _tables(
             where = len(rows), count, len(pool), first, states.start, states.stop - states.start
             integers.append((*where, team, points, own_points, count - own_points))
             points += own_points
+            if number in model.bearings:
+                seat, (_, bearing) = builder.seats[model.bearings[number]], model.following(number)
+                bearings.append((len(integers) - 1, seat.row, int(bearing.has_moment)))
+                places.append(np.concatenate((seat.place, seat.axes @ bearing.axis)))
             pool += constants.tolist()
             reach_of_load = builder.reaches[number]
             if reach_of_load is not None:
@@ -156,4 +161,6 @@ def _tables(
         decay_energies=np.ascontiguousarray(decays[:, 1]),
         reach=reach,
         workspace_size=np.array([near + of_points + of_loads, near, of_points]),
+        bearings=np.array(bearings, dtype=np.int64).reshape(-1, 3),
+        bearing_places=np.array(places).reshape(-1, 6),
     ), order

@@ -307,10 +307,11 @@ def _check_plain(joint: Joint, label: str) -> None:
         raise ModelError(f"{label} cannot be driven by a motion. Remedy: drive a joint of the tree, close another one")
     # Euler parameters of both signs are the same rotation
     has_start = np.any(abs(joint.initial_coordinates()) != joint.home()) or joint.initial_speeds().any()
-    if has_start or any(force is not None for force in joint.coordinate_forces):
+    has_forces = joint.friction is not None or any(force is not None for force in joint.coordinate_forces)
+    if has_start or has_forces:
         raise ModelError(
             f"{label} has a start or forces of its own. Remedy: leave them out: its start follows from the loop, and "
-            "springs act between any two frames with add_spring and add_bushing"
+            "springs act between any two frames with add_spring and add_bushing; friction is of joints of the tree"
         )
 
 

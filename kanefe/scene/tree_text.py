@@ -68,6 +68,7 @@ def _joint(joint: Joint) -> str:
     driven = [name for name, motion in zip(names, joint.motions, strict=True) if motion is not None]
     laws = [name for name, law in zip(names, joint.coordinate_forces, strict=True) if law is not None]
     more = [f"{', '.join(part)} {word}" for part, word in ((driven, "driven"), (laws, "with a force law")) if part]
+    more += ["friction from its load"] if joint.friction is not None else []
     return f"{joint.kind}{along}{'; ' if more else ''}{'; '.join(more)}"
 
 

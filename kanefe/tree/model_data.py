@@ -26,8 +26,10 @@ from kanefe.contact.rigid_contact import RigidContact
 from kanefe.contact.rigid_crowd import RigidCrowd
 from kanefe.errors import ModelError
 from kanefe.joints import Joint, Motion
+from kanefe.joints.joint_friction import Bearing
 from kanefe.loads.base import Load
 from kanefe.loads.controller import Controller
+from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
@@ -274,6 +276,19 @@ class ModelData(PickledByFields):
     def states_move(self) -> bool:
         """Whether internal states change between events."""
         return any(load.has_rates for load in self.loads)
+
+    @cached_property
+    def bearings(self) -> dict[int, int]:
+        """Of each load that follows the reaction of a joint, by its number, the number of the joint's body."""
+        rubbing = ((i, load) for i, load in enumerate(self.loads) if isinstance(load, CoordinateFriction))
+        return {i: load.ends[0].body for i, load in rubbing if load.bearing is not None}
+
+    def following(self, number: int) -> tuple[CoordinateFriction, Bearing]:
+        """Return a load that follows the reaction of a joint, by its number, and how it does so."""
+        load = self.loads[number]
+        if not isinstance(load, CoordinateFriction) or load.bearing is None:
+            raise TypeError(f"{load.name!r} follows no reaction")
+        return load, load.bearing
 
     def markers(self) -> Iterator[Marker]:
         """Yield the ends of loads between frames, and the markers of constraints and of their rows."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.checks.verification.scenes import frame_at
 from kanefe.equations.model import Model
-from kanefe.joints import Revolute
+from kanefe.joints import JointFriction, Revolute
 from kanefe.system import System
 from kanefe_fem.bench.scene import BenchScene, Setting
 
@@ -44,12 +44,12 @@ def chain_links(count: int) -> list[dict[str, Any]]:
     ]
 
 
-def chain_scene(count: int, axes: Sequence[Any] = "yz") -> System:
-    """Return the chain; `axes` are those of its hinges in turn."""
+def chain_scene(count: int, axes: Sequence[Any] = "yz", friction: JointFriction | None = None) -> System:
+    """Return the chain; `axes` are those of its hinges in turn, `friction` is in each."""
     scene = System(gravity=GRAVITY)
     last = None
     for i, (link, angle, axis) in enumerate(zip(chain_links(count), chain_start(count), cycle(axes), strict=False)):
-        hinge = Revolute(axis, position=angle)
+        hinge = Revolute(axis, position=angle, friction=friction)
         last = scene.add_rigid_body(
             f"link {i}", MASS, INERTIA, com=link["com"], joint=hinge, parent=last, at=link["at"]
         )

@@ -12,6 +12,7 @@ from kanefe.checks.verification import (
     contact,
     dumbbell,
     impacts,
+    joint_friction,
     loops,
     rigid,
     rigid_contact,
@@ -39,6 +40,7 @@ OWN = (
     *impacts.CASES,
     *rigid_contact.CASES,
     *waves.CASES,
+    *joint_friction.CASES,
 )
 
 

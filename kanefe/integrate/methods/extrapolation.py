@@ -6,7 +6,7 @@ from functools import cache
 
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels, Memory
-from kanefe.integrate.methods.method import Method
+from kanefe.integrate.methods.method import Method, no_reactions
 from kanefe.tree.route import Form
 
 COLUMNS_OF_FIXED_STEPS = 6
@@ -63,4 +63,5 @@ METHOD = Method(
     takes_atol=True,
     least_rtol=1e-9,
     form=Form.SWEEPS,
+    serves=no_reactions,
 )

@@ -20,7 +20,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.followed_states import FollowedStates
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, no_step
-from kanefe.integrate.methods.method import Method, without_rigid_contacts
+from kanefe.integrate.methods.method import Method, no_reactions_or_rigid_contacts
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
 from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_matrix
@@ -393,5 +393,5 @@ METHOD = Method(
     stepper=GeneralisedAlphaStepper,
     order=2,
     has_fixed_steps=True,
-    serves=without_rigid_contacts,
+    serves=no_reactions_or_rigid_contacts,
 )

@@ -6,7 +6,7 @@ from functools import partial
 
 from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
-from kanefe.integrate.methods.method import Method, without_rigid_contacts
+from kanefe.integrate.methods.method import Method, no_reactions_or_rigid_contacts
 
 METHOD = Method(
     name="hht",
@@ -14,5 +14,5 @@ METHOD = Method(
     stepper=partial(GeneralisedAlphaStepper, formula=GeneralisedAlpha(SPECTRAL_RADIUS, is_hht=True)),
     order=2,
     has_fixed_steps=True,
-    serves=without_rigid_contacts,
+    serves=no_reactions_or_rigid_contacts,
 )

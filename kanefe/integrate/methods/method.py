@@ -36,6 +36,19 @@ def without_rigid_contacts(model: Model) -> str:
     return f"does not follow the rigid contact {name!r}. Remedy: 'auto', 'dop853' or 'radau5'"
 
 
+def no_reactions(model: Model) -> str:
+    """Return why a method that knows no reactions of joints, or those of other inertias, cannot run a model."""
+    if not model.bearings:
+        return ""
+    names = ", ".join(repr(model.loads[number].name) for number in model.bearings)
+    return f"does not know the load of the joint that the {names} follows. Remedy: 'radau5', 'dop853' or 'auto'"
+
+
+def no_reactions_or_rigid_contacts(model: Model) -> str:
+    """Return why a method that does neither follow rigid contacts nor loads of joints cannot run a model."""
+    return without_rigid_contacts(model) or no_reactions(model)
+
+
 class MakesSteppers(Protocol):
     """The class of a method's steppers, or a function in its place."""
 

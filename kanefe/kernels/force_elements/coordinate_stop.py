@@ -1,0 +1,42 @@
+"""Stops along joint coordinates, with damping that grows with how far they give way (Eq. 11)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kanefe.kernels._numba import inlined
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
+from kanefe.kernels.vectors import Numbers
+
+LOWER, UPPER, STIFFNESS = range(3)
+
+
+@called_by_address(*SIGNATURE)
+def coordinate_stop(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the force along the coordinate; `numbers`: `kanefe.loads.coordinate_stop.CoordinateStop.kernel`."""
+    d, way = beyond(numbers, ends)
+    if d.real <= 0.0:
+        return
+    rate, elastic = way * ends[V], numbers[STIFFNESS] * d
+    push = elastic * (1.0 + states[0] * rate)
+    if push.real < 0.0:
+        push = 0.0 * push
+    out[POTENTIAL] = 0.5 * elastic * d
+    out[TAKEN] = (push - elastic) * rate
+    out[WRENCHES] = -way * push
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def coordinate_stop_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write how far it is beyond a limit, for a touch and for a lift."""
+    out[0] = out[1] = beyond(numbers, ends)[0]
+
+
+@inlined
+def beyond(numbers: Any, ends: Any) -> Numbers:
+    """Return how far the coordinate is beyond the nearer limit, and the way outward there."""
+    above, below = ends[P] - numbers[UPPER], numbers[LOWER] - ends[P]
+    if above.real > below.real:
+        return above, 1.0
+    return below, -1.0
