@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ import kanefe as kf
 from joint_scenes import assert_routes_agree, scene_of
 from kanefe.equations.model import Model
 from kanefe.integrate.suited import suited
+from repository import surroundings
 
 G = 9.81
 RUBS = {"mu": 0.2, "static": 0.3, "stiffness": 400.0, "damping": 15.0, "load_time": 0.1}
@@ -327,3 +331,46 @@ def test_auto_is_explicit_where_many_joints_are_not_stiff() -> None:
     assert suited(scene.freeze(), 0.0, 1.0, 1e-6, 1e-6).name == "dop853"
     assert suited(scene.freeze(), 0.0, 1e3, 1e-6, 1e-6).name == "radau5"
     assert "friction from its load" in str(scene)
+
+
+COUNTED = """
+import json
+import numpy as np
+import kanefe as kf
+from kanefe.kernels import evaluation, watching
+counts = {}
+def counted(module, name):
+    function = getattr(module, name)
+    def counting(*arguments):
+        counts[name] = counts.get(name, 0) + 1
+        return function(*arguments)
+    setattr(module, name, counting)
+counted(evaluation, "add_reactions")
+counted(watching, "sweep_outward")
+found = []
+for kind in ("load", "given", "contact"):
+    scene = kf.System(gravity=(0, 0, -9.81))
+    friction = kf.JointFriction(0.1, 0.01) if kind == "load" else None
+    forces = kf.CoordinateForce(friction=0.1) if kind == "given" else None
+    wheel = scene.add_rigid_body("wheel", 2.0, 0.02, joint=kf.Revolute("y", friction=friction, forces=forces))
+    if kind == "contact":
+        floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+        scene.add_contact("contact", wheel, floor, normal=kf.HuntCrossley(1e5))
+    model = scene.freeze()
+    y = model.initial_state
+    counts.clear()
+    model.rhs(0.0, y)
+    model.route.watching.values(np.zeros(3), np.tile(np.concatenate((y, (0.0, 0.0))), (3, 1)))
+    found.append([counts.get("add_reactions", 0), counts.get("sweep_outward", 0)])
+print(json.dumps(found))
+"""
+
+
+def test_what_is_not_felt_and_not_looked_at_costs_nothing() -> None:
+    command = [sys.executable, "-c", COUNTED]
+    run = subprocess.run(command, env=surroundings(KANEFE_JIT="0"), capture_output=True, text=True, check=True)
+    # reactions only where they are felt; frames only where events of loads look at them
+    from_load, given, contact = json.loads(run.stdout)
+    assert (from_load, given) == ([1, 0], [0, 0])
+    assert contact[0] == 0
+    assert contact[1] >= 3
