@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, cast
+
+import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
@@ -65,7 +68,8 @@ def choose(model: Model, options: RunOptions) -> Choice:
         if options.atol is None and step is None:
             control = replace(control, atol=control.atol * found.share)
         if step is None and found.step is not None:
-            step, control = found.step, replace(control, step=found.step)
+            step = _dividing(options.times, found.step)
+            control = replace(control, step=step)
     row = row_for(model, name)
     _check_options(row, options, step)
     make = partial(_stepper, row, start, stop, control)
@@ -74,6 +78,12 @@ def choose(model: Model, options: RunOptions) -> Choice:
             _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
         )
     return Choice(name, reason, make, {"rtol": allowed} if step is None else {"step": step}, row.is_plugged)
+
+
+def _dividing(times: np.ndarray, step: float) -> float:
+    """Return a step (s) no longer than the one given, of which a whole number leads from output to output."""
+    every = float(times[1] - times[0]) if len(times) > 1 else step
+    return every / math.ceil(every / step) if np.allclose(np.diff(times), every, rtol=1e-9) else step
 
 
 def _stepper(row: Method, start: float, stop: float, control: StepControl, dynamics: Dynamics) -> Stepper:

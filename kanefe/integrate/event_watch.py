@@ -131,8 +131,8 @@ class EventWatch:
                 self._noise[i] = max(NOISE * at_root, ROUND_OFF * float(np.abs(table[:, i]).max()))
                 before = table[np.searchsorted(times, roots[-1]) - 1, i]
                 self._ways[i] = -np.sign(before)
-            elif abs(table[-1, i]) > self._noise[i]:
-                self._noise[i] = 0.0
+            elif np.abs(table[1:, i]).max() > self._noise[i]:
+                self._noise[i] = 0.0  # also where a step ends by chance just before the next zero
         self._values = table[-1]
         return found
 

@@ -137,6 +137,18 @@ def test_newtons_and_poissons_impacts_differ_where_others_take_part():
     np.testing.assert_allclose(speeds["poisson"], after + inverse[:, 0] * kept, atol=1e-10)
 
 
+def test_no_impact_is_missed_where_a_step_ends_just_before_it():
+    """Between two walls steps of 2 ms end at impacts but for round-off."""
+    scene = kf.System()
+    mass = scene.add_point("mass", 1.0, joint=kf.Prismatic("x", speed=1.0))
+    for name, normal, x in (("left", "x", -1e-3), ("right", "-x", 1e-3)):
+        wall = scene.add_surface(name, scene.ground, shapes.Plane(normal), at=(x, 0, 0))
+        scene.add_contact(name, mass, wall, normal=kf.Rigid(1.0))
+    result = scene.simulate((0.0, 0.04), rtol=1e-8, output_step=0.04)
+    touches = np.sort(np.concatenate([result.events[f"{name} touch"] for name in ("left", "right")]))
+    np.testing.assert_allclose(touches, 1e-3 + 2e-3 * np.arange(20), atol=1e-13)
+
+
 def test_a_block_rocks_down_to_rest_through_infinitely_many_impacts():
     result = rocking_block(0.3, size=(1.0, 1.0)).simulate((0.0, 1.5), rtol=1e-7, output_step=0.1)
     (rest,) = result.events["c rest"]

@@ -14,7 +14,6 @@ from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.kane.time_stepping import stepped
 from kanefe.order_n.crowd import CrowdSteps, lacking
-from kanefe.tree.model_data import WORKS
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
@@ -58,13 +57,16 @@ class MoreauJeanStepper(PythonStepper):
         return self._y.copy()
 
     def states(self, times: np.ndarray) -> np.ndarray:
-        """Return the states at times of the last step: on the line between its ends; internal ones are of its end."""
+        """Return the states at times of the last step: places on the line between its ends.
+
+        Speeds and what else jumps in a step are those of the nearer end.
+        """
         if self._t == self._t_old:
             return np.tile(self._y, (len(times), 1))
         share = ((times - self._t_old) / (self._t - self._t_old))[:, None]
-        found = (1.0 - share) * self._y_old + share * self._y
-        first, count = len(self._y) - WORKS, self._dynamics.model.state_count
-        found[:, first - count : first] = self._y[first - count : first]
+        found = np.where(share > 0.5, self._y, self._y_old)
+        n = self._dynamics.model.coordinate_count
+        found[:, :n] = (1.0 - share) * self._y_old[:n] + share * self._y[:n]
         return found
 
     def snapshot(self) -> dict[str, np.ndarray]:
