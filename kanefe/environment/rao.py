@@ -33,8 +33,9 @@ ASYMMETRY = 1e-2
 class MotionRao:
     """Response amplitude operators: complex motions ``Re{H a exp(i(we t + phase))}`` in a wave ``a cos(we t + phase)``.
 
-    In ship axes, x forward, y to port, z up, of a reference point that moves on with the ship's speed, at whose mean
-    place the wave is told. `kanefe.read_rao` makes it of files and checks it.
+    The encounter frequency we has a sign: below zero, the ship overtakes the wave. In ship axes, x forward, y to port,
+    z up, of a reference point that moves on with the ship's speed, at whose mean place the wave is told.
+    `kanefe.read_rao` makes it of files and checks it.
 
     Parameters
     ----------

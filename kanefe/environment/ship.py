@@ -64,6 +64,8 @@ class Ship:
         Encounter frequency (Hz) below which surge, sway and yaw are left out; zero: nothing is. Where more than a
         hundredth of their variance is, an `AccuracyWarning` says how much.
 
+    Where the sea is of another depth than the RAO, another one says so.
+
     Raises
     ------
     ModelError
@@ -71,9 +73,19 @@ class Ship:
 
     Examples
     --------
-    ``ship = kanefe.Ship.from_rao("s175.re1", speed=5.1444, heading_deg=60, sea=sea)``, then
-    ``scene.add_frame("deck", joint=kanefe.Free(motion=ship.at((-45, 0, 6))))``. Where the motions of a deck were
-    recorded instead, such as at 20 Hz, `kanefe.PoseTable` takes the record.
+    Of a file: ``Ship.from_rao("s175.re1", speed=5.1444, heading_deg=60, sea=sea)``. Here a ship that comes along:
+
+    >>> import kanefe as kf
+    >>> ship = kf.Ship(kf.example_rao(), kf.Sea.state(5, spreading=2, seed=7), heading_deg=60)
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> deck = scene.add_frame("deck", joint=kf.Free(motion=ship.at((-45, 0, 6))))
+
+    Where a deck's motions were recorded, such as at 20 Hz, a `PoseTable` takes their place:
+
+    >>> times = np.arange(0.0, 10.0, 0.05)
+    >>> record = ship.motions(times)[:, 0]  # surge, sway, heave, roll, pitch, yaw
+    >>> turns = [kf.euler_angles("ZYX", angles[::-1]) for angles in record[:, 3:]]
+    >>> joint = kf.Free(motion=kf.PoseTable(times, record[:, :3], turns))
     """
 
     rao: MotionRao
@@ -92,6 +104,13 @@ class Ship:
         if self.speed < 0.0 or self.slowest_hz < 0.0:
             raise ModelError("speed and slowest_hz of a ship must be zero or above")
         self._refuse_waves_outside()
+        if self.rao.depth != self.sea.depth:
+            warnings.warn(
+                f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
+                "an RAO of that depth; of waves that are shorter than twice both depths it is the same",
+                AccuracyWarning,
+                stacklevel=3,
+            )
         left = self.left_out
         if max(left.values(), default=0.0) > TOLD:
             said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in left.items() if share > TOLD)

@@ -216,6 +216,26 @@ def test_the_ramp_leads_in_smoothly() -> None:
     assert Ramp(0.0, 0.0).at(0.0) == (1.0, 0.0, 0.0)
 
 
+def test_a_record_of_twenty_hertz_takes_the_place_of_a_ship() -> None:
+    one = ship(SPREADING, 6.0, 60.0)
+    times = np.arange(0.0, 40.0, 0.05)
+    record = one.motions(times)[:, 0]
+    table = kf.PoseTable(times, record[:, :3], [kf.euler_angles("ZYX", angles[::-1]) for angles in record[:, 3:]])
+    deck = one.at((0.0, 0.0, 0.0), ramp=0.0)
+    for t in (5.02, 21.137):
+        found, wanted = table.at(t), deck.at(t)
+        # a cubic spline: the fourth power of 3 rad/s times 0.05 s, accelerations the second
+        np.testing.assert_allclose(found.position, wanted.position, rtol=0, atol=1e-5)
+        np.testing.assert_allclose(found.axes, wanted.axes, rtol=0, atol=1e-5)
+        np.testing.assert_allclose(found.acceleration, wanted.acceleration, rtol=0, atol=0.02)
+
+
+def test_another_depth_is_told() -> None:
+    shallow = kf.Sea.bretschneider(3.0, 9.0, depth=12.0, duration=100.0, frequency_range=(0.3, 2.0))
+    with pytest.warns(AccuracyWarning, match="is of water inf m deep, the sea is 12 m deep"):
+        kf.Ship(RAO, shallow, 0.0, 90.0, 0.0)
+
+
 def test_slow_motions_in_the_plane_are_left_out_and_told() -> None:
     with pytest.warns(AccuracyWarning, match=r"slower than 0.03 Hz are left out; of the variance it is surge \d"):
         following = kf.Ship(RAO, SEA, 8.0, 180.0)

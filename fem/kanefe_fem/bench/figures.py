@@ -17,6 +17,7 @@ from kanefe_fem.bench.contacts import (
     rolling,
     sticking,
 )
+from kanefe_fem.bench.deck import CALL_GOAL, EXACT_GOAL, deck_calls
 from kanefe_fem.bench.equal_error import AUTO_GOALS, CHAIN_GOALS, HINGED_GOALS, automatic, chains, hinged_bars
 from kanefe_fem.bench.goals import Figure, Goal
 from kanefe_fem.bench.long_runs import (
@@ -43,6 +44,7 @@ GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
     sticking: [STICKING_GOAL],
     onset: [ONSET_GOAL, RATE_GOAL],
     energy: list(ENERGY_GOALS.values()),
+    deck_calls: [CALL_GOAL, EXACT_GOAL],
     passage: [PASSAGE_GOAL],
     automatic: list(AUTO_GOALS.values()),
     suite_time: [SUITE_GOAL],
