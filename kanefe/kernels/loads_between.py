@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel, vector_kernel
+from kanefe.kernels._numba import inlined, vector_kernel
 from kanefe.kernels.calls import call_address
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
@@ -57,7 +57,7 @@ from kanefe.kernels.reach import (
 from kanefe.kernels.vectors import cross, plus, put_three, three
 
 
-@kernel
+@inlined
 def add_loads_between(
     between: LoadsBetween,
     rows: np.ndarray,
@@ -134,7 +134,7 @@ def decay(between: LoadsBetween, first: int, count: int, states: np.ndarray, rat
     return taken
 
 
-@kernel
+@inlined
 def potential_between(
     between: LoadsBetween,
     flexible: FlexibleTables | None,

@@ -132,6 +132,11 @@ class ContactMethods(LoadMethods):
             raise ModelError(f"normal of {label} must be a law such as kanefe.HuntCrossley(1e6), not {normal!r}")
         if friction is not None and not isinstance(friction, (Coulomb, LuGre)):
             raise ModelError(f"friction of {label} must be kanefe.Coulomb(...), LuGre(...) or None, not {friction!r}")
+        if isinstance(other, ContactPatch):
+            raise ModelError(
+                f"{label}: facets of flexible bodies, here {other.frames[0].label}, are not touched. Remedy: a surface "
+                "on an interface of it, add_surface(name, body.interface(...), shape); its points touch others"
+            )
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
         frames, other, probes = self._touching(one, other, label)

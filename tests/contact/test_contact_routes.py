@@ -9,6 +9,8 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
+from kanefe.scene.scene import ContactPatch
+from scenes import lattice_body
 from touched_shapes import TOUCHED
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
@@ -188,3 +190,42 @@ def test_what_is_refused_by_name():
         scene.add_contact("c", body, floor, normal=LAW, friction=kf.Coulomb(0.1, rolling=1e-3))
     with pytest.raises(kf.ModelError, match="needs a surface that is touched"):
         scene.add_contact("c", ball, body, normal=LAW)
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        (lambda: shapes.Box((0.0, 1.0, 1.0)), "size of a box must be three finite numbers > 0"),
+        (lambda: shapes.Sphere(0.0), "radius of a sphere must be one number, finite and > 0"),
+        (lambda: shapes.Capsule(0.1, -1.0), "length of a capsule"),
+        (lambda: shapes.Cylinder(float("nan"), 1.0), "radius of a cylinder"),
+        (lambda: shapes.Torus(0.0, 0.1), "radius of a torus"),
+        (lambda: shapes.Points([]), "points of a surface must be finite"),
+        (lambda: shapes.HeightField([0, 1, 2], [0, 1], np.zeros((3, 2))), "y of a height field must be three or more"),
+    ],
+)
+def test_surfaces_without_area_are_refused(shape, message):
+    with pytest.raises(kf.ModelError, match=message):
+        shape()
+
+
+def test_what_begins_in_a_surface_is_told_how_deep():
+    scene = kf.System()
+    ball = scene.add_rigid_body("ball", 1.0, 0.1, joint=kf.Free(position=(0, 0, 0.35)))
+    skin = scene.add_surface("skin", ball, shapes.Sphere(0.4))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    scene.add_contact("drop", skin, floor, normal=LAW)
+    with pytest.warns(
+        kf.SimulationWarning, match=r"'drop' begins 0\.05 m deep .* Remedy: place it outside, or start from"
+    ):
+        scene.freeze()
+
+
+def test_patches_need_nodes_and_touch_surfaces():
+    scene = kf.System()
+    arm, other = (scene.add_flexible_body(name, lattice_body(), joint=kf.Free()) for name in ("arm", "other"))
+    with pytest.raises(kf.ModelError, match=r"a patch of 'arm'.*no node"):
+        arm.patch(kf.Near((9.0, 9.0, 9.0), 0.1))
+    feet = [ContactPatch((body.node(0), body.node(1)), (0.5, 0.5)) for body in (arm, other)]
+    with pytest.raises(kf.ModelError, match=r"facets of flexible bodies, here 'node 0' of 'other'.*add_surface"):
+        scene.add_contact("c", *feet, normal=LAW)

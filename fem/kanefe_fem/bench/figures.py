@@ -4,6 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from kanefe_fem.bench.contact_costs import (
+    AWAY_GOAL,
+    BALLS_GOAL,
+    MESH_GOAL,
+    TOUCHING_GOAL,
+    balls,
+    meshes,
+    patches,
+)
 from kanefe_fem.bench.contacts import (
     BOUNCING_GOALS,
     ENERGY_GOALS,
@@ -46,6 +55,9 @@ GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
     energy: list(ENERGY_GOALS.values()),
     deck_calls: [CALL_GOAL, EXACT_GOAL],
     passage: [PASSAGE_GOAL],
+    patches: [TOUCHING_GOAL, AWAY_GOAL],
+    balls: [BALLS_GOAL],
+    meshes: [MESH_GOAL],
     automatic: list(AUTO_GOALS.values()),
     suite_time: [SUITE_GOAL],
 }
