@@ -14,6 +14,9 @@ from kanefe.studies.gumbel import GumbelFit
 LEAST_SPREAD = 5
 """Different maxima that a fit needs: where most runs give the same, as no slip, there is no law of extremes."""
 
+SAME_DIGITS = 9
+"""Of the largest maximum, within which two are the same: what friction caps differs by round-off."""
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -56,7 +59,8 @@ def cell_of(parameters: dict[str, Any], values: list[Any], limit: float, band: f
         raise ModelError("operability needs outputs that are numbers: the maximum of each run")
     maxima = np.array(numbers, dtype=float)
     count, exceeded = len(maxima), int(np.count_nonzero(maxima > limit))
-    is_spread = len(np.unique(maxima)) >= LEAST_SPREAD and len(np.unique(maxima)) > 0.5 * count
+    different = len(np.unique(np.round(maxima / max(np.abs(maxima).max(initial=0.0), 1e-300), SAME_DIGITS)))
+    is_spread = different >= LEAST_SPREAD and different > 0.5 * count
     return Cell(
         parameters=parameters,
         runs=count,

@@ -10,6 +10,9 @@ from kanefe.report.document import Report
 from kanefe.report.record_tables import record_tables
 from kanefe.studies.cells import Cell
 
+LEAST_SHARE = 1e-6
+"""A probability below which no digits are shown: no law that is fitted to tens of runs knows them."""
+
 Map = Mapping[str, tuple[Cell, ...]]
 
 
@@ -54,7 +57,10 @@ def report_of(
     for output, own in cells.items():
         blocks += _section(output, limits[output], own, band)
     if len(cells) > 1:
-        rows = [[*map(_number, parameters.values()), name, _share(share)] for parameters, name, share in governing]
+        rows = [
+            [*map(_number, parameters.values()), *((name, _share(share)) if share else ("none", "0"))]
+            for parameters, name, share in governing
+        ]
         blocks += [Heading("What governs"), Table([*governing[0][0], "limit that is passed most", "P"], rows)]
     blocks += [Heading("How it was built"), Listing(about["build"]["source"].rstrip())]
     return Report("Operability", tuple(blocks), lambda: _pictures(limits, draw()))
@@ -125,7 +131,7 @@ def _number(value: Any) -> str:
 
 
 def _share(value: float) -> str:
-    return f"{value:.3g}"
+    return f"{value:.3g}" if value == 0.0 or value >= LEAST_SHARE else f"< {LEAST_SHARE:g}"
 
 
 def _range(shown: Any, ends: tuple[float, float]) -> str:

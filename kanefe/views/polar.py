@@ -34,17 +34,22 @@ class PolarMap(NamedTuple):
     radius: str
 
 
+PANEL, HEIGHT = 5.1, 5.6
+"""Inches."""
+
 PIECES = 12
 """Straight pieces of the arc of a sector."""
 
 
 def polar_picture(maps: Sequence[PolarMap], path: str | Path | None) -> Figure:
     """Return a picture of some maps side by side, and write it to `path` if given."""
-    figure = blank_figure((5.2 * len(maps) + 0.8, 5.6))
+    width = PANEL * len(maps) + 1.2
+    figure = blank_figure((width, HEIGHT))
+    figure.set_layout_engine("none")  # that of matplotlib cuts titles of round axes off
     mesh = None
-    panels = []
     for number, shown in enumerate(maps):
-        axes: Any = figure.add_subplot(1, len(maps), number + 1, projection="polar")
+        place = ((0.65 + PANEL * number) / width, 0.85 / HEIGHT, 3.9 / width, 3.9 / HEIGHT)
+        axes: Any = figure.add_axes(place, projection="polar")
         axes.set_theta_zero_location("N")
         axes.set_theta_direction(1)
         edges = np.arange(len(shown.rings) + 1) + 0.6  # a hole in the middle keeps the first ring readable
@@ -71,9 +76,9 @@ def polar_picture(maps: Sequence[PolarMap], path: str | Path | None) -> Figure:
         axes.set_title(shown.title, fontsize="medium", fontweight="bold", pad=14.0)
         if shown.radius:
             axes.set_xlabel(f"rings: {shown.radius}")
-        panels.append(axes)
     if mesh is not None:
-        figure.colorbar(mesh, ax=panels, label="probability", shrink=0.8)
+        beside = figure.add_axes((PANEL * len(maps) / width, 1.2 / HEIGHT, 0.18 / width, 3.2 / HEIGHT))
+        figure.colorbar(mesh, cax=beside, label="probability")
     if path is not None:
         save_figure(figure, path)
     return figure

@@ -12,7 +12,7 @@ from scipy import stats
 
 import kanefe as kf
 from kanefe.studies import GumbelFit
-from kanefe.studies.cells import share_band
+from kanefe.studies.cells import cell_of, share_band
 from kanefe.studies.sampling import SAMPLINGS, sampled_rows
 from study_scenes import lowest, pendulum
 
@@ -112,6 +112,8 @@ def test_cells_count_what_is_above(table: kf.StudyTable) -> None:
     slips = found.cells["slip"][0]
     assert slips.probability == (RUNS - 3) / RUNS
     assert slips.fit is None  # two values: there is no law of extremes
+    capped = cell_of({}, [0.15 * (1.0 + 1e-15 * seed) for seed in range(10)], 0.1, 0.9)
+    assert (capped.exceeded, capped.fit) == (10, None)  # friction's cap, to round-off
     rows = found.rows()
     assert len(rows) == 16
     assert rows[0]["fit probability low"] < rows[0]["fit probability"] < rows[0]["fit probability high"]
