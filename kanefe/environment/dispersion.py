@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from kanefe.environment.checks import checked_number
 from kanefe.environment.spectra import GRAVITY
-from kanefe.errors import ModelError
 from kanefe.frames import Vector
 
 ITERATIONS = 12
@@ -32,8 +32,8 @@ def wave_number(omega: Vector, depth: float = math.inf, gravity: float = GRAVITY
         If the depth is not above zero.
     """
     omega = np.asarray(omega, dtype=float)
-    if not depth > 0.0:
-        raise ModelError(f"the depth of the water must be above zero, not {depth!r}. Remedy: m, or leave it out")
+    if depth != math.inf:
+        checked_number(depth, "the depth of the water", above=0.0)
     deep = omega**2 / gravity
     if math.isinf(depth):
         return deep

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.environment.checks import checked_number
 from kanefe.environment.dispersion import encounter_frequency, wave_number
 from kanefe.environment.rao import MotionRao
 from kanefe.errors import ModelError
@@ -51,8 +52,8 @@ class RollDamping:
     def __post_init__(self) -> None:
         for name in ("ratio", "frequency", "ratio_of_rao"):
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise ModelError(f"{name} of a RollDamping must be a finite number above zero, not {value!r}")
+            if value is not None:
+                checked_number(value, f"{name} of a RollDamping", above=0.0)
 
     def fitted(self, rao: MotionRao) -> RollDamping:
         """Return the same with natural frequency and ratio of an RAO.

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.environment.checks import checked_number
 from kanefe.environment.directional import DirectionalTable, of_compass
 from kanefe.environment.dispersion import wave_number
 from kanefe.environment.spectra import GRAVITY, Bretschneider, Jonswap, Spectrum, Tabulated
@@ -113,12 +114,14 @@ class Sea:
             if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 0:
                 raise ModelError(f"{name} of a sea must be an integer, zero or above, not {value!r}")
         for name in ("duration", "gravity"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ModelError(f"{name} of a sea must be a finite number above zero, not {value!r}")
-        if not self.depth > 0.0:
+            checked_number(getattr(self, name), f"{name} of a sea", above=0.0)
+        if self.depth != math.inf:
+            checked_number(self.depth, "the depth of the water", above=0.0)
+        if self.count is not None and not isinstance(self.count, (int, np.integer)):
+            raise ModelError(f"count of a sea must be an integer, not {self.count!r}")
+        if self.frequency_range is not None and np.shape(self.frequency_range) != (2,):
             raise ModelError(
-                f"the depth of the water must be above zero, not {self.depth!r}. Remedy: m, or leave it out"
+                f"frequency_range of a sea must be two frequencies, in rad/s, not {self.frequency_range!r}"
             )
         for name, known in (("frequencies", ("equal", "random")), ("amplitudes", ("spectral", "rayleigh"))):
             if getattr(self, name) not in known:

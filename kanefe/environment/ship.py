@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
 from kanefe.environment.dispersion import encounter_frequency, wave_number
 from kanefe.environment.harmonics import Harmonics, Ramp
@@ -98,11 +99,9 @@ class Ship:
         for name, given, kind in (("rao", self.rao, MotionRao), ("sea", self.sea, Sea)):
             if not isinstance(given, kind):
                 raise ModelError(f"{name} of a ship must be a {kind.__name__}, not {given!r}")
-        for name in ("speed", "heading_deg", "slowest_hz"):
-            if not math.isfinite(getattr(self, name)):
-                raise ModelError(f"{name} of a ship must be a finite number, not {getattr(self, name)!r}")
-        if self.speed < 0.0 or self.slowest_hz < 0.0:
-            raise ModelError("speed and slowest_hz of a ship must be zero or above")
+        checked_number(self.heading_deg, "heading_deg of a ship")
+        for name in ("speed", "slowest_hz"):
+            checked_number(getattr(self, name), f"{name} of a ship", least=0.0)
         self._refuse_waves_outside()
         if self.rao.depth != self.sea.depth:
             warnings.warn(
@@ -193,14 +192,14 @@ class Ship:
             If a number makes no sense.
         """
         place = shaped_numbers(point, (3,), "a point of a ship")
-        if not (math.isfinite(start) and math.isfinite(ramp) and ramp >= 0.0):
-            raise ModelError(
-                f"start and ramp of a ship's motion must be finite, the ramp zero or above, not {start}, {ramp}"
-            )
-        last = start + ramp + self.sea.duration if duration is None else float(duration)
+        checked_number(start, "the start of a ship's motion")
+        checked_number(ramp, "the ramp of a ship's motion", least=0.0)
+        last = checked_number(
+            start + ramp + self.sea.duration if duration is None else duration, "the duration of a ship's motion"
+        )
         first = min(0.0, start)
-        if not (math.isfinite(last) and last > first):
-            raise ModelError(f"the duration of a ship's motion must be after {first:g} s and finite, not {duration!r}")
+        if last <= first:
+            raise ModelError(f"the duration of a ship's motion must be after {first:g} s, not {duration!r}")
         if rotations not in ("exact", "small"):
             raise ModelError(f'rotations of a ship\'s motion are "exact" or "small", not {rotations!r}')
         return DeckMotion(self.harmonics, place, Ramp(start, ramp), (first, last), rotations == "small")

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.environment.checks import checked_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
@@ -98,13 +99,13 @@ class Bretschneider(Spectrum):
     Tp: float
 
     def __post_init__(self) -> None:
-        _above_zero(self, "Hs", "Tp")
+        for name in ("Hs", "Tp"):
+            checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
 
     @classmethod
     def of_wind(cls, speed: float, gravity: float = GRAVITY) -> Bretschneider:
         """Return the spectrum of Pierson & Moskowitz (1964), by the wind at a height of 19.5 m, m/s."""
-        if not (math.isfinite(speed) and speed > 0.0):
-            raise ModelError(f"the wind of a Pierson-Moskowitz spectrum must be above zero, in m/s, not {speed!r}")
+        checked_number(speed, "the wind of a Pierson-Moskowitz spectrum", above=0.0)
         peak = (0.8 * DECAY) ** 0.25 * gravity / speed
         variance = STEEPNESS * speed**4 / (4.0 * DECAY * gravity**2)
         return cls(4.0 * math.sqrt(variance), 2.0 * math.pi / peak)
@@ -154,7 +155,8 @@ class Jonswap(Spectrum):
     gamma: float = 3.3
 
     def __post_init__(self) -> None:
-        _above_zero(self, "Hs", "Tp", "gamma")
+        for name in ("Hs", "Tp", "gamma"):
+            checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
         if self.gamma < 1.0:
             raise ModelError(f"gamma of a JONSWAP spectrum must be 1 or more, not {self.gamma!r}")
 
@@ -271,10 +273,3 @@ def gauss(ends: Sequence[float] | Vector, order: int) -> tuple[Vector, Vector]:
     ends = np.asarray(ends, dtype=float)
     half, middle = 0.5 * np.diff(ends)[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]
     return (middle + half * x).ravel(), (half * weight).ravel()
-
-
-def _above_zero(spectrum: Spectrum, *names: str) -> None:
-    for name in names:
-        value = getattr(spectrum, name)
-        if not isinstance(value, (int, float, np.number)) or not (math.isfinite(value) and value > 0.0):
-            raise ModelError(f"{name} of a wave spectrum must be a finite number above zero, not {value!r}")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from kanefe.environment.checks import checked_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 
@@ -40,8 +40,8 @@ class Spreading:
         if self.power is not None and self.deviation_deg is not None:
             raise ModelError("waves spread by a power of the cosine or by a normal distribution, not by both")
         for value in (self.power, self.deviation_deg):
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise ModelError(f"the spreading of waves must be a finite number above zero, not {value!r}")
+            if value is not None:
+                checked_number(value, "the spreading of waves", above=0.0)
 
     @property
     def is_long_crested(self) -> bool:

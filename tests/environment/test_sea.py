@@ -49,7 +49,7 @@ def test_waves_of_finite_depth() -> None:
     assert k[0] == pytest.approx(0.01 / math.sqrt(9.81 * 20.0), rel=1e-4)  # shallow
     np.testing.assert_allclose(wave_number(omega), omega**2 / 9.81, rtol=1e-15)
     np.testing.assert_allclose(wave_number(omega, 1e6)[1:], omega[1:] ** 2 / 9.81, rtol=1e-12)
-    with pytest.raises(ModelError, match="depth of the water must be above zero"):
+    with pytest.raises(ModelError, match="depth of the water must be a finite number above 0"):
         wave_number(omega, 0.0)
 
 
@@ -188,6 +188,11 @@ def test_files_of_spectra_need_wavespectra(tmp_path: Any, monkeypatch: pytest.Mo
     [
         (lambda: kf.Sea.bretschneider(0.0, 9.0), "Hs of a wave spectrum"),
         (lambda: kf.Sea.bretschneider(3.0, math.nan), "Tp of a wave spectrum"),
+        (lambda: kf.Sea.bretschneider("3", 9.0), "Hs of a wave spectrum must be a finite number above 0, not '3'"),
+        (lambda: kf.Sea.bretschneider(3.0, 9.0, spreading="wide"), "the spreading of waves must be a finite number"),
+        (lambda: kf.Sea.state(5, duration="long"), "duration of a sea must be a finite number"),
+        (lambda: kf.Sea.state(5, frequency_range=3.0), "frequency_range of a sea must be two frequencies"),
+        (lambda: kf.Sea.state(5, count=2.5, frequencies="random"), "count of a sea must be an integer"),
         (lambda: kf.Sea.jonswap(3.0, 9.0, 0.5), "gamma of a JONSWAP spectrum must be 1 or more"),
         (lambda: kf.Sea.pierson_moskowitz(-1.0), "wind of a Pierson-Moskowitz"),
         (lambda: kf.Sea.state(9), "sea states are 3, 4, 5, 6, 7"),

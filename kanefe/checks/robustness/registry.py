@@ -21,7 +21,6 @@ from kanefe.checks.robustness import (
     loops,
     mass_extremes,
     overconstrained,
-    rigid_contact,
     rotations,
     spin,
     steps,
