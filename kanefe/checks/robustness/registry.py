@@ -44,6 +44,7 @@ OWN: tuple[StressCase, ...] = (
     *events.CASES,
     *contact.CASES,
     *contact_changes.CASES,
+    *rigid_contact.CASES,
     *invariances.CASES,
     *determinism.CASES,
 )

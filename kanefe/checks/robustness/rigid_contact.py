@@ -1,4 +1,4 @@
-"""Rigid contacts at their limits: impacts without end, paradoxes, redundant legs, wedges, stacks, mass ratios, crowds."""
+"""Rigid contacts at their limits: impacts without end, paradoxes, redundant legs, stacks, mass ratios, crowds."""
 
 from __future__ import annotations
 
@@ -144,7 +144,8 @@ def falling_balls(count: int, seed: int = 0, restitution: float = 0.5, friction:
     for i in range(count):
         layer, (column, row) = i // 25, divmod(i % 25, 5)
         place = np.array((0.1 + 0.2 * column, 0.1 + 0.2 * row, 0.1 + 0.15 * layer)) + rng.uniform(-0.01, 0.01, 3)
-        start = Free(position=place, velocity=0.5 * rng.standard_normal(3), angular_velocity=rng.standard_normal(3))
+        v, w = 0.5 * rng.standard_normal(3), rng.standard_normal(3)
+        start = Free(position=place.tolist(), velocity=v.tolist(), angular_velocity=w.tolist())
         ball = scene.add_rigid_body(f"ball {i}", 1.0, 0.4 * RADIUS**2, joint=start)
         surfaces.append(scene.add_surface(f"skin {i}", ball, Sphere(RADIUS)))
     scene.add_contacts(surfaces, normal=Rigid(restitution), friction=Coulomb(friction))

@@ -46,8 +46,8 @@ for _row in ROWS:
 
 
 def own_methods() -> tuple[str, ...]:
-    """Return the names of the methods that are not solvers of other packages."""
-    return tuple(name for name, method in METHODS.items() if not method.is_plugged)
+    """Return the names of the methods for all kinds of motion that are not solvers of other packages."""
+    return tuple(name for name, row in METHODS.items() if not (row.is_plugged or row.steps_over_impacts))
 
 
 def row_for(model: Model, name: str) -> Method:
