@@ -66,26 +66,3 @@ def overlap(balls: np.ndarray, a: int, b: int) -> Any:
     z = balls[BALL * a + 2].real - balls[BALL * b + 2].real
     r = balls[BALL * a + 3].real + balls[BALL * b + 3].real
     return x * x + y * y + z * z <= r * r
-
-
-@kernel
-def overlapping_pairs(
-    balls: np.ndarray, count: int, keys: np.ndarray, order: np.ndarray, first: np.ndarray, second: np.ndarray
-) -> int:
-    """Write the numbers of balls that overlap, the lower one of a pair in `first`; return how many pairs there are.
-
-    Of more pairs than there is room for the first ones are written.
-    """
-    axis, found = sort_along_widest(balls, count, keys, order), 0
-    for i in range(count):
-        a = int(order[i].real)
-        end = balls[BALL * a + axis].real + balls[BALL * a + 3].real
-        for j in range(i + 1, count):
-            b = int(order[j].real)
-            if keys[b].real > end:
-                break
-            if overlap(balls, a, b):
-                if found < len(first):
-                    first[found], second[found] = min(a, b), max(a, b)
-                found += 1
-    return found
