@@ -206,7 +206,7 @@ def check_main_can_be_imported() -> None:
     """
     main = sys.modules.get("__main__")
     path = getattr(main, "__file__", None)
-    if main is None or path is None or not Path(path).is_file() or getattr(main, "__spec__", None) is not None:
+    if main is None or path is None or not Path(path).is_file():
         return
     frame: FrameType | None = sys._getframe()
     while frame is not None and not (frame.f_code.co_name == "<module>" and frame.f_globals is vars(main)):
@@ -264,6 +264,11 @@ def told(error: BaseException) -> SimulationError:
         return SimulationError(
             f"a worker cannot import what build and outputs are of: {error}. Remedy: install the module there, or with "
             "Dask client.upload_file(...)"
+        )
+    if isinstance(error, BrokenExecutor):
+        return SimulationError(
+            f"processes of the executor died ({error}): as they started, and then they have said why, or out of memory."
+            " What is done is in the store: run the study again to go on"
         )
     return SimulationError(
         f"the executor failed: {type(error).__name__}: {error}. What is done is in the store: run the "

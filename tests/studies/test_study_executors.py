@@ -10,8 +10,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -192,6 +193,19 @@ def test_an_executor_that_was_shut_down_is_told(study: kf.Study) -> None:
     executor.shutdown()
     with pytest.raises(kf.SimulationError, match="the executor failed: RuntimeError"):
         study.run(executor)
+
+
+def test_processes_of_the_user_that_die_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("KANEFE_TEST_KILL", "1")
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor,
+        pytest.raises(kf.SimulationError, match=r"processes of the executor died .* run the study again to go on"),
+    ):
+        deadly_study().run(executor, store=tmp_path)
+    assert deadly_study().table(tmp_path).counts["finished"] == 2
+    monkeypatch.delenv("KANEFE_TEST_KILL")
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        assert deadly_study().run(executor, store=tmp_path).counts["finished"] == 4
 
 
 class Counted(str):
