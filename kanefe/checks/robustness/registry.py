@@ -21,6 +21,7 @@ from kanefe.checks.robustness import (
     loops,
     mass_extremes,
     overconstrained,
+    rigid_contact,
     rotations,
     spin,
     steps,
