@@ -113,7 +113,7 @@ def pinned(reference: Reference) -> Iterator[Check]:
 
 
 def _between_routes(result: Result, row: int) -> float:
-    """Return the difference of the accelerations from those of Eq. 39 solved with F_u, in forces, of the largest."""
+    """Return how far accelerations are from those of the paper's equations with F_u, in forces, of the largest."""
     if result.run is None:
         raise TypeError("a run in memory")
     model, trajectory = result.run.model, result.run.trajectory
