@@ -15,8 +15,6 @@ from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.table_law import TableLaw
 from kanefe.loads.base import LoadKernel
 
-ANCHORED, BRISTLES = 1.0, 2.0
-
 
 class Numbered(Protocol):
     """What has a kernel: see `kanefe.contact.contact.Contact`."""
@@ -87,6 +85,8 @@ def kernel_of(contact: Numbered) -> LoadKernel:
 
 def _of_friction(law: Coulomb | LuGre | None) -> tuple[float, list[float]]:
     """Return the kind of friction, and its numbers."""
+    from kanefe.kernels.force_elements.contact import ANCHORED, BRISTLES
+
     if law is None:
         return 0.0, [0.0] * 11
     if isinstance(law, LuGre):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.events import Event
 from kanefe.integrate.load_events import EventOfLoad
 from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
+from kanefe.integrate.valleys import lowest_between
 from kanefe.kernels.quiet_steps import LEAST_DIP, SHARES
 
 FIRST_PLACES = 10.0 ** np.arange(-9, -1)
@@ -286,17 +288,16 @@ def _dips(
         if times[k] < after:
             continue
         t, sign = times[k : k + 3], np.sign(values[k])
-        from scipy.optimize import minimize_scalar
-
-        width = float(t[2] - t[0])
-        low = minimize_scalar(
-            lambda x, sign=sign: sign * function(float(x)), bounds=(t[0], t[2]), method="bounded",
-            options={"xatol": 1e-5 * width},
-        )  # fmt: skip
-        if low.fun < 0.0:
-            found.append(((float(t[0]), float(low.x), float(t[2])), float(sign)))
+        below = partial(_times, float(sign), function)
+        lowest, value = lowest_between(below, float(t[0]), float(t[2]), 1e-5 * float(t[2] - t[0]))
+        if value < 0.0:
+            found.append(((float(t[0]), lowest, float(t[2])), float(sign)))
             after = t[2]
     return found
+
+
+def _times(sign: float, function: Callable[[float], float], t: float) -> float:
+    return sign * function(t)
 
 
 def _is_quiet(times: np.ndarray, table: np.ndarray) -> np.ndarray:

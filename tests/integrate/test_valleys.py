@@ -1,0 +1,14 @@
+"""Lowest places of functions, against those that are known."""
+
+from __future__ import annotations
+
+import pytest
+
+from kanefe.integrate.valleys import lowest_between
+
+
+def test_the_lowest_place_is_found_and_one_below_zero_is_enough():
+    place, value = lowest_between(lambda x: (x - 0.3) ** 2 + 0.1, 0.0, 1.0, 1e-6)
+    assert place == pytest.approx(0.3, abs=1e-5)
+    assert value == pytest.approx(0.1, abs=1e-9)
+    assert lowest_between(lambda x: (x - 0.3) ** 2 - 0.1, 0.0, 1.0, 1e-6)[1] < 0.0
