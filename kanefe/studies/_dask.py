@@ -45,7 +45,7 @@ class DaskPool:
         If there are no workers, or one has no kanefe.
     """
 
-    pickles, takes_blocks = True, True
+    pickles, by_value, takes_blocks = True, True, True
     deaths: tuple[type[BaseException], ...] = (KilledWorker,)
 
     def __init__(self, client: Any) -> None:

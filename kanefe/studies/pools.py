@@ -32,6 +32,8 @@ class Pool(Protocol):
     ----------
     pickles : bool
         Whether work is sent to other processes.
+    by_value : bool
+        Whether they do not import the script that asks.
     takes_blocks : bool
         Whether several cases at once save something.
     deaths : tuple of exception types
@@ -39,6 +41,7 @@ class Pool(Protocol):
     """
 
     pickles: bool
+    by_value: bool
     takes_blocks: bool
     deaths: tuple[type[BaseException], ...]
 
@@ -97,7 +100,7 @@ def pool_of(executor: Any, workers: int | None, cases: int) -> Iterator[Pool]:
 class SerialPool:
     """Runs a block when it is handed in."""
 
-    workers, pickles, takes_blocks = 1, False, False
+    workers, pickles, by_value, takes_blocks = 1, False, False, False
     deaths: tuple[type[BaseException], ...] = ()
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
@@ -120,7 +123,7 @@ class SerialPool:
 class GivenPool:
     """An executor of the user, who closes it."""
 
-    takes_blocks = True
+    by_value, takes_blocks = False, True
     deaths: tuple[type[BaseException], ...] = ()
 
     def __init__(self, executor: Executor, workers: int) -> None:
@@ -153,7 +156,7 @@ class ProcessPool:
     workers : int
     """
 
-    pickles, takes_blocks = True, True
+    pickles, by_value, takes_blocks = True, False, True
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
 
     def __init__(self, workers: int) -> None:
@@ -222,36 +225,40 @@ def check_main_can_be_imported() -> None:
         )
 
 
-def pickled(work: Work) -> bytes:
+def pickled(work: Work, by_value: bool) -> bytes:
     """Return the work as it is sent to other processes.
 
-    Functions of a notebook are sent whole if cloudpickle is installed, as it is with Dask; others by their names.
+    Functions of scripts and notebooks are sent whole by cloudpickle where workers cannot import them; others by their
+    names.
+
+    Parameters
+    ----------
+    work : Work
+    by_value : bool
+        Whether the workers do not import the script that asks.
 
     Raises
     ------
     ModelError
         If it cannot be sent; the message names what.
     """
-    main_file = getattr(sys.modules.get("__main__"), "__file__", None)
-    by_value = main_file is None and find_spec("cloudpickle") is not None
+    is_typed_in = getattr(sys.modules.get("__main__"), "__file__", None) is None
+    dumps: Callable[[Any], bytes] = pickle.dumps
+    if (by_value or is_typed_in) and find_spec("cloudpickle") is not None:
+        import cloudpickle
+
+        dumps = cloudpickle.dumps
     for name, part in (("build", work.build), ("outputs", work.outputs), ("the options", work.options)):
-        home = getattr(part, "__module__", None)
         try:
-            if not by_value:
-                if home == "__main__" and main_file is None:
-                    raise pickle.PicklingError("it was typed in, and no file has it")
-                pickle.loads(pickle.dumps(part))
+            if dumps is pickle.dumps and is_typed_in and getattr(part, "__module__", None) == "__main__":
+                raise pickle.PicklingError("it was typed in, and no file has it")
+            pickle.loads(dumps(part))
         except Exception as error:
             raise ModelError(
                 f"{name} cannot be sent to other processes: {error}. Remedy: define it with def at the top of a file, "
                 "make what it needs inside it, or executor='serial'"
             ) from error
-    if by_value:
-        import cloudpickle
-
-        data: bytes = cloudpickle.dumps(work)
-        return data
-    return pickle.dumps(work)
+    return dumps(work)
 
 
 def told(error: BaseException) -> SimulationError:

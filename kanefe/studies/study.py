@@ -248,7 +248,7 @@ class Study:
         self, store: Store, left: Sequence[int], executor: Any, workers: int | None, progress: bool | None
     ) -> None:
         with pool_of(executor, workers, len(left)) as pool:
-            work = pickled(self._work) if pool.pickles else self._work
+            work = pickled(self._work, pool.by_value) if pool.pickles else self._work
             cases = (Case(number, self.key(number), self.cases[number]) for number in left)
             scheduler = Scheduler(pool, work, cases, len(left))
             failures = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -21,8 +22,8 @@ import tqdm
 
 import kanefe as kf
 from kanefe.studies import scheduling
-from kanefe.studies.pools import GivenPool, told
-from kanefe.studies.work import Case, Done
+from kanefe.studies.pools import GivenPool, pickled, told
+from kanefe.studies.work import Case, Done, Work
 from repository import surroundings
 from study_scenes import GRID, bits, deadly_study, lowest, pendulum, slow_study
 
@@ -140,6 +141,14 @@ def test_what_cannot_be_sent_is_told_before_the_first_run(tmp_path: Path, monkey
             study.run("processes", store=tmp_path / name)
         assert study.table(tmp_path / name).counts["not run"] == 1
         assert study.run("serial").counts["finished"] == 1
+
+
+@pytest.mark.dask
+def test_functions_of_scripts_are_sent_whole_to_workers_that_do_not_import_them(study: kf.Study) -> None:
+    angle = 0.2
+    work = Work(lambda length: pendulum(length, angle), lowest, {"t_span": (0.0, 0.1)})
+    found = pickle.loads(pickled(work, by_value=True))
+    assert lowest(found.result({"length": 1.0}, progress=False)) == lowest(work.result({"length": 1.0}, progress=False))
 
 
 TYPED_IN = """
