@@ -84,9 +84,9 @@ class Scheduler:
 
     def _fill(self) -> None:
         """Keep the workers busy; those under suspicion of killing one fly alone."""
-        if self._suspects:
-            if not self._flying:
-                self._launch(self._suspects.popleft())
+        if self._suspects and not self._flying:
+            self._launch(self._suspects.popleft())
+        if self._suspects or any(block.deaths for block in self._flying.values()):
             return
         most = DEPTH * self._pool.workers if self._pool.takes_blocks else 1
         while len(self._flying) < most and self._left:
@@ -134,7 +134,7 @@ class Scheduler:
         unfinished = [each for each in self._flying if not _is_done(each)]
         lost = [self._flying.pop(each) for each in (unfinished if self._pool.renew() else [future])]
         if block.deaths + 1 < TRIES:
-            self._suspects.extend(Block([case], each.deaths + 1) for each in lost for case in each.cases)
+            self._suspects.extend(Block([case], 1) for each in lost for case in each.cases)
             return []
         reason = "its worker process died, and another one that had nothing but this case: out of memory, or a crash"
         return [Done(f"{json.dumps(failed_row(block.cases[0], reason))}\n", 1, 1, 0.0)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import os
 import pickle
 import signal
@@ -11,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -89,6 +90,50 @@ def test_a_worker_that_dies_takes_one_case_with_it(tmp_path: Path, monkeypatch: 
     monkeypatch.delenv("KANEFE_TEST_KILL")
     table = study.run("serial", store=tmp_path, retry_failed=True)
     assert bits(table) == bits(study.run("serial"))
+
+
+class DyingPool:
+    """Two workers that both die, with all that they have, when one of them runs a deadly case."""
+
+    workers, pickles, by_value, takes_blocks = 2, False, False, True
+    deaths = (BrokenExecutor,)
+
+    def __init__(self, deadly: set[int]) -> None:
+        self.deadly, self.waiting, self.together = deadly, [], []
+
+    def submit(self, function: Any, work: Any, stamp: str, cases: list[Case]) -> Future[Any]:
+        future: Future[Any] = Future()
+        self.waiting.append((future, cases))
+        threading.Timer(0.03, self._work).start()
+        return future
+
+    def _work(self) -> None:
+        waiting, self.waiting = self.waiting, []
+        self.together.append([case.number for _, cases in waiting for case in cases])
+        dies = bool(self.deadly & set(self.together[-1]))
+        for future, cases in waiting:
+            if dies:
+                future.set_exception(BrokenExecutor())
+            else:
+                future.set_result(Done("".join(f"{case.number}\n" for case in cases), len(cases), 0, 0.1 * len(cases)))
+
+    def renew(self) -> bool:
+        self.waiting = []
+        return True
+
+    def abandon(self) -> None: ...
+
+
+@pytest.mark.parametrize("deadly", [{0}, {3}, {2, 3}, {17}, {5, 12, 19}])
+def test_all_but_what_kills_is_run_once(deadly: set[int]) -> None:
+    pool = DyingPool(deadly)
+    cases = (Case(number, str(number), {}) for number in range(20))
+    blocks = list(scheduling.Scheduler(pool, b"", cases, 20).done())
+    failed = [json.loads(block.lines)["case"] for block in blocks if block.failed]
+    run = [int(line) for block in blocks if not block.failed for line in block.lines.splitlines()]
+    assert sorted(failed) == sorted(deadly)
+    assert sorted(run) == sorted(set(range(20)) - deadly)
+    assert all([number] in pool.together for number in deadly)  # to blame only when alone
 
 
 def test_workers_end_with_who_asked(tmp_path: Path) -> None:
