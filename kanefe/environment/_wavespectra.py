@@ -42,7 +42,9 @@ def _read(path: Path) -> Any:
     try:
         import wavespectra
     except ImportError as problem:
-        raise MissingDependency("wavespectra", "Sea.from_wavespectra of a file", "pip install wavespectra") from problem
+        raise MissingDependency(
+            "wavespectra", "Sea.from_wavespectra of a file", "pip install 'kanefe[sea]'"
+        ) from problem
     try:
         return getattr(wavespectra, READERS[path.suffix])(str(path))
     except (OSError, ValueError, KeyError, AttributeError, RuntimeError) as error:
