@@ -93,7 +93,7 @@ def crowds(effort: Effort) -> Iterator[Finding]:
         off = max(float(np.abs(result.position(body) - result.position(body)[0]).max()) for body in bodies)
         note = f"{result.statistics['steps']} steps"
         yield Finding(name, len(bodies), "way from where it was put [m]", off, 1e-10, "what is rigid stays", note)
-    for count in (effort.count(200, 40),):
+    for count in (effort.count(200, 20),):
         scene = falling_balls(count)
         result = _ran(scene, 1.0)
         energy = float(np.abs(result.energy.balance_error).max() / np.abs(result.energy.total).max())
@@ -105,11 +105,12 @@ def crowds(effort: Effort) -> Iterator[Finding]:
 
 
 def _standing(effort: Effort) -> Iterator[tuple[str, System, float, list[str]]]:
+    span = 0.2 if effort.is_quick else 5.0
     scene, floor = on_floor()
     table = scene.add_rigid_body("table", 8.0, 1.0, com=(0.2, 0.1, 0.0), joint=Free(position=(0.0, 0.0, 0.75)))
     legs = scene.add_surface("legs", table, Points([(x, y, -0.75) for x in (-0.5, 0.5) for y in (-0.4, 0.4)]))
     scene.add_contact("legs on floor", legs, floor, normal=Rigid(), friction=Coulomb(0.5))
-    yield "table on four legs, its weight off the middle", scene, 5.0, ["table"]
+    yield "table on four legs, its weight off the middle", scene, span, ["table"]
 
     scene = System(gravity=(0.0, 0.0, -GRAVITY))
     sides = [scene.add_surface(f"side {s}", scene.ground, Plane((s, 0.0, 1.0))) for s in (-1.0, 1.0)]
@@ -117,9 +118,9 @@ def _standing(effort: Effort) -> Iterator[tuple[str, System, float, list[str]]]:
     skin = scene.add_surface("skin", ball, Sphere(0.1))
     for side in sides:
         scene.add_contact(f"on {side.name}", skin, side, normal=Rigid(), friction=Coulomb(0.5))
-    yield "ball in a wedge", scene, 5.0, ["ball"]
+    yield "ball in a wedge", scene, span, ["ball"]
 
-    count, names = effort.count(20, 4), []
+    count, names = effort.count(20, 3), []
     scene, below = on_floor()
     for i in range(count):
         mass = 1e6 if i == count - 1 else 1.0
@@ -128,7 +129,7 @@ def _standing(effort: Effort) -> Iterator[tuple[str, System, float, list[str]]]:
         scene.add_contact(f"contact {i}", skin, below, normal=Rigid())
         below = skin
         names.append(ball.name)
-    yield f"stack of {count} balls under a millionfold mass", scene, 1.0, names
+    yield f"stack of {count} balls under a millionfold mass", scene, 0.2 * span, names
 
 
 RADIUS = 0.05
