@@ -6,7 +6,6 @@ import numpy as np
 
 from kanefe.contact.rigid_crowd import RigidCrowd
 from kanefe.contact.shapes import Plane
-from kanefe.joints import Free
 from kanefe.kernels import crowd as kernel
 from kanefe.tree.model_data import WORKS, ModelData
 
@@ -17,6 +16,10 @@ MOST_SWEEPS = 200
 
 ROOM = 4
 """Contacts for each ball that there is room for at first; it grows."""
+
+
+FREE_SPEEDS = 6
+"""Of a joint that holds nothing."""
 
 
 def lacking(model: ModelData) -> str:
@@ -31,7 +34,7 @@ def lacking(model: ModelData) -> str:
         if is_there:
             return what
     for body in model.bodies:
-        is_loose = body.parent < 0 and isinstance(body.joint, Free) and body.rigid is not None
+        is_loose = body.parent < 0 and len(body.joint.speed_names) == FREE_SPEEDS and body.rigid is not None
         if not is_loose or np.any(body.p_PoFo_P) or np.any(body.A_PF != np.eye(3)):
             return f"body {body.name!r}, which does not move freely from the ground's origin"
         if body.rigid is not None and (np.any(body.rigid.com) or np.any(body.rigid.rotor)):

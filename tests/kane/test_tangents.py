@@ -16,16 +16,22 @@ from kanefe.kane.tangents import current_tangents
 from scenes import derivatives
 
 
+ANCHOR = 5.0  # N m/rad
+
+
 def tangents(model: Model, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return current_tangents(State(model, 0.0, q, u), *iteration_matrices(model))
 
 
 def slack() -> kf.System:
-    """Return two bodies at rest between slack springs, a bushing without displacement, and a rubbing joint."""
+    """Return two bodies at rest between slack springs, a bushing without displacement, and a rubbing joint.
+
+    The stretch of its anchor is a state, which follows the coordinate in a step: so its stiffness is among the tangents.
+    """
     scene = kf.System()
     turn = (0.8, 0.1, 0.5, -0.3)
     one = scene.add_rigid_body("one", 2.0, (0.1, 0.2, 0.25), joint=kf.Free(orientation=turn))
-    rubbing = kf.CoordinateForce(3.0, 0.2, friction=2.0, friction_stiffness=5.0, friction_damping=0.5)
+    rubbing = kf.CoordinateForce(3.0, 0.2, friction=2.0, friction_stiffness=ANCHOR, friction_damping=0.5)
     two = scene.add_rigid_body("two", 1.0, 0.1, parent=one, at=(0.5, 0, 0), joint=kf.Revolute("y", forces=rubbing))
     scene.add_spring("s", one.frame(at=(0.1, 0.2, 0.3)), scene.ground.frame(at=(1, 1, 1)), stiffness=7.0, damping=0.3)
     scene.add_spring("table", two, scene.ground.frame(at=(0, 0, 2)), force=([0.0, 50.0, 99.0], [0.0, 0.0, 1.0]))
@@ -50,7 +56,8 @@ def test_tangents_are_the_slopes_of_the_forces_where_nothing_is_loaded() -> None
         by_q, _ = derivatives(moved, 0.003)
         by_u, _ = derivatives(lambda s, step=step: assemble(State(model, 0.0, q, s * step))[1], 0.003)
         # order-8 differences of forces of order one over 0.003
-        assert K[:, i] == pytest.approx(-by_q, abs=1e-9)
+        by_anchor = step * ANCHOR if i == model.bodies[1].speeds[0] else np.zeros(model.free_count)
+        assert K[:, i] == pytest.approx(-by_q + by_anchor, abs=1e-9)
         assert C[:, i] == pytest.approx(-by_u, abs=1e-9)
 
 
