@@ -15,7 +15,6 @@ from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents
 from scenes import derivatives
 
-
 ANCHOR = 5.0  # N m/rad
 
 
@@ -26,7 +25,7 @@ def tangents(model: Model, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np
 def slack() -> kf.System:
     """Return two bodies at rest between slack springs, a bushing without displacement, and a rubbing joint.
 
-    The stretch of its anchor is a state, which follows the coordinate in a step: so its stiffness is among the tangents.
+    The stretch of its anchor is a state that follows the coordinate in a step: its stiffness is among the tangents.
     """
     scene = kf.System()
     turn = (0.8, 0.1, 0.5, -0.3)
