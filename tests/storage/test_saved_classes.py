@@ -42,13 +42,14 @@ WORDS = {
     "nodal moments",
     "nodal pattern",
     "node group",
+    "node shares",
     "unreduced body",
 }
 WORDS_OF_WARNINGS = {"accuracy", "imported body", "mesh", "modes", "nodal form", "simulation", "tie", "units"}
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
-# tables that are printed, of verification runs and of searches, and never of a scene or of the options of a body.
-SHARED_NAMES = {"Entry", "Held", "ObjectCode", "Output", "Row", "Scene", "Table"}
+# tables that are printed, of verification runs, studies and searches, never of a scene or of the options of a body.
+SHARED_NAMES = {"Case", "Entry", "Held", "Meeting", "ObjectCode", "Output", "Row", "Scene", "Spectrum", "Table"}
 
 PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
 
