@@ -8,6 +8,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.kane.loop_closure import project_positions, project_speeds
+from kanefe.linear.eigenpairs import rate_weights
 from kanefe.linear.small_motions import SmallMotions
 
 SAMPLES = (0.37, 1.1, 2.6, 5.3)
@@ -63,14 +64,3 @@ def change_ahead(small: SmallMotions) -> float:
         change = weights * later.rates_along(direction) - here
         largest = max(largest, float(np.abs(change).max(initial=0.0)) / max(size, 1e-300))
     return largest
-
-
-def rate_weights(A: np.ndarray, positions: int) -> Vector:
-    """Return a scaling of the states of A that makes rates and coordinates alike: frequencies of entries by themselves.
-
-    States are so many positions, then speeds; scaled is ``weights[:, None] * A / weights``.
-    """
-    rates = np.sqrt(np.abs(np.diag(A[positions:, :positions]))) if len(A) == 2 * positions else np.ones(positions)
-    counts = rates > 1e-8 * rates.max(initial=0.0)  # the root of round-off
-    middle = float(np.median(rates[counts])) if counts.any() else 1.0
-    return np.concatenate((np.where(counts, rates, middle), np.ones(len(A) - positions)))

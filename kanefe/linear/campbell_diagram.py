@@ -72,7 +72,7 @@ class Campbell:
 
     @property
     def frequencies(self) -> np.ndarray:
-        """|Im lambda| / 2 pi, Hz, shape (S, modes)."""
+        """abs(Im lambda) / 2 pi, Hz, shape (S, modes)."""
         return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
 
     @property

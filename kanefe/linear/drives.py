@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from kanefe.equations.model import Model
-from kanefe.joints import Joint, Motion
+from kanefe.joints import Motion
+from kanefe.joints.held_motion import driven_by
 
 
 class Drive(NamedTuple):
@@ -37,7 +38,7 @@ def shifted(model: Model, t: float, shifts: dict[Drive, Shift]) -> Model:
         if motion is None:
             raise TypeError("a drive is of a driven coordinate")
         motions[drive.coordinate] = _displaced(motion, shift, t)
-        bodies[drive.body] = replace(body, joint=_driven_by(body.joint, motions))
+        bodies[drive.body] = replace(body, joint=driven_by(body.joint, motions))
     return replace(model, bodies=tuple(bodies))
 
 
@@ -52,9 +53,3 @@ def _displaced(motion: Motion, shift: Shift, t0: float) -> Motion:
         lambda t: float(acceleration(t)) + a,
         motion.span,
     )
-
-
-def _driven_by(joint: Any, motions: list[Motion | None]) -> Joint:
-    """Return a joint with other motions: one by itself where it has one coordinate."""
-    changed: Joint = replace(joint, motion=motions[0] if len(motions) == 1 else tuple(motions))
-    return changed

@@ -23,7 +23,7 @@ class OfEigenvalues:
 
     @property
     def frequencies(self) -> Vector:
-        """Frequencies at which the modes oscillate, |Im lambda| / 2 pi, Hz."""
+        """Frequencies at which the modes oscillate, abs(Im lambda) / 2 pi, Hz."""
         return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
 
     @property

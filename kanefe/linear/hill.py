@@ -15,7 +15,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.errors import SimulationError
-from kanefe.linear.azimuth import rate_weights
+from kanefe.linear.eigenpairs import rate_weights
 
 REACHES = (2, 4, 6, 9, 13, 19, 28)
 """Harmonics to either side that are tried, until the last ones are empty."""

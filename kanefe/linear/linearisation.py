@@ -25,6 +25,8 @@ from kanefe.linear.tangents import tangent_names
 from kanefe.scene.targets import Named
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from kanefe.equations.given_state import Start
     from kanefe.linear.frequency_response import FrequencyResponse
     from kanefe.linear.modes import Modes
@@ -107,6 +109,34 @@ class Linearisation(StateSpace):
         from kanefe.linear._control import state_space
 
         return state_space(self)
+
+    def to_fmu(self, path: str | Path, *, fmi: str = "2.0") -> Path:
+        """Write the linear system as a functional mock-up unit for model exchange; return its path.
+
+        Inputs and states are differences from the state of the analysis, outputs are in full.
+
+        Parameters
+        ----------
+        path : path
+            Of the .fmu file; its stem is the name of the model.
+        fmi : "2.0" or "3.0"
+            Version of the standard.
+
+        Raises
+        ------
+        ModelError
+            If there is no such version, or no C compiler.
+        FileError
+            If the file cannot be written.
+
+        Examples
+        --------
+        ``kf.linearise(scene, inputs="motor hub", outputs="position tip").to_fmu("arm.fmu", fmi="3.0")``
+        """
+        from kanefe.fmu.export import write_linear
+
+        self._warn_of_change("units for exchange")
+        return write_linear(self, path, fmi)
 
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:
         """Return the state y = (q, u) of the model beside the one of the analysis, to first order in x (states,)."""

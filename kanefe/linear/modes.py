@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
-from kanefe.linear.azimuth import rate_weights
+from kanefe.linear.eigenpairs import eigenpairs
 from kanefe.linear.eigenvalues import OfEigenvalues
 from kanefe.linear.shapes import Shapes
 from kanefe.linear.small_motions import SmallMotions
@@ -73,6 +73,22 @@ class Modes(OfEigenvalues, Shapes):
         n = self.linearisation.model.free_count
         return np.asarray(small.along_positions.z[:n, :p] @ self.vectors[:p])
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of the modes."""
+        from kanefe.views.modes_card import modes_card
+
+        rows = []
+        for i, value in enumerate(self.eigenvalues):
+            if self.is_rigid[i]:
+                kind = ("rigid motion", "")
+            elif value.imag == 0.0:
+                kind = (f"{value.real:.4g} 1/s", "")
+            else:
+                damping = 100 * self.damping_ratios[i] if abs(value.real) > self._noise else 0.0
+                kind = (f"{self.frequencies[i]:.6g} Hz", f"{damping:.3g} %")
+            rows.append((str(i), *kind, self.describe(i) + (" (unstable)" if self.grows[i] else "")))
+        return modes_card(self.eigenvalues, self.grows, rows)
+
     def __str__(self) -> str:
         head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}"
         rigid, others = np.flatnonzero(self.is_rigid), np.flatnonzero(~self.is_rigid)
@@ -133,9 +149,7 @@ def _undamped(linearisation: StateSpace, M: Matrix, K: Matrix, scale: Vector) ->
 
 
 def _general(linearisation: StateSpace, A: Matrix, p: int) -> Modes:
-    weights = rate_weights(A, p)
-    values, vectors = scipy.linalg.eig(weights[:, None] * A / weights[None, :])
-    vectors = vectors / weights[:, None]
+    values, vectors = eigenpairs(A, p)
     largest = np.abs(values).max(initial=0.0)
     is_rigid = np.abs(values) <= RIGID * largest
     noise = 1e-12 * largest

@@ -15,7 +15,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.state import State
-from kanefe.linear.azimuth import moved_on, rate_weights
+from kanefe.linear.azimuth import moved_on
+from kanefe.linear.eigenpairs import rate_weights
 from kanefe.linear.hill import hill_matrix
 from kanefe.linear.imbalance import FLOOR, force_sizes, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions

@@ -15,12 +15,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.linear.azimuth import rate_weights
+from kanefe.linear.eigenpairs import eigenpairs
 from kanefe.linear.load_path import LoadPath, load_path
 from kanefe.linear.shapes import Shapes
 from kanefe.linear.small_motions import SmallMotions
@@ -178,8 +177,7 @@ def _growing(path: LoadPath, factor: float) -> tuple[complex, np.ndarray] | None
     p = len(path.K)
     rates = np.linalg.solve(path.M, np.hstack((path.K + factor * path.dK, path.C)))
     A = np.block([[np.zeros((p, p)), np.eye(p)], [-rates[:, :p], -rates[:, p:]]])
-    weights = rate_weights(A, p)
-    values, vectors = scipy.linalg.eig(weights[:, None] * A / weights[None, :])
+    values, vectors = eigenpairs(A, p)
     shares = values.real / np.maximum(np.abs(values), 1e-300)
     # of a mode at rest, with an eigenvalue of round-off, the share means nothing
     noise = 1e-13 * np.abs(values).max(initial=0.0)
@@ -187,6 +185,6 @@ def _growing(path: LoadPath, factor: float) -> tuple[complex, np.ndarray] | None
     worst = int(shares.argmax())
     if shares[worst] <= GROWS:
         return None
-    shape = vectors[:p, worst] / weights[:p]
+    shape = vectors[:p, worst]
     largest = shape[np.abs(shape).argmax()]
     return complex(values[worst]), shape * (abs(largest) / largest)

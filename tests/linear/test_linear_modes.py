@@ -252,3 +252,16 @@ def test_a_missing_python_control_is_named(monkeypatch):
     monkeypatch.delitem(sys.modules, "kanefe.linear._control", raising=False)
     with pytest.raises(MissingDependency, match=r"to_control needs control.*pip install 'kanefe\[control\]'"):
         kf.linearise(oscillator()).to_control()
+
+
+def test_shapes_bear_entries_that_are_nearly_nothing():
+    scene = kf.System()
+    # a cart that nearly nothing holds, and one on it that vibrates against it
+    held = kf.CoordinateForce(stiffness=1e-40)
+    below = scene.add_rigid_body("below", 2.0, joint=kf.Prismatic("x", forces=held))
+    spring = kf.CoordinateForce(stiffness=300.0, damping=2.0)
+    scene.add_rigid_body("above", 1.0, parent=below, joint=kf.Prismatic("x", forces=spring))
+    modes = kf.linearise(scene).modes()
+    assert list(modes.is_rigid) == [True, False]
+    # momentum stays zero: the speeds are as 1 to -2, the energies as 1 to 2
+    assert modes.participation["above"] == pytest.approx([1.0 / 3.0, 2.0 / 3.0], rel=1e-9)
