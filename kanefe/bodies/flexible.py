@@ -176,6 +176,12 @@ class FlexibleBody(PickledByFields):
             f"interfaces: {interfaces or 'none'})"
         )
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of the body."""
+        from kanefe.views.body_card import body_card
+
+        return body_card(self)
+
     @property
     def count(self) -> int:
         """Number K of coordinates, free and fixed."""

@@ -25,12 +25,15 @@ class RigidMass:
         About the centre of mass, kg m2.
     rotor : ndarray, shape (3,)
         Angular momentum of rotors from their spin seen from the body, in its components, kg m2/s.
+    is_as_given : bool
+        Whether the inertia is taken as a file has it, also where no body has such a one.
     """
 
     mass: float
     com: np.ndarray
     inertia: np.ndarray
     rotor: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    is_as_given: bool = False
 
     @property
     def spatial(self) -> np.ndarray:

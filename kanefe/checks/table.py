@@ -101,7 +101,18 @@ def write_json(rows: Sequence[Any], path: str) -> None:
         {key: None if isinstance(x, float) and not math.isfinite(x) else x for key, x in asdict(row).items()}
         for row in rows
     ]
-    text = json.dumps(objects, indent=1, allow_nan=False) + "\n"
+    write_as_json(objects, path)
+
+
+def write_as_json(value: object, path: str) -> None:
+    """Write what JSON knows to a file, or to the standard output if `path` is "-".
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written; an old one stays as it was.
+    """
+    text = json.dumps(value, indent=1, allow_nan=False) + "\n"
     if path == "-":
         sys.stdout.write(text)
         sys.stdout.flush()

@@ -42,7 +42,7 @@ def box_probes(half: Vector) -> tuple[Probe, ...]:
     )
 
 
-class Meeting(NamedTuple):
+class BoxPair(NamedTuple):
     """How two boxes meet.
 
     Attributes
@@ -60,7 +60,7 @@ class Meeting(NamedTuple):
     edges: tuple[int, int] | None
 
 
-def meeting(surface: End, other: Vector, end: End, own: Vector) -> Meeting:
+def meeting(surface: End, other: Vector, end: End, own: Vector) -> BoxPair:
     """Return how a box of half sizes `own` at an end meets one of half sizes `other` at a surface."""
     between, size = end.p - surface.p, float(np.sum(own + other))
     faces = [*surface.A.T, *end.A.T]
@@ -77,14 +77,14 @@ def meeting(surface: End, other: Vector, end: End, own: Vector) -> Meeting:
     return best
 
 
-def _along(axis: Vector, between: Vector, A: Matrix, other: Vector, B: Matrix, own: Vector) -> Meeting:
+def _along(axis: Vector, between: Vector, A: Matrix, other: Vector, B: Matrix, own: Vector) -> BoxPair:
     away = float(axis @ between)
     reach = float(other @ np.abs(A.T @ axis) + own @ np.abs(B.T @ axis))
-    return Meeting(axis if away >= 0.0 else -axis, reach - abs(away), None)
+    return BoxPair(axis if away >= 0.0 else -axis, reach - abs(away), None)
 
 
 def slot_of(
-    met: Meeting, slot: int, surface: End, other: Vector, end: End, own: Vector
+    met: BoxPair, slot: int, surface: End, other: Vector, end: End, own: Vector
 ) -> tuple[float, Vector, Vector]:
     """Return depth (m), normal, and place in N of a slot."""
     n = met.normal

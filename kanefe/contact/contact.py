@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.contact.box_pair import Meeting, meeting, slot_of
+from kanefe.contact.box_pair import BoxPair, meeting, slot_of
 from kanefe.contact.bristles import LuGre
 from kanefe.contact.contact_events import Watched
 from kanefe.contact.contact_numbers import kernel_of
@@ -175,7 +175,7 @@ class Contact(Load):
         )  # fmt: skip
         return touch._replace(couple=couple)
 
-    def _located(self, surface: End, end: End, probe: Probe, met: Meeting | None) -> tuple[float, Vector, Vector]:
+    def _located(self, surface: End, end: End, probe: Probe, met: BoxPair | None) -> tuple[float, Vector, Vector]:
         """Return depth, normal and place of a probe."""
         if met is not None and isinstance(self.shape, Box):
             return slot_of(met, -1 - int(probe.ring), surface, 0.5 * self.shape.size, end, probe.axis)

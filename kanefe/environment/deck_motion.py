@@ -65,15 +65,22 @@ class DeckMotion(GivenPose):
 
     def at(self, t: float) -> PoseRates:
         """Return pose, velocities and accelerations at time t (s), by the sums of all harmonics."""
-        (s, ds, dds), angles = np.split(self.ramp.of(self.harmonics.at(np.array([t]))[0], t), 2, axis=1)
+        return PoseRates(*(found[0] for found in self.over(np.array([t]))))
+
+    def over(self, times: Vector) -> PoseRates:
+        """Return the same at many times at once."""
+        motions = self.ramp.of(self.harmonics.at(times), times)
+        (s, ds, dds), angles = motions[:, :, :3].swapaxes(0, 1), motions[:, :, 3:].swapaxes(0, 1)
         axes, w, dw = turned(*angles)
         if self.is_small:
-            arms = np.cross(angles, self.point)
+            arm, rate, change = (np.cross(angle, self.point) for angle in angles)
         else:
-            arm, spin, twist = axes @ self.point, axes @ w, axes @ dw
-            arms = np.array((arm, np.cross(spin, arm), np.cross(twist, arm) + np.cross(spin, np.cross(spin, arm))))
-            return PoseRates(s + arms[0], ds + arms[1], dds + arms[2], axes, w, dw)
-        return PoseRates(self.point + s + arms[0], ds + arms[1], dds + arms[2], axes, w, dw)
+            arm = axes @ self.point
+            spin, twist = (np.einsum("tij,tj->ti", axes, item) for item in (w, dw))
+            rate = np.cross(spin, arm)
+            change = np.cross(twist, arm) + np.cross(spin, rate)
+        place = s + arm + (self.point if self.is_small else 0.0)
+        return PoseRates(place, ds + rate, dds + change, axes, w, dw)
 
     @cached_property
     def edges(self) -> Vector:
@@ -115,17 +122,17 @@ class DeckMotion(GivenPose):
         return self._kernel
 
 
-def turned(angles: Vector, rates: Vector, accelerations: Vector) -> tuple[Matrix, Vector, Vector]:
+def turned(angles: Matrix, rates: Matrix, accelerations: Matrix) -> tuple[np.ndarray, Matrix, Matrix]:
     """Return ``R = Rz Ry Rx`` of roll, pitch and yaw, and angular velocity and acceleration in its own axes.
 
     Parameters
     ----------
-    angles, rates, accelerations : ndarray, shape (3,)
+    angles, rates, accelerations : ndarray, shape (3,) or (T, 3)
         Roll, pitch, yaw and their time derivatives, rad.
     """
-    (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
-    dr, dp, dy = rates
-    ddr, ddp, ddy = accelerations
+    (sr, sp, sy), (cr, cp, cy) = np.sin(angles).T, np.cos(angles).T
+    dr, dp, dy = rates.T
+    ddr, ddp, ddy = accelerations.T
     axes = np.array((
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
@@ -137,7 +144,7 @@ def turned(angles: Vector, rates: Vector, accelerations: Vector) -> tuple[Matrix
         ddp * cr - dp * dr * sr + ddy * cp * sr - dy * dp * sp * sr + dy * dr * cp * cr,
         -ddp * sr - dp * dr * cr + ddy * cp * cr - dy * dp * sp * cr - dy * dr * cp * sr,
     ))  # fmt: skip
-    return axes, w, dw
+    return axes if axes.ndim == 2 else axes.transpose(2, 0, 1), w.T, dw.T
 
 
 def _left_out(frequencies: Vector, sizes: Vector, half: float) -> float:

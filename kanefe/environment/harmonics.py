@@ -60,22 +60,21 @@ class Ramp:
     start: float
     duration: float
 
-    def at(self, t: float) -> tuple[float, float, float]:
-        """Return the factor and its two time derivatives."""
-        x = t - self.start
-        if x >= self.duration:
-            return 1.0, 0.0, 0.0
-        if x <= 0.0:
-            return 0.0, 0.0, 0.0
-        x, per = x / self.duration, 1.0 / self.duration
+    def at(self, times: Vector | float) -> tuple[Vector, Vector, Vector]:
+        """Return the factor and its two time derivatives at a time, or at some (T,)."""
+        if self.duration == 0.0:
+            none = np.zeros(np.shape(times))
+            return np.where(np.less(times, self.start), 0.0, 1.0), none, none
+        per = 1.0 / self.duration
+        x = np.clip((times - self.start) * per, 0.0, 1.0)
         return (
             x**3 * (10.0 - 15.0 * x + 6.0 * x**2),
             30.0 * x**2 * (1.0 - x) ** 2 * per,
             60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) * per**2,
         )
 
-    def of(self, sums: np.ndarray, t: float) -> np.ndarray:
-        """Return motions, rates and accelerations (3, 6) behind the ramp, of those before it at time t."""
-        r, dr, ddr = self.at(t)
-        x, v, a = sums
-        return np.array((r * x, r * v + dr * x, r * a + 2.0 * dr * v + ddr * x))
+    def of(self, sums: np.ndarray, times: Vector) -> np.ndarray:
+        """Return motions, rates and accelerations (T, 3, 6) behind the ramp, of those before it."""
+        r, dr, ddr = (factor[:, None] for factor in self.at(times))
+        x, v, a = sums.swapaxes(0, 1)
+        return np.array((r * x, r * v + dr * x, r * a + 2.0 * dr * v + ddr * x)).swapaxes(0, 1)

@@ -16,7 +16,7 @@ def check_planar_inertias(model: Model, t: float) -> None:
     """Raise a ModelError that names a body with inertia about one axis which can turn about others, at time t (s)."""
     planar = []
     for number, body in enumerate(model.bodies):
-        if body.rigid is not None:
+        if body.rigid is not None and not body.rigid.is_as_given:
             moments, axes = np.linalg.eigh(body.rigid.inertia)
             if moments[2] > 0.0 and moments[1] <= NO_MOMENT * moments[2]:
                 planar.append((number, axes[:, 2]))

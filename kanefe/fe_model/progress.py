@@ -5,12 +5,13 @@ Whoever computes names its stages; whoever was asked for the whole shows them. I
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
+
+from kanefe.storage.watched import is_watched, progress_bar
 
 LARGE = 50_000
 """Degrees of freedom from which the stages are shown on a terminal."""
@@ -41,15 +42,15 @@ class Stages:
     def is_large(self, size: int) -> None:
         """Take in the number of degrees of freedom, which decides where nothing else was said."""
         if self._wanted is None:
-            self._wanted = size > LARGE and sys.stderr.isatty()
+            self._wanted = size > LARGE and is_watched()
 
     def begin(self, name: str) -> None:
         """Show that a stage begins."""
         if self._wanted and self._bar is None:
-            from tqdm import tqdm
-
             layout = "{desc}: {percentage:3.0f}%|{bar}| {n}/{total} stages [{elapsed}]"
-            self._bar = tqdm(total=self._total, initial=self._done, bar_format=layout, leave=False, disable=False)
+            self._bar = progress_bar(
+                total=self._total, initial=self._done, bar_format=layout, leave=False, disable=False
+            )
         if self._bar is not None:
             self._bar.set_description_str(name)
 

@@ -69,6 +69,11 @@ class Instant(Reader):
         found: np.ndarray = self.history.read(quantity, name, interface)[0]
         return found
 
+    def load_force(self, name: str, end: int = -1) -> np.ndarray:
+        """Return force and moment of a load on one of its ends, shape (6,): see `Reader.load_force`."""
+        found: np.ndarray = self.history.load_force(name, end)[0]
+        return found
+
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:

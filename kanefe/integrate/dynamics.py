@@ -106,15 +106,15 @@ class Dynamics:
         rotation the rotation vector in the moving frame.
         """
         n = self.model.coordinate_count
-        directions = self._tangents.copy()
-        for at, speed in self._turning:
+        directions = self.tangents.copy()
+        for at, speed in self.turning:
             # rates of Euler parameters by the angular velocity, in the frame that turns
             e0, e1, e2, e3 = 0.5 * y[at : at + 4]
             directions[speed : speed + 3, at : at + 4] = (-e1, e0, e3, -e2), (-e2, -e3, e0, e1), (-e3, e2, -e1, e0)
         return self._derivatives(t, y, directions)[:, n:].T
 
     @cached_property
-    def _tangents(self) -> Matrix:
+    def tangents(self) -> Matrix:
         """Directions of tangents, speeds and moving states, (2 free + states, state); those of rotations left out."""
         n, m = self.model.coordinate_count, self.model.free_count
         moving = self.model.state_count if self.model.states_move else 0
@@ -126,7 +126,7 @@ class Dynamics:
         return directions
 
     @cached_property
-    def _turning(self) -> list[tuple[int, int]]:
+    def turning(self) -> list[tuple[int, int]]:
         """First of the Euler parameters, and of the speeds, of each rotation."""
         return [(at, speed) for turns, at, speed in coordinate_moves(self.model) if turns]
 

@@ -177,6 +177,7 @@ class EventWatch:
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Go on from a snapshot."""
         self._values, self._noise, self._ways = (np.array(snapshot[name]) for name in ("values", "noise", "ways"))
+        self._actions.clear()
         self._actions.extend(snapshot["acted"].tolist())
         for i, event in enumerate(self.events):
             self.times[event.name] = snapshot[f"times {i}"].tolist()

@@ -55,6 +55,11 @@ class HandingOver:
         return self._now.t_old
 
     @property
+    def second_name(self) -> str:
+        """Name of the method that takes over."""
+        return (self._make_second() if self._second is None else self._second).name
+
+    @property
     def worst(self) -> int:
         """Component of the state whose error was the largest at the last step."""
         return self._first.worst if self._second is None else int(getattr(self._second, "worst", 0))
@@ -123,6 +128,7 @@ class HandingOver:
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Go on from a snapshot."""
         self._first.resume(_part(snapshot, "first "))
+        self._second, self.name = None, self._first.name
         if second := _part(snapshot, "second "):
             self._hand_over().resume(second)
 

@@ -129,6 +129,16 @@ class RunLoop:
         self._pace.resume()
         self._bar.update(self._stepper.t - self._start)
 
+    def go_to(self, stop: float) -> RunStatus:
+        """Go on to a later time (s), whose state is the only one that is stored; return how that ended."""
+        self._times, self.stored, self.last = np.array([stop]), 0, None
+        self.states = self.states[:1]
+        self._pace.aim(stop)
+        if self._sampler is not None:
+            self._sampler.aim(stop)
+        self._stepper.aim(stop if self._sampler is None else self._sampler.next)
+        return self._run()
+
     def go(self, file: CheckpointFile | None = None) -> RunStatus:
         """Run to the end, and return how it ended.
 

@@ -67,6 +67,10 @@ class Pace:
         self._from = self._stepper.t
         self.mark(self._from)
 
+    def aim(self, end: float) -> None:
+        """Let the run end at another time, s."""
+        self._end = end
+
     def mark(self, t: float) -> None:
         """Look from time t (s) on at whether the run moves."""
         self._mark = int(self._stepper.statistics["steps"]), t

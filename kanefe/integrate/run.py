@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -26,6 +25,7 @@ from kanefe.integrate.pace import Limits
 from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.trajectory import Trajectory
+from kanefe.storage.watched import is_watched, progress_bar
 from kanefe.tree.model_data import WORKS
 
 
@@ -62,8 +62,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     """
     choice = choose(model, options)
     (start, stop), wanted = options.span, options.times
-    told = checked_events(options.watched, (*events_of_loads(model), *told_of_contacts(model, choice.name)))
-    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, choice.name, stop - start))
+    told = told_events(model, choice, options)
     model.route.check_outputs(len(wanted))
     if choice.is_plugged and model.controllers:
         raise ModelError(
@@ -77,7 +76,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
         dynamics = Dynamics(model)
         with clock.part("set-up"):
             stepper = choice.make(dynamics)
-            watch = EventWatch(model, watched, stop - start) if watched else None
+            watch = watch_of(model, choice, options, told)
             limits = Limits(options.most_steps, options.most_seconds)
             sampler = Sampler(model, start, stop) if model.controllers else None
             loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar, sampler)
@@ -119,6 +118,18 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     )
 
 
+def told_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
+    """Return the events that a run tells: those of the user, of loads and of contacts."""
+    return checked_events(options.watched, (*events_of_loads(model), *told_of_contacts(model, choice.name)))
+
+
+def watch_of(model: Model, choice: Choice, options: RunOptions, told: Sequence[Event]) -> EventWatch | None:
+    """Return what looks for the events of a run, those that are told and others; None if there are none."""
+    start, stop = options.span
+    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, choice.name, stop - start))
+    return EventWatch(model, watched, stop - start) if watched else None
+
+
 def _checkpoints(
     model: Model, choice: Choice, options: RunOptions, watched: Sequence[Event]
 ) -> tuple[CheckpointFile | None, Progress | None]:
@@ -143,15 +154,15 @@ def _checkpoints(
 
 def _progress_bar(wanted: bool | None, span: float) -> Any:
     """Return a progress bar in simulated seconds; a silent one off a terminal."""
-    if not (sys.stderr.isatty() if wanted is None else wanted):
-        return _SilentBar()
-    from tqdm import tqdm
-
+    if not (is_watched() if wanted is None else wanted):
+        return SilentBar()
     layout = "{desc}: {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
-    return tqdm(total=span, desc="simulate", bar_format=layout, leave=False)
+    return progress_bar(total=span, desc="simulate", bar_format=layout, leave=False)
 
 
-class _SilentBar(AbstractContextManager["_SilentBar"]):
+class SilentBar(AbstractContextManager["SilentBar"]):
+    """A progress bar that nobody sees."""
+
     n = 0.0
 
     def update(self, seconds: float) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -60,7 +61,11 @@ class Sampler:
     def __init__(self, model: Model, start: float, stop: float) -> None:
         self._model, self._stop = model, stop
         self._first_held = model.coordinate_count + model.free_count
-        self._controllers = [_Sampled(model, controller, start) for controller in model.controllers]
+        self._controllers = [_Sampled(model, one, start) for one in model.controllers if one.is_sampled]
+
+    def aim(self, stop: float) -> None:
+        """Let the run end at another time, s."""
+        self._stop = stop
 
     @property
     def next(self) -> float:
@@ -78,6 +83,15 @@ class Sampler:
                 y[self._first_held + held.start : self._first_held + held.stop] = values
         return y
 
+    def snapshot(self) -> tuple[object, ...]:
+        """Return what is needed to go on."""
+        return tuple(one.snapshot() for one in self._controllers)
+
+    def resume(self, snapshot: tuple[Any, ...]) -> None:
+        """Go on from a snapshot, of this run or of another of the same scene."""
+        for one, kept in zip(self._controllers, snapshot, strict=True):
+            one.resume(kept)
+
     def logs(self) -> dict[str, ControllerLog]:
         """Return all samples so far, by the names of the controllers."""
         return {one.controller.name: one.log() for one in self._controllers}
@@ -94,7 +108,7 @@ class _Sampled:
         self._times: list[float] = []
         self._reads: list[Vector] = []
         self._drives: list[Vector] = []
-        self._readers = [_reader(model, reading) for reading in controller.reads]
+        self._readers = [reader(model, reading) for reading in controller.reads]
 
     @property
     def _time(self) -> float:
@@ -123,6 +137,16 @@ class _Sampled:
         self._late.append((t + self.controller.delay, values))
         return acting
 
+    def snapshot(self) -> tuple[object, ...]:
+        """Return what is needed to go on; lists that only grow are told by their length."""
+        return self._count, deepcopy(self._memory), tuple(self._late), self._times, self._reads, self._drives
+
+    def resume(self, snapshot: tuple[Any, ...]) -> None:
+        """Go on from a snapshot."""
+        count, memory, late, times, reads, drives = snapshot
+        self._count, self._memory, self._late = count, deepcopy(memory), deque(late)
+        self._times, self._reads, self._drives = times[:count], reads[:count], drives[:count]
+
     def _called(self, t: float, reads: Vector) -> Vector:
         controller = self.controller
         given = controller.function(t, reads.copy(), self._memory)
@@ -150,7 +174,7 @@ class _Sampled:
         )
 
 
-def _reader(model: Model, reading: Reading) -> Read:
+def reader(model: Model, reading: Reading) -> Read:
     """Return what reads one number of a state."""
     i, body = reading.component, model.bodies[model.index(reading.body)]
     n = model.coordinate_count

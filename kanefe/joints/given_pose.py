@@ -53,6 +53,11 @@ class GivenPose(ABC):
     def at(self, t: float) -> PoseRates:
         """Return pose, velocities and accelerations at time t (s)."""
 
+    def over(self, times: Vector) -> PoseRates:
+        """Return the same at many times at once (T,): all arrays have T rows."""
+        found = [self.at(t) for t in times.tolist()]
+        return PoseRates(*(np.array(column) for column in zip(*found, strict=True)))
+
     def kernel(self) -> LinkKernel | None:
         """Return what compiled code finds the pose by; None: it is known in Python alone."""
         return None

@@ -25,6 +25,17 @@ class _Line:
         return self.start + self.rate * t
 
 
+def check_increasing(times: np.ndarray, what: str) -> None:
+    """Check the times of a table, s; a ModelError names the first that does not increase."""
+    falling = np.flatnonzero(np.diff(times) <= 0)
+    if len(falling):
+        before, after = times[falling[0] : falling[0] + 2]
+        raise ModelError(
+            f"{what} must increase, but {before:.6g} s is followed by {after:.6g} s. "
+            "Remedy: sort the points and leave out doubled ones"
+        )
+
+
 def clock(times: np.ndarray) -> Motion:
     """Return the motion that is the time itself, known where a table with these times is, and looked at as it is."""
     line = _Line(0.0, 1.0)
@@ -119,13 +130,7 @@ class Motion:
             raise ModelError(
                 f"the table of a Motion has {len(t)} points, a spline needs {LEAST_POINTS}. Remedy: more points"
             )
-        falling = np.flatnonzero(np.diff(t) <= 0)
-        if len(falling):
-            i = int(falling[0])
-            raise ModelError(
-                f"the times of a Motion's table must increase, but {t[i]:.6g} s is followed by {t[i + 1]:.6g} s. "
-                "Remedy: sort the points and leave out doubled ones"
-            )
+        check_increasing(t, "the times of a Motion's table")
         from scipy.interpolate import CubicSpline
 
         spline = CubicSpline(t, x, bc_type="not-a-knot")

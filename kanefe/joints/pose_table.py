@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, multiply, numbers, orientation_parameters, rotation_matrix
 from kanefe.joints.given_pose import GivenPose, PoseRates
 from kanefe.joints.link import LinkKernel
-from kanefe.joints.motion import LEAST_POINTS, Motion, clock
+from kanefe.joints.motion import LEAST_POINTS, Motion, check_increasing, clock
 from kanefe.joints.quintic import quintic_pieces
 
 LEAST_COSINE = 0.7
@@ -179,13 +179,7 @@ def _checked_times(given: Sequence[float] | np.ndarray) -> Vector:
     t = numbers(given)
     if t.ndim != 1 or len(t) < 2 or not np.all(np.isfinite(t)):
         raise ModelError(f"the times of a PoseTable must be finite numbers of shape (n,), not of shape {t.shape}")
-    falling = np.flatnonzero(np.diff(t) <= 0)
-    if len(falling):
-        i = int(falling[0])
-        raise ModelError(
-            f"the times of a PoseTable must increase, but {t[i]:.6g} s is followed by {t[i + 1]:.6g} s. "
-            "Remedy: sort the points and leave out doubled ones"
-        )
+    check_increasing(t, "the times of a PoseTable")
     return t
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from kanefe.kernels._numba import RELAXED, dispatcher, numba_for, seeing_compiled, timed
+from kanefe.kernels._numba import INNER, RELAXED, dispatcher, numba_for, seeing_compiled, timed
 
 SUPPORT = """
 #include <stddef.h>
@@ -63,6 +63,7 @@ def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, A
     names |= {"pointer_to": _pointer_to()} | {f"{kind}_at": _function_at(kind) for kind in _pointer_types()}
     names |= {kind: getattr(numba, kind) for kind in ("int64", "float64", "complex128")}
     exec(source, names)
+    names["call"] = numba.njit(**INNER | {"_nrt": True}, fastmath=RELAXED)(names["call"])
     signature = types.void(types.CPointer(types.int64), types.CPointer(types.float64))
     return _object_code(names["wrapper"], signature)
 

@@ -18,10 +18,11 @@ from kanefe.kernels.units import BUILT, GENERATIONS, Unit, file_name, own_folder
 
 NOT_OF_FLEXIBLE = (
     *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
-    *("bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*", "pose_table*", "rope*", "spring*"),
-    "watch_states*",
+    *("aerodynamics*", "bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*", "oleo*", "periodic_load*"),
+    *("pose_table*", "rope*", "spring*", "winch*"),
+    *("between_states", "look_at", "march_crowd", "motions_of_rows", "pass_quiet_steps", "revisit", "watch_states*"),
 )
-"""Patterns of the names of units that trees of flexible bodies do without."""
+"""Patterns of the names of units that trees of flexible bodies without contacts do without."""
 
 
 def all_units() -> list[Unit]:
@@ -56,7 +57,7 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
     generation : str, optional
         A key of `GENERATIONS`; else the processor of this machine.
     is_flexible : bool
-        Whether to build what a tree of flexible bodies needs, and leave the rest to later.
+        Whether to build what a tree of flexible bodies without contacts needs, and leave the rest to later.
 
     Raises
     ------

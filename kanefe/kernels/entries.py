@@ -141,10 +141,14 @@ class Bound:
         """Where everything is."""
         return self._signature
 
+    def with_later(self, later: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return all arguments, those that were left out filled in."""
+        rest = iter(later)
+        return tuple(next(rest) if value is LATER else value for value in self._arguments)
+
     def in_python(self, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
         """Do in Python what a call does where nothing is compiled: scalars are read when it is called."""
-        signature, rest = self._signature, iter(later)
-        given = [next(rest) if value is LATER else value for value in self._arguments]
+        signature, given = self._signature, self.with_later(later)
         taken = [_read(part, value, places, numbers) for part, value in zip(signature.parts, given, strict=True)]
         try:
             found = self._entry.function(*taken)
@@ -190,6 +194,16 @@ class Call:
     def signature(self) -> Signature:
         """Where everything is."""
         return self._bound.signature
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """What the kernel is given, in the order of its parameters."""
+        return self._bound.with_later(self._later)
+
+    @property
+    def address(self) -> int:
+        """Where its machine code is."""
+        return self._bound.code.address
 
     def for_kernels(self) -> Prepared:
         """Return the call as kernels take it; it is to be kept as long as they use that."""

@@ -16,6 +16,9 @@ STILL = 5.0
 BUILDER = "kanefe.kernels.build"
 """The module whose command builds units by their names."""
 
+STEPS = "advance_", "interpolate_", "integrate"
+"""How the names of units begin that make steps: they have little in common with evaluations."""
+
 Say = Callable[[str], None]
 
 
@@ -94,8 +97,9 @@ def _environment() -> dict[str, str]:
 
 def batches_of(names: Sequence[str]) -> list[list[str]]:
     """Return names of units in batches that have most of what they call in common, those that take longest first."""
-    kinds: dict[tuple[bool, bool], list[str]] = {}
+    kinds: dict[tuple[bool, bool, bool], list[str]] = {}
     for name in names:
-        kinds.setdefault(("complex" in name, "flexible" in name), []).append(name)
-    order = [(False, True), (True, True), (False, False), (True, False)]
-    return [kinds[kind] for kind in order if kind in kinds]
+        kind = "complex" in name, "flexible" in name, name.startswith(STEPS)
+        kinds.setdefault(kind, []).append(name)
+    order = [(False, True, False), (True, True, False), (False, False, False), (False, False, True)]
+    return [kinds[kind] for kind in sorted(kinds, key=lambda kind: order.index(kind) if kind in order else len(order))]

@@ -157,7 +157,7 @@ def is_optional(hint: Any) -> bool:
 
 
 def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
-    """Return the source of the C function around a kernel for numba, and the named tuples that it names.
+    """Return the source of the C function around a kernel for numba, and of `call` in it; and the tuples it names.
 
     See `kanefe.kernels._numba_objects.compiled_entry` for the rest of the names in it.
     """
@@ -182,11 +182,13 @@ def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
     lines = [f"found = function({', '.join(map(text, signature.parts))})"]
     for i, _ in enumerate(signature.result):
         lines.append(f"numbers[{first + i}] = found{f'[{i}]' if len(signature.result) > 1 else ''}")
-    body = "".join(f"        {line}\n" for line in lines)
+    body = "".join(f"    {line}\n" for line in lines)
+    # numba asks after each expression in a `try` whether it has raised: there is one alone
     source = (
+        f"def call(places, numbers):\n{body}\n\n"
         "def wrapper(places, numbers):\n"
         f"    numbers[{signature.error_at}] = 0.0\n"
-        f"    try:\n{body}"
+        "    try:\n        call(places, numbers)\n"
         f"    except Exception:\n        numbers[{signature.error_at}] = 1.0\n"
     )
     return source, types

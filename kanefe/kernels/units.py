@@ -120,6 +120,11 @@ def machine_code(unit: Unit) -> MachineCode:
     return _loaded[key]
 
 
+def loaded_files() -> dict[int, Path]:
+    """Return the files of all functions that were loaded from files so far, by their addresses."""
+    return {code.address: Path(code.keeps._name) for code in _loaded.values() if isinstance(code.keeps, ctypes.CDLL)}
+
+
 def expect(units: Iterable[Unit]) -> None:
     """Have what is missing of units built now, side by side, where their files can be kept."""
     missing = [
@@ -145,7 +150,7 @@ def _can_keep() -> bool:
     """Return whether there is a compiler to link files of units with, and somewhere to put them."""
     import shutil
 
-    if shutil.which(_linker()) is None:
+    if shutil.which(linker()) is None:
         return False
     try:
         own_folder().mkdir(parents=True, exist_ok=True)
@@ -154,7 +159,8 @@ def _can_keep() -> bool:
         return False
 
 
-def _linker() -> str:
+def linker() -> str:
+    """Return the C compiler."""
     return os.environ.get("CC", "cc")
 
 
@@ -269,7 +275,7 @@ def write_unit(path: Path, made: ObjectCode) -> None:
         support.write_text(SUPPORT)
         renamed = f"-Wl,--defsym=kanefe_unit={made.symbol}"
         subprocess.run(
-            [_linker(), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", renamed,
+            [linker(), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", renamed,
              "-o", str(whole), str(of_numba), str(support), "-lm"],
             check=True, capture_output=True, text=True,
         )  # fmt: skip

@@ -37,9 +37,27 @@ class Controller:
         """How many numbers the function gives."""
         return len(self.drives)
 
+    @property
+    def is_sampled(self) -> bool:
+        """Whether a run calls its function."""
+        return True
+
     def __str__(self) -> str:
         late = f", {self.delay:g} s late" if self.delay else ""
         return f"{self.name!r} every {self.every:g} s{late}: {', '.join(self.drives)}"
+
+
+INPUTS = "inputs of the simulation"
+"""Name of what holds them."""
+
+
+class HeldInputs(Controller):
+    """Drives without a function: inputs of a `kanefe.Simulation`, held from step to step."""
+
+    @property
+    def is_sampled(self) -> bool:
+        """False: whoever steps the scene writes them."""
+        return False
 
 
 class Reading(NamedTuple):

@@ -23,6 +23,24 @@ class Path(NamedTuple):
     gradient: Matrix
 
 
+def path_over(label: str, t: float, ends: Sequence[End]) -> Path:
+    """Return the way over points; a SimulationError names the rope if two that follow each other are at one place."""
+    gradient = np.zeros((len(ends), 3))
+    length = 0.0
+    for i, (a, b) in enumerate(pairwise(ends)):
+        line = b.p - a.p
+        part = float(np.linalg.norm(line))
+        if part == 0.0:
+            raise SimulationError(
+                f"points {i} and {i + 1} of {label} are at one place at t = {t:.6g} s, and the rope has "
+                "no direction there. Remedy: leave one of them out"
+            )
+        gradient[i] -= line / part
+        gradient[i + 1] += line / part
+        length += part
+    return Path(length, float(sum(g @ end.v for g, end in zip(gradient, ends, strict=True))), gradient)
+
+
 @dataclass(frozen=True, eq=False)
 class Rope(Load):
     """A rope without mass from the first end over points on which it slides without friction to the last.
@@ -127,7 +145,7 @@ class Rope(Load):
         """Its end, where it can break."""
         if self.breaking_load is None:
             return ()
-        breaks = _Breaking(self, self.breaking_load)
+        breaks = _RopeEnd(self, self.breaking_load)
         return (LoadEvent("breaks", breaks.reserve, -1, breaks.broken),)
 
     def path(self, t: float, ends: Sequence[End]) -> Path:
@@ -138,20 +156,7 @@ class Rope(Load):
         SimulationError
             If two points that follow each other are at one place.
         """
-        gradient = np.zeros((len(ends), 3))
-        length = 0.0
-        for i, (a, b) in enumerate(pairwise(ends)):
-            line = b.p - a.p
-            part = float(np.linalg.norm(line))
-            if part == 0.0:
-                raise SimulationError(
-                    f"points {i} and {i + 1} of rope {self.name!r} are at one place at t = {t:.6g} s, and the rope has "
-                    "no direction there. Remedy: leave one of them out"
-                )
-            gradient[i] -= line / part
-            gradient[i + 1] += line / part
-            length += part
-        return Path(length, float(sum(g @ end.v for g, end in zip(gradient, ends, strict=True))), gradient)
+        return path_over(f"rope {self.name!r}", t, ends)
 
     def tension(self, path: Path, states: Vector) -> tuple[float, float]:
         """Return the tension, N, and the part of it that its stretch gives."""
@@ -206,7 +211,7 @@ class Rope(Load):
         return LoadKernel(rope, np.array((*constants, self.breaking_load is not None), dtype=float), rope)
 
 
-class _Breaking(NamedTuple):
+class _RopeEnd(NamedTuple):
     """The end of a rope; an object, so that it pickles."""
 
     rope: Rope

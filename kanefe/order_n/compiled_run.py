@@ -89,6 +89,11 @@ class CompiledRun:
         command, is_quiet = self._passing[1]()
         return self._explained(int(command), run), bool(is_quiet)
 
+    def prepared(self, run: Run) -> tuple[Call, list[Call], np.ndarray]:
+        """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""
+        self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
+        return self._integrate.prepared(run), list(self._kept), self._inputs
+
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return what events of loads look at, at a time of the last step."""
         return self._lookouts.values_at(run, t)

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.derivatives import derivatives
-from kanefe.kernels.entries import LATER
+from kanefe.kernels.entries import LATER, Call
 from kanefe.kernels.evaluation import AT_TIME, evaluate
 from kanefe.kernels.stepping import AT
 
@@ -22,21 +22,32 @@ class DerivativeCall:
         Tables of bodies, of flexible bodies, of loads between frames and of loops.
     memory_size, size, driven, inputs : int
         Numbers of an evaluation, of a state; driven coordinates; values of loads.
+
+    Attributes
+    ----------
+    drives, inputs, vectors : ndarray
+        What it evaluates.
+    evaluation : Call
+        That it makes.
     """
 
     def __init__(self, scene: tuple[Any, ...], memory_size: int, size: int, driven: int, inputs: int) -> None:
-        self._drives, self._inputs = np.empty((driven, 3)), np.empty(inputs)
-        self._vectors, memory = np.empty((2, size), dtype=complex), np.empty(memory_size, dtype=complex)
-        arguments = False, 0.0, 0.0, 0.0, *scene, self._drives, self._inputs, self._vectors, memory
-        self._evaluation = evaluate.bound(*arguments, is_complex=True).prepared()
-        self._bound = derivatives.bound(self._evaluation.for_kernels(), self._vectors, LATER, LATER, is_complex=True)
+        self.drives, self.inputs = np.empty((driven, 3)), np.empty(inputs)
+        self.vectors, memory = np.empty((2, size), dtype=complex), np.empty(memory_size, dtype=complex)
+        arguments = False, 0.0, 0.0, 0.0, *scene, self.drives, self.inputs, self.vectors, memory
+        self.evaluation = evaluate.bound(*arguments, is_complex=True).prepared()
+        self._bound = derivatives.bound(self.evaluation.for_kernels(), self.vectors, LATER, LATER, is_complex=True)
 
     def __call__(
         self, t: float, y: Vector, drives: np.ndarray, inputs: np.ndarray, directions: Matrix
     ) -> tuple[bool, Matrix]:
         """Return whether the mass matrix was regular, and derivatives of dy/dt along the rows of directions."""
-        self._evaluation.numbers[AT_TIME] = t
-        self._vectors[AT], self._drives[:], self._inputs[:] = y, drives, inputs
+        self.evaluation.numbers[AT_TIME] = t
+        self.vectors[AT], self.drives[:], self.inputs[:] = y, drives, inputs
         along = np.ascontiguousarray(directions, dtype=float)
         found = np.empty_like(along)
         return bool(self._bound(along, found)), found
+
+    def prepared(self, along: Matrix, found: Matrix) -> Call:
+        """Return the call for directions and derivatives that stay where they are."""
+        return self._bound.prepared(along, found)

@@ -64,16 +64,17 @@ class RatesCall:
     drives : ndarray, shape (driven, 3)
     inputs : ndarray
         Values of loads; those that never change are written.
+    call : Call
     """
 
     def __init__(self, kernel: RatesKernel, vectors: np.ndarray, drives: np.ndarray, inputs: np.ndarray) -> None:
         self.vectors, self.at, self.slope = vectors, vectors[AT], vectors[SLOPE]
         self.drives, self.inputs = drives, inputs
-        self._call = kernel.prepared(drives, inputs, vectors)
+        self.call = kernel.prepared(drives, inputs, vectors)
 
     def __call__(self, t: float, is_implicit: bool, shares: tuple[float, float]) -> tuple[int, float]:
         """Evaluate the rates at a time, s; return how it ended and the smallest pivot of the constraints."""
-        call = self._call
+        call = self.call
         call.places[IS_IMPLICIT], call.numbers[AT_TIME] = is_implicit, t
         call.numbers[SHARE_OF_DAMPING], call.numbers[SHARE_OF_STIFFNESS] = shares
         return call()  # type: ignore[no-any-return]

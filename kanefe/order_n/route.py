@@ -231,14 +231,15 @@ class OrderN(LiteralRoute):
         if not self.is_complex:
             return None
         calls = self._derivative_calls
-        call = calls.pop() if calls else self._derivative_call(len(y))
+        call = calls.pop() if calls else self.derivative_call(len(y))
         done, found = call(t, y, self.drives(t), self.values(t, y), directions)
         calls.append(call)
         if not done:
             self.explain(t, y)
         return found
 
-    def _derivative_call(self, size: int) -> DerivativeCall:
+    def derivative_call(self, size: int) -> DerivativeCall:
+        """Return a call that differentiates the rates of states with quadratures, of that size."""
         return DerivativeCall(
             (self.tables, self.elastic, self.between, self.loops), self.memory_size, size, len(self._drives),
             len(self.inputs.constants),
@@ -284,6 +285,10 @@ class OrderN(LiteralRoute):
         """Raise the ModelError of a load or motion that gives no numbers at a state."""
         self.drives(t)
         self.values(t, y)
+
+    def rates_call(self) -> RatesCall:
+        """Return a call that evaluates the rates, which nobody else uses."""
+        return self._rates_kernel(False).take()
 
     def compiled_run(
         self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool

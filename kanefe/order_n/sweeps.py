@@ -68,7 +68,7 @@ class Sweeps:
         return np.array([self._route.drives(float(t)) for t in self._times]).reshape(-1, count, 3)
 
     @cached_property
-    def _placed(self) -> tuple[Seats, Tables, FlexibleTables | None]:
+    def placed(self) -> tuple[Seats, Tables, FlexibleTables | None]:
         """Where all frames are in the rows, those of interfaces with nothing attached included, and the rows."""
         route = self._route
         flexible = [(i, body.flexible) for i, body in enumerate(route.model.bodies) if body.flexible is not None]
@@ -88,7 +88,7 @@ class Sweeps:
         return self._motions(np.ascontiguousarray(self.rates[:, n : n + m]), 24)
 
     def _motions(self, rates: np.ndarray, width: int) -> np.ndarray:
-        _, tables, flexible = self._placed
+        _, tables, flexible = self.placed
         found = np.empty((len(self._times), len(tables.rows), width))
         given = np.empty(self._drives.shape[1:])
         memory = np.empty(motion_memory_size(tables, flexible))
@@ -97,7 +97,7 @@ class Sweeps:
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
         """Return the motion of a body's frame or of one of its interfaces, at all times."""
-        seat, T = self._seat(number, interface), len(self._times)
+        seat, T = self.seat(number, interface), len(self._times)
         if seat.row < 0:
             none = np.zeros((T, 3))
             return FrameMotions(np.tile(seat.place, (T, 1)), np.tile(seat.axes, (T, 1, 1)), none, none, none, none)
@@ -117,7 +117,7 @@ class Sweeps:
 
     def rotation(self, number: int, interface: InterfaceFrame | None) -> Matrix:
         """Return the Euler parameters of a frame, (T, 4), continuous in the coordinates of the joints."""
-        seat = self._seat(number, interface)
+        seat = self.seat(number, interface)
         e = multiply(self._turn(seat.row), euler_parameters_from_matrix(seat.axes)[None])
         if len(e) < len(self._times):  # nothing turns
             e = np.tile(e, (len(self._times), 1))
@@ -127,7 +127,7 @@ class Sweeps:
 
     def _turn(self, row: int) -> Matrix:
         """Return the Euler parameters of a row: those of its links, which know how often they have turned."""
-        rows, chain = self._placed[1].rows, []
+        rows, chain = self.placed[1].rows, []
         while row >= 0 and row not in self._turns:
             chain.append(row)
             row = int(rows[row, PARENT])
@@ -138,7 +138,7 @@ class Sweeps:
 
     def _turned(self, e: Matrix, row: int) -> Matrix:
         """Return the Euler parameters of a row from those of the row that carries it."""
-        tables = self._placed[1]
+        tables = self.placed[1]
         rows, geometry = tables.rows, tables.geometry
         kind, parent, at, drive = (int(rows[row, column]) for column in (KIND, PARENT, COORDINATE, DRIVE))
         axes = np.eye(3) if kind == INTERFACE else geometry[row, AXES : AXES + 9].reshape(3, 3)
@@ -161,9 +161,9 @@ class Sweeps:
         own[1:] *= np.cumprod(np.where(np.sum(own[1:] * own[:-1], axis=1) < 0.0, -1.0, 1.0))[:, None]
         return multiply(e, own)
 
-    def _seat(self, number: int, interface: InterfaceFrame | None) -> Seat:
+    def seat(self, number: int, interface: InterfaceFrame | None) -> Seat:
         """Return where a frame sits; that of an interface with its own axes."""
-        seat = self._placed[0].seat(number, interface)
+        seat = self.placed[0].seat(number, interface)
         return seat if interface is None else Seat(seat.row, seat.axes @ interface.axes, seat.place)
 
     @cached_property

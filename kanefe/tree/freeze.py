@@ -10,6 +10,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint
+from kanefe.contact.surface import Surface
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, rigid_motion
 from kanefe.loads.controller import Controller
@@ -23,6 +24,7 @@ def build_model(
     slopes: SlopeMeasure,
     constraints: Sequence[Constraint] = (),
     controllers: Sequence[Controller] = (),
+    surfaces: Sequence[Surface] = (),
 ) -> ModelData:
     """Number coordinates and speeds, and decide per body which terms the scene needs.
 
@@ -102,6 +104,7 @@ def build_model(
         initial_speeds=np.concatenate(u) if u else np.zeros(0),
         constraints=tuple(constraints),
         controllers=tuple(controllers),
+        surfaces=tuple(surfaces),
     )
 
 

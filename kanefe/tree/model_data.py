@@ -24,6 +24,7 @@ from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint
 from kanefe.contact.rigid_contact import RigidContact
 from kanefe.contact.rigid_crowd import RigidCrowd
+from kanefe.contact.surface import Surface
 from kanefe.errors import ModelError
 from kanefe.joints import Joint, Motion
 from kanefe.joints.joint_friction import Bearing
@@ -191,6 +192,8 @@ class ModelData(PickledByFields):
     controllers : tuple of Controller
     slack_time : float
         Time of the start at which springs without a rest length are slack, s.
+    surfaces : tuple of Surface
+        On markers. The equations have what touches in `loads`: these are what views show.
     """
 
     bodies: tuple[BodyTerms, ...]
@@ -208,6 +211,7 @@ class ModelData(PickledByFields):
     initial_states: np.ndarray = field(default_factory=lambda: np.zeros(0))
     controllers: tuple[Controller, ...] = ()
     slack_time: float = 0.0
+    surfaces: tuple[Surface, ...] = ()
 
     def __post_init__(self) -> None:
         for array in (self.gravity, self.initial_coordinates, self.initial_speeds, self.initial_states):

@@ -89,6 +89,10 @@ class PreparedRun(Protocol):
         """Go on until events of loads may have happened; return that, and whether the last step was quiet."""
         ...
 
+    def prepared(self, run: Run) -> tuple[Any, list[Any], Vector]:
+        """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""
+        ...
+
     def values_at(self, run: Run, t: float) -> Vector:
         """Return what events of loads look at, at a time of the last step."""
         ...

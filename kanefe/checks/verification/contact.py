@@ -16,6 +16,7 @@ from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.checks.verification.scenes import whole_run
 from kanefe.contact import Coulomb, HuntCrossley, LuGre
 from kanefe.contact.shapes import Plane, Sphere, Torus
+from kanefe.contact.surface import Surface
 from kanefe.frames import rotation_about, rotation_matrix
 from kanefe.joints import Free, Motion, Prismatic, Revolute, Translation
 from kanefe.result import Result
@@ -210,6 +211,8 @@ def coin(reference: Reference) -> Iterator[Check]:
 
 INCLINE = math.radians(10.0)
 UP = np.array((math.cos(INCLINE), 0.0, math.sin(INCLINE)))
+NORMAL = np.array((-math.sin(INCLINE), 0.0, math.cos(INCLINE)))
+INCLINE_SPEED = 0.1 * 2.0 * math.pi  # m/s, the highest, which is at the start
 
 
 def oscillating_incline(reference: Reference) -> Iterator[Check]:
@@ -229,10 +232,9 @@ def oscillating_incline(reference: Reference) -> Iterator[Check]:
     yield Check.absolute("relative velocity after 3 s [m/s]", speed, values["vel_end"], 1e-4)
 
 
-def block_on_incline(stiffness: float) -> System:
-    """Return the block of F01a."""
+def moving_incline() -> tuple[System, Surface]:
+    """Return the slope of F01a, which moves along itself, and its surface."""
     amplitude, omega = 0.1, 2.0 * math.pi
-    normal = np.array((-math.sin(INCLINE), 0.0, math.cos(INCLINE)))
     moving = Motion(
         lambda t: amplitude * math.sin(omega * t),
         lambda t: amplitude * omega * math.cos(omega * t),
@@ -240,9 +242,14 @@ def block_on_incline(stiffness: float) -> System:
     )
     scene = System(gravity=(0.0, 0.0, -GRAVITY))
     deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=Prismatic(UP.tolist(), motion=moving))
-    top = scene.add_surface("top", deck, Plane(normal))
+    return scene, scene.add_surface("top", deck, Plane(NORMAL))
+
+
+def block_on_incline(stiffness: float) -> System:
+    """Return the block of F01a."""
+    scene, top = moving_incline()
     pressed = GRAVITY * math.cos(INCLINE) / stiffness
-    start = Free(position=(-pressed * normal).tolist(), velocity=(amplitude * omega * UP).tolist())
+    start = Free(position=(-pressed * NORMAL).tolist(), velocity=(INCLINE_SPEED * UP).tolist())
     block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
     friction = Coulomb(0.3, damping=2.0 * math.sqrt(stiffness))  # critical: what sticks does not ring
     scene.add_contact("c", block, top, normal=HuntCrossley(stiffness, DAMPING), friction=friction)

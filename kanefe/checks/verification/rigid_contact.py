@@ -8,13 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from kanefe.checks.verification.case import Case, Check, Reference
-from kanefe.checks.verification.contact import GRAVITY, run_of
+from kanefe.checks.verification.contact import GRAVITY, INCLINE_SPEED, UP, moving_incline, run_of
 from kanefe.contact import Coulomb, Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.contact.surface import Surface
 from kanefe.errors import SimulationError
 from kanefe.frames import rotation_about
-from kanefe.joints import Free, Motion, Prismatic
+from kanefe.joints import Free, Prismatic
 from kanefe.result import Result
 from kanefe.scene.scene import Frame
 from kanefe.system import System
@@ -84,25 +84,16 @@ def bouncing(reference: Reference) -> Iterator[Check]:
 
 def oscillating_incline(reference: Reference) -> Iterator[Check]:
     """F01a: a block on a slope that moves along itself, and slips down once a period."""
-    angle, amplitude, omega = math.radians(10.0), 0.1, 2.0 * math.pi
-    up = np.array((math.cos(angle), 0.0, math.sin(angle)))
-    moving = Motion(
-        lambda t: amplitude * math.sin(omega * t),
-        lambda t: amplitude * omega * math.cos(omega * t),
-        lambda t: -amplitude * omega**2 * math.sin(omega * t),
-    )
-    scene = System(gravity=(0.0, 0.0, -GRAVITY))
-    deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=Prismatic(up.tolist(), motion=moving))
-    top = scene.add_surface("top", deck, Plane((-math.sin(angle), 0.0, math.cos(angle))))
-    block = scene.add_rigid_body("block", 1.0, 0.01, joint=Free(velocity=(amplitude * omega * up).tolist()))
+    scene, top = moving_incline()
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=Free(velocity=(INCLINE_SPEED * UP).tolist()))
     scene.add_contact("c", block, top, normal=Rigid(), friction=Coulomb(0.3))
     result = run_of(scene, 3.0, 1e-6, output_step=0.1)
     found = np.sort(np.concatenate((result.events["c slip"], result.events["c stick"])))
     known = reference.values["res"]
     yield Check.absolute("rigid: slip and stick [s]", found, [time for _, time in known["events"]], 1e-6)
     relative = result.position("block")[-1] - result.position("deck")[-1]
-    yield Check.absolute("rigid: slip after 3 s, up positive [m]", relative @ up, known["slip_end"], 1e-6)
-    speed = (result.velocity("block")[-1] - result.velocity("deck")[-1]) @ up
+    yield Check.absolute("rigid: slip after 3 s, up positive [m]", relative @ UP, known["slip_end"], 1e-6)
+    speed = (result.velocity("block")[-1] - result.velocity("deck")[-1]) @ UP
     yield Check.absolute("rigid: relative velocity after 3 s [m/s]", speed, known["vel_end"], 1e-6)
 
 

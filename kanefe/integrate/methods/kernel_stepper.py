@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -191,7 +191,8 @@ class KernelStepper:
 
     def aim(self, stop: float) -> None:
         """Let a step end at a time, s."""
-        self.reals[STOP] = stop
+        reals = self.reals
+        reals[STOP], reals[SMALLEST] = stop, max(float(reals[SMALLEST]), SMALLEST_STEP * abs(stop))
 
     def go_on_with(self, t: float, y: Vector) -> None:
         """Go on from a state with other drives."""
@@ -223,6 +224,10 @@ class KernelStepper:
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         return self._integrate(times, states, most_steps, None)[0]
+
+    def prepared(self, times: np.ndarray, states: np.ndarray) -> Any:
+        """Return the run through some times as calls of kernels: see `CompiledRun.prepared`; of an autonomous scene."""
+        return self._compiled_run.prepared(self._run._replace(times=times, states=states))
 
     @property
     def can_look_out(self) -> bool:

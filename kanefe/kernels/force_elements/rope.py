@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.kernels._numba import inlined
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.force_elements.places import END_NUMBERS, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
 from kanefe.kernels.vectors import dot, minus, three, times
@@ -17,18 +18,8 @@ ENDS, STIFFNESS, DAMPING, LENGTH, CAN_BREAK = range(5)
 def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the pull on all points; `numbers` are those of `kanefe.loads.rope.Rope.kernel`."""
     count = int(numbers[ENDS])
-    stretch = rate = 0.0 * ends[0]
-    stretch -= numbers[LENGTH]
-    for i in range(count - 1):
-        a, b = END_NUMBERS * i, END_NUMBERS * (i + 1)
-        line = minus(three(ends, b + P), three(ends, a + P))
-        length = np.sqrt(dot(line, line))
-        e = times(1.0 / length, line)
-        stretch += length
-        rate += dot(e, minus(three(ends, b + V), three(ends, a + V)))
-        for c in range(3):  # the gradient of the length, until the tension is known
-            out[WRENCHES + WRENCH * i + c] -= e[c]
-            out[WRENCHES + WRENCH * (i + 1) + c] += e[c]
+    length, rate = put_gradient(count, ends, out)
+    stretch = length - numbers[LENGTH]
     elastic = numbers[STIFFNESS] * stretch
     if stretch.real <= 0.0 or (numbers[CAN_BREAK] > 0.0 and states[0].real <= 0.0):
         elastic = 0.0 * elastic
@@ -39,6 +30,29 @@ def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) 
             tension = 0.0 * tension
     out[POTENTIAL] = 0.5 * elastic * elastic / numbers[STIFFNESS]
     out[TAKEN] = (tension - elastic) * rate
+    pull(count, tension, out)
+
+
+@inlined
+def put_gradient(count: int, ends: Any, out: Any) -> tuple[Any, Any]:
+    """Write the gradient of a way over points where the forces will stand; return its length and rate."""
+    way = rate = 0.0 * ends[0]
+    for i in range(count - 1):
+        a, b = END_NUMBERS * i, END_NUMBERS * (i + 1)
+        line = minus(three(ends, b + P), three(ends, a + P))
+        length = np.sqrt(dot(line, line))
+        e = times(1.0 / length, line)
+        way += length
+        rate += dot(e, minus(three(ends, b + V), three(ends, a + V)))
+        for c in range(3):
+            out[WRENCHES + WRENCH * i + c] -= e[c]
+            out[WRENCHES + WRENCH * (i + 1) + c] += e[c]
+    return way, rate
+
+
+@inlined
+def pull(count: int, tension: Any, out: Any) -> None:
+    """Make forces of the gradient."""
     for i in range(count):
         for c in range(3):
             out[WRENCHES + WRENCH * i + c] *= -tension

@@ -1,0 +1,127 @@
+"""What shapes of surfaces look like: triangles, for views and files of results."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.contact.shape import SurfaceShape
+from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
+from kanefe.frames import Matrix, Vector
+
+AROUND = 40
+"""Sides of what is round."""
+
+AROUND_POINTS = 12
+"""Sides of balls of which there are many."""
+
+POINT = 1e-3
+"""Radius of what stands for a point, m."""
+
+
+class Outline(NamedTuple):
+    """Triangles of a shape in its own axes.
+
+    Attributes
+    ----------
+    vertices : ndarray, shape (n, 3)
+        m.
+    triangles : ndarray of int, shape (m, 3)
+    is_endless : bool
+        Whether it is a square of 1 m cut out of a plane.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    is_endless: bool = False
+
+
+def outline(shape: SurfaceShape) -> Outline | None:
+    """Return the triangles of a shape; None: it is not known what one of the user looks like.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> outline(kf.shapes.Box((1, 2, 3))).vertices.max(axis=0)
+    array([0.5, 1. , 1.5])
+    """
+    if isinstance(shape, Plane):
+        square = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
+        return Outline(square @ axes_about(shape.normal).T, np.array([(0, 1, 2), (0, 2, 3)]), is_endless=True)
+    if isinstance(shape, Sphere):
+        return _turned(_arc(shape.radius, 0.0), np.array((0.0, 0.0, 1.0)))
+    if isinstance(shape, Capsule):
+        return _turned(_arc(shape.radius, shape.length), shape.axis)
+    if isinstance(shape, Cylinder):
+        half, r = 0.5 * shape.length, shape.radius
+        return _turned(np.array([(0.0, -half), (r, -half), (r, half), (0.0, half)]), shape.axis)
+    if isinstance(shape, Torus):
+        angles = np.linspace(0.0, 2.0 * np.pi, AROUND // 2 + 1)
+        ring = np.column_stack((shape.radius + shape.tube * np.cos(angles), shape.tube * np.sin(angles)))
+        return _turned(ring, shape.axis)
+    if isinstance(shape, Box):
+        return _box(0.5 * shape.size)
+    if isinstance(shape, Mesh):
+        return Outline(np.asarray(shape.vertices), np.asarray(shape.triangles))
+    if isinstance(shape, HeightField):
+        return _heights(shape)
+    if isinstance(shape, Points):
+        return _spots(shape.points, shape.radius or POINT)
+    return None
+
+
+def axes_about(direction: Vector) -> Matrix:
+    """Return axes (3, 3, columns) of which the third is a unit vector; along z they are those of the frame."""
+    helper = np.array((0.0, 1.0, 0.0)) if abs(direction[1]) < 0.9 else np.array((0.0, 0.0, 1.0))
+    first = np.cross(helper, direction)
+    first /= np.linalg.norm(first)
+    return np.column_stack((first, np.cross(direction, first), direction))
+
+
+def _arc(radius: float, length: float, around: int = AROUND) -> Matrix:
+    """Return radius and height of the half circle of a ball, its halves apart by a length."""
+    angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, around // 2 + 1)
+    profile = radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    middle = len(profile) // 2
+    apart = np.array((0.0, 0.5 * length))
+    parts = profile[: middle + 1] - apart, profile[middle:] + apart
+    return np.vstack(parts) if length > 0.0 else profile
+
+
+def _turned(profile: Matrix, axis: Vector, around: int = AROUND) -> Outline:
+    """Return what a profile of radius and height (n, 2) becomes that goes round an axis."""
+    angles = np.arange(around) * (2.0 * np.pi / around)
+    circle = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(around)))
+    places = profile[:, None, :1] * circle + profile[:, None, 1:] * np.array((0.0, 0.0, 1.0))
+    rows, columns = np.meshgrid(np.arange(len(profile) - 1), np.arange(around), indexing="ij")
+    a, b = rows * around + columns, rows * around + (columns + 1) % around
+    on_axis = profile[:, 0] < 1e-9 * profile[:, 0].max()  # where one of two triangles has no area
+    low = np.stack((a, b, b + around), axis=-1)[~on_axis[:-1]]
+    high = np.stack((a, b + around, a + around), axis=-1)[~on_axis[1:]]
+    triangles = np.concatenate((low.reshape(-1, 3), high.reshape(-1, 3)))
+    # on the axis all columns are one place, and the profile of a ring ends where it begins
+    rounded = np.round(places.reshape(-1, 3) / np.abs(places).max(), 9) + 0.0
+    _, first, same = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return Outline(places.reshape(-1, 3)[first] @ axes_about(axis).T, same.ravel()[triangles])
+
+
+def _box(half: Vector) -> Outline:
+    signs = np.array([(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=float)
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return Outline(signs * half, np.array([(a, b, c) for a, b, c, _ in faces] + [(a, c, d) for a, _, c, d in faces]))
+
+
+def _heights(shape: HeightField) -> Outline:
+    m, n = np.shape(shape.heights)
+    places = np.stack((*np.meshgrid(shape.x, shape.y, indexing="ij"), shape.heights), axis=-1)
+    a = (np.arange(m - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    triangles = np.concatenate((np.column_stack((a, a + n, a + n + 1)), np.column_stack((a, a + n + 1, a + 1))))
+    return Outline(places.reshape(-1, 3), triangles)
+
+
+def _spots(centres: Matrix, radius: float) -> Outline:
+    ball = _turned(_arc(radius, 0.0, AROUND_POINTS), np.array((0.0, 0.0, 1.0)), AROUND_POINTS)
+    starts = len(ball.vertices) * np.arange(len(centres))
+    places = (centres[:, None] + ball.vertices).reshape(-1, 3)
+    return Outline(places, (starts[:, None, None] + ball.triangles).reshape(-1, 3))

@@ -1,0 +1,60 @@
+"""Motions whose acceleration is told from step to step, as inputs of a simulation are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kanefe.joints.base import Joint
+from kanefe.joints.motion import Motion
+
+SINCE, POSITION, SPEED, HALF_ACCELERATION = range(4)
+
+
+class Course:
+    """Where a coordinate is going: from a time on with a constant acceleration.
+
+    Attributes
+    ----------
+    piece : ndarray, shape (1, 5)
+        A piece of a `Motion`: when it starts (s), and the coefficients of the powers 0 to 3 of the time since.
+    """
+
+    def __init__(self, piece: np.ndarray) -> None:
+        self.piece = piece
+
+    def position(self, t: float) -> float:
+        """Return the coordinate at a time, rad or m."""
+        _, x, v, half, _ = self.piece[0].tolist()
+        s = t - float(self.piece[0, SINCE])
+        return float((half * s + v) * s + x)
+
+    def velocity(self, t: float) -> float:
+        """Return its rate, rad/s or m/s."""
+        return float(self.piece[0, SPEED] + 2.0 * self.piece[0, HALF_ACCELERATION] * (t - self.piece[0, SINCE]))
+
+    def acceleration(self, t: float) -> float:
+        """Return its acceleration, rad/s2 or m/s2."""
+        return float(2.0 * self.piece[0, HALF_ACCELERATION])
+
+    def go_on(self, t: float, acceleration: float) -> None:
+        """Go on from time t (s) with another acceleration, rad/s2 or m/s2."""
+        self.piece[0] = t, self.position(t), self.velocity(t), 0.5 * acceleration, 0.0
+
+
+def held_motion(motion: Motion, t: float) -> tuple[Motion, Course]:
+    """Return a motion that goes on from where another is at time t (s), and what tells it how."""
+    x, v, a = (float(f(t)) for f in (motion.position, motion.velocity, motion.acceleration) if f is not None)
+    course = Course(np.array([[t, x, v, 0.5 * a, 0.0]]))
+    made = Motion(course.position, course.velocity, course.acceleration)
+    object.__setattr__(made, "pieces", course.piece)
+    return made, course
+
+
+def driven_by(joint: Any, motions: Sequence[Motion | None]) -> Joint:
+    """Return a joint with other motions: one by itself where it has one coordinate."""
+    changed: Joint = replace(joint, motion=motions[0] if len(motions) == 1 else tuple(motions))
+    return changed

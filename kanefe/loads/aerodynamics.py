@@ -1,0 +1,180 @@
+"""Forces of the wind on a frame that moves, by tables over the angle from which it blows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers, shaped_numbers
+from kanefe.loads.base import Action, End, Load, LoadKernel
+from kanefe.loads.wind import Wind
+
+AIR = 1.225
+"""Density of air at sea level, kg/m3."""
+
+ODD = np.array((1.0, -1.0, 1.0, -1.0, 1.0, -1.0))
+"""Of forces and moments of what is symmetric, for wind from the other side."""
+
+SAME = 1e-9
+"""Angles that differ by less are one, rad."""
+
+
+@dataclass(frozen=True, eq=False)
+class Aerodynamics(Load):
+    """Forces and moments of the wind by a table over the angle from which it blows: of a fuselage, a crate, a sail.
+
+    With the wind relative to the frame, ``r = A^T (wind - v)`` in the frame's axes, which are x forward, y to port and
+    z up, and the angle ``atan2(-ry, -rx)`` from which it blows (0 from ahead, pi/2 from port):
+
+        (F, M) = density / 2 (rx^2 + ry^2) C(angle) + density / 2 flat_area |rz| rz (0, 0, 1; 0, 0, 0)
+
+    about the frame's origin, along its axes. C is smooth between the points of its table and not beyond their values:
+    cubic pieces of Fritsch and Carlson (1980), all around. The work of the wind is booked as work of loads.
+
+    Parameters
+    ----------
+    name : str
+        Unique among the loads between frames of a scene.
+    on : Frame
+        Where forces and moments of the table are told.
+    wind : Wind
+    angles : array_like, shape (n,)
+        Within one turn, rad, ascending; of symmetric bodies from 0 to pi.
+    areas : array_like, shape (n, 6)
+        C: force areas along x, y and z (m2), and moments about them by the dynamic pressure (m3). Drag is negative
+        along x where the wind comes from ahead.
+    is_symmetric : bool
+        Whether port and starboard side are alike: the table is for wind from port, y of the force and x and z of the
+        moment change their sign on the other side.
+    flat_area : float
+        Drag area for wind along z, m2.
+    density : float
+        kg/m3.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong with the table.
+
+    Examples
+    --------
+    A plate of 2 m2 on a spring of 500 N/m in a wind of 10 m/s from ahead:
+
+    >>> import numpy as np
+    >>> import kanefe as kf
+    >>> scene = kf.System()
+    >>> spring = kf.CoordinateForce(stiffness=500.0, damping=50.0)
+    >>> plate = scene.add_point("plate", 5.0, joint=kf.Prismatic("x", forces=spring))
+    >>> areas = [(-2, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0), (2, 0, 0, 0, 0, 0)]
+    >>> wind = kf.Wind((-10, 0, 0))
+    >>> table = {"angles": (0, np.pi / 2, np.pi), "areas": areas, "is_symmetric": True}
+    >>> scene.add(kf.Aerodynamics("wind", plate, wind, **table))
+    >>> float(kf.equilibrium(scene).position("plate")[0].round(3))  # m: -1.225 / 2 * 10^2 * 2 / 500
+    -0.245
+    """
+
+    name: str
+    on: Any
+    wind: Wind
+    angles: Any = field(kw_only=True)
+    areas: Any = field(kw_only=True)
+    is_symmetric: bool = field(default=False, kw_only=True)
+    flat_area: float = field(default=0.0, kw_only=True)
+    density: float = field(default=AIR, kw_only=True)
+    ends: tuple[Any, ...] = field(init=False)
+    pieces: np.ndarray = field(init=False, repr=False)
+
+    kind = "aerodynamics"
+    columns = (
+        "wind [m/s]", "angle [rad]", "force along x [N]", "force along y [N]", "force along z [N]",
+        "moment about x [N m]", "moment about y [N m]", "moment about z [N m]",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        label = f"aerodynamics {self.name!r}"
+        if not isinstance(self.wind, Wind):
+            raise ModelError(f"the wind of {label} must be a kanefe.Wind, not {self.wind!r}")
+        for what in ("flat_area", "density"):
+            if shaped_numbers(getattr(self, what), (), f"{what} of {label}") < 0.0:
+                raise ModelError(f"{what} of {label} must be >= 0, not {getattr(self, what)!r}")
+        object.__setattr__(self, "pieces", _pieces(*self._table(label)))
+        object.__setattr__(self, "ends", (self.on,))
+
+    def _table(self, label: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return angles from -pi on, within one turn, and the areas there."""
+        angles = numbers(self.angles)
+        if angles.ndim != 1 or len(angles) < 2 or not np.all(np.isfinite(angles)) or np.any(np.diff(angles) <= 0.0):
+            raise ModelError(
+                f"angles of {label} must be two or more finite numbers that rise, rad, not {self.angles!r}"
+            )
+        areas = shaped_numbers(self.areas, (len(angles), 6), f"areas of {label}")
+        if self.is_symmetric:
+            if abs(angles[0]) > SAME or abs(angles[-1] - math.pi) > SAME:
+                raise ModelError(f"angles of {label}, which is symmetric, must be from 0 to pi")
+            areas[[0, -1]] *= 0.5 * (1.0 + ODD)  # what has a sign of its side is zero where there is none
+            angles, areas = np.append(-angles[:0:-1], angles[:-1]), np.vstack((ODD * areas[:0:-1], areas[:-1]))
+        if angles[-1] - angles[0] > 2.0 * math.pi + SAME:
+            raise ModelError(f"angles of {label} are of more than one turn. Remedy: radians")
+        if angles[-1] - angles[0] > 2.0 * math.pi - SAME:
+            if np.abs(areas[0] - areas[-1]).max() > SAME * np.abs(areas).max():
+                raise ModelError(f"areas of {label} differ at the first and last angle, which are one")
+            angles, areas = angles[:-1], areas[:-1]
+        wrapped = np.mod(angles + math.pi, 2.0 * math.pi) - math.pi
+        order = np.argsort(wrapped)
+        return wrapped[order], areas[order]
+
+    def blown(self, t: float, end: End) -> tuple[Vector, float]:
+        """Return the wind relative to the frame in its axes (m/s), and the angle from which it blows (rad)."""
+        r = end.A.T @ (self.wind.at(t) - end.v)
+        return r, math.atan2(-r[1], -r[0])
+
+    def coefficients(self, angle: float) -> Vector:
+        """Return C at an angle (rad), shape (6,), m2 and m3."""
+        within = angle + (2.0 * math.pi if angle < self.pieces[0, 0] else 0.0)
+        piece = self.pieces[int(np.searchsorted(self.pieces[:, 0], within, side="right")) - 1]
+        h = within - piece[0]
+        return np.asarray(piece[1:].reshape(6, 4) @ (1.0, h, h**2, h**3))
+
+    def own(self, t: float, end: End) -> Vector:
+        """Return force and moment along the frame's axes, shape (6,), N and N m."""
+        r, angle = self.blown(t, end)
+        found = 0.5 * self.density * (r[0] ** 2 + r[1] ** 2) * self.coefficients(angle)
+        found[2] += 0.5 * self.density * self.flat_area * abs(r[2]) * r[2]
+        return found
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return the forces of the wind (Eq. 11)."""
+        (end,) = ends
+        wrench = (end.A @ self.own(t, end).reshape(2, 3).T).T.ravel()
+        return Action(wrench[None], given=float(wrench[:3] @ end.v + wrench[3:] @ end.w))
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return speed and angle of the wind relative to the frame, and force and moment along its axes."""
+        r, angle = self.blown(t, ends[0])
+        return np.array((float(np.linalg.norm(r)), angle, *self.own(t, ends[0])))
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: see `kanefe.kernels.force_elements.aerodynamics`."""
+        from kanefe.kernels.force_elements.aerodynamics import aerodynamics
+
+        gusts, harmonics, wind = self.wind.numbers
+        head = (self.density, self.flat_area, gusts, harmonics, float(len(self.pieces)))
+        return LoadKernel(aerodynamics, np.concatenate((head, wind, self.pieces.ravel())), aerodynamics)
+
+
+def _pieces(angles: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """Return where each piece of a table begins, and of each part four coefficients of rising powers, (n, 25)."""
+    from scipy.interpolate import PchipInterpolator
+
+    turn = 2.0 * math.pi
+    around = np.concatenate((angles - turn, angles, angles + turn))
+    curve = PchipInterpolator(around, np.vstack((areas,) * 3))
+    n = len(angles)
+    powers = curve.c[::-1, n : 2 * n]  # (4, n, 6), of the turn in the middle
+    return np.column_stack((angles, powers.transpose(1, 2, 0).reshape(n, 24)))

@@ -1,0 +1,214 @@
+"""Oleo struts: gas that is compressed, and oil that is pressed through an orifice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, shaped_numbers
+from kanefe.loads.base import Action, End, Load, LoadKernel, Tangent
+from kanefe.loads.rope import Path, path_over
+
+ATMOSPHERE = 101325.0
+"""Pressure around the strut, Pa."""
+
+
+@dataclass(frozen=True, eq=False)
+class Oleo(Load):
+    """The forces in a telescopic strut with gas and oil, which push its two ends apart along their line.
+
+    With the stroke s, by which the ends are closer than at full extension, and its rate v,
+
+        F = A (p0 (1 - s A / V0)^-n - pa) + c v |v|,
+
+    of compression with c, of extension with `rebound`. It guides nothing and has no end: the strut is a prismatic
+    joint, whose `kanefe.CoordinateForce` has limits with the stop at full extension, which the gas pushes against,
+    and the friction of its seals. `kanefe.Prismatic` has that of its bearings under the side load.
+
+    Parameters
+    ----------
+    name : str
+        Unique among the loads between frames of a scene.
+    ends : (Frame, Frame)
+        On the cylinder and on the piston, on the axis of the strut.
+    area : float
+        A of the piston that presses the gas, m2.
+    pressure : float
+        p0 of the gas at full extension, absolute, Pa.
+    volume : float
+        V0 of the gas at full extension, m3.
+    orifice : float
+        c, N s2/m2: see `orifice_coefficient`.
+    rebound : float, optional
+        The same for extension; default: as `orifice`.
+    exponent : float
+        n of the gas: 1 for slow strokes, up to 1.4 for fast ones.
+    ambient : float
+        pa around the strut, Pa.
+    extended : float, optional
+        Distance of the ends at full extension, m; default: that at the start.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong with the strut.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> stop = kf.CoordinateForce(limits=(None, 0.0), limit_stiffness=1e7)
+    >>> mass = scene.add_point("mass", 500.0, at=(0, 0, 1), joint=kf.Prismatic("z", forces=stop))
+    >>> c = kf.Oleo.orifice_coefficient(density=860.0, area=3e-3, orifice=6e-5)
+    >>> gas = {"area": 3e-3, "pressure": 8e5, "volume": 8e-4}
+    >>> scene.add(kf.Oleo("oleo", (scene.ground, mass), orifice=c, **gas))
+    >>> rest = kf.equilibrium(scene)
+    >>> float(rest.load("oleo")[2].round(1))  # N: the weight
+    4905.0
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    area: float = field(kw_only=True)
+    pressure: float = field(kw_only=True)
+    volume: float = field(kw_only=True)
+    orifice: float = field(default=0.0, kw_only=True)
+    rebound: float | None = field(default=None, kw_only=True)
+    exponent: float = field(default=1.3, kw_only=True)
+    ambient: float = field(default=ATMOSPHERE, kw_only=True)
+    extended: float | None = field(default=None, kw_only=True)
+
+    kind = "oleo"
+    columns = ("stroke [m]", "rate [m/s]", "gas [N]", "oil [N]")
+    needs_rotation = False
+
+    def __post_init__(self) -> None:
+        label = f"oleo {self.name!r}"
+        if not isinstance(self.ends, (tuple, list)) or len(self.ends) != 2:
+            raise ModelError(f"{label} needs two ends: on the cylinder and on the piston")
+        object.__setattr__(self, "ends", tuple(self.ends))
+        for what in ("area", "pressure", "volume", "extended", "orifice", "rebound", "ambient", "exponent"):
+            value = getattr(self, what)
+            if value is None:
+                continue
+            given = float(shaped_numbers(value, (), f"{what} of {label}"))
+            may_be_zero = what in ("orifice", "rebound", "ambient")
+            if given < 0.0 or (given == 0.0 and not may_be_zero):
+                raise ModelError(f"{what} of {label} must be {'>= 0' if may_be_zero else '> 0'}, not {value!r}")
+        if self.exponent < 1.0:
+            raise ModelError(f"exponent of {label} must be 1 (slow) or above, not {self.exponent!r}")
+
+    @staticmethod
+    def orifice_coefficient(*, density: float, area: float, orifice: float, discharge: float = 0.7) -> float:
+        """Return c of oil that a piston presses through a hole, ``rho A^3 / (2 (Cd Ao)^2)``, N s2/m2.
+
+        Parameters
+        ----------
+        density : float
+            Of the oil, kg/m3.
+        area, orifice : float
+            Of the piston that presses the oil, and of the hole, m2.
+        discharge : float
+            Cd.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> round(kf.Oleo.orifice_coefficient(density=860.0, area=3e-3, orifice=6e-5))
+        6582
+        """
+        for what, value in (("density", density), ("area", area), ("orifice", orifice), ("discharge", discharge)):
+            if shaped_numbers(value, (), f"{what} of an orifice") <= 0.0:
+                raise ModelError(f"{what} of an orifice must be > 0, not {value!r}")
+        return density * area**3 / (2.0 * (discharge * orifice) ** 2)
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Whether there is oil."""
+        return bool(self.orifice or self.rebound)
+
+    def path(self, t: float, ends: Sequence[End]) -> Path:
+        """Return the line between the ends."""
+        return path_over(f"oleo {self.name!r}", t, ends)
+
+    def forces(self, path: Path) -> tuple[float, float, float]:
+        """Return stroke (m), and what gas and oil push with, N; NaN where the gas has no room left."""
+        stroke, rate = float(self.extended or 0.0) - path.length, -path.rate
+        room = self._room(stroke)
+        gas = self.area * (self.pressure * room**-self.exponent - self.ambient) if room > 0.0 else math.nan
+        return stroke, gas, self._resistance(rate) * rate * abs(rate)
+
+    def _room(self, stroke: float) -> float:
+        return 1.0 - stroke * self.area / self.volume
+
+    def _resistance(self, rate: float) -> float:
+        return self.rebound if rate < 0.0 and self.rebound is not None else self.orifice
+
+    def potential(self, stroke: float) -> float:
+        """Return the energy in the gas, above that at full extension and less the work of the air around, J."""
+        room, n, whole = self._room(stroke), self.exponent, self.pressure * self.volume
+        if room <= 0.0:
+            return math.nan
+        energy = -whole * math.log(room) if n == 1.0 else whole / (n - 1.0) * (room ** (1.0 - n) - 1.0)
+        return energy - self.ambient * self.area * stroke
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return what pushes the ends apart (Eq. 11)."""
+        path = self.path(t, ends)
+        stroke, gas, oil = self.forces(path)
+        wrenches = np.zeros((2, 6))
+        wrenches[:, :3] = (gas + oil) * path.gradient
+        return Action(wrenches, self.potential(stroke), taken=-oil * path.rate)
+
+    def started(self, t: float, ends: Sequence[End]) -> Oleo:
+        """Return the strut with its length at full extension.
+
+        Raises
+        ------
+        ModelError
+            If the ends are at one place, or so close that the gas has no room.
+        """
+        length = float(np.linalg.norm(ends[1].p - ends[0].p))
+        if length == 0.0:
+            raise ModelError(f"the ends of oleo {self.name!r} are at one place: it has no direction. Remedy: move one")
+        begun = replace(self, extended=length) if self.extended is None else self
+        stroke = float(begun.extended or 0.0) - length
+        if begun._room(stroke) <= 0.0:
+            raise ModelError(
+                f"oleo {self.name!r} begins with a stroke of {stroke:.4g} m, and its gas has room for "
+                f"{self.volume / self.area:.4g} m. Remedy: a larger volume, or ends farther apart"
+            )
+        return begun
+
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
+        """Return stiffness of the gas and damping of the oil along the line."""
+        path = self.path(t, ends)
+        stroke = float(self.extended or 0.0) - path.length
+        rows = np.zeros((2, 6))
+        rows[:, :3] = path.gradient
+        stiffness = (
+            self.exponent * self.pressure * self.area**2 / self.volume * self._room(stroke) ** (-self.exponent - 1.0)
+        )
+        damping = 2.0 * self._resistance(-path.rate) * abs(path.rate)
+        return Tangent(rows.reshape(1, -1), np.array((stiffness,)), np.array((damping,)))
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return stroke (m), its rate (m/s), and the forces of gas and oil (N), which push the ends apart."""
+        path = self.path(t, ends)
+        stroke, gas, oil = self.forces(path)
+        return np.array((stroke, -path.rate, gas, oil))
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: see `kanefe.kernels.force_elements.oleo`."""
+        from kanefe.kernels.force_elements.oleo import oleo
+
+        rebound = self.orifice if self.rebound is None else self.rebound
+        extended = math.nan if self.extended is None else self.extended
+        gas = (extended, self.area, self.pressure, self.volume, self.exponent, self.ambient)
+        return LoadKernel(oleo, np.array((*gas, self.orifice, rebound)), oleo)

@@ -1,0 +1,133 @@
+"""Loads that repeat with the turns of a rotor: thrust and torque of its hub, and their harmonics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers, shaped_numbers
+from kanefe.loads.base import Action, End, Load, LoadKernel
+
+ALWAYS = np.array((0.0, 1.0)), np.array((1.0, 1.0))
+"""A table of one share at all times."""
+
+
+def checked_history(given: object, what: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and values of a table over time; a ModelError names `what` if it is none."""
+    pair = given if isinstance(given, (tuple, list)) and len(given) == 2 else ((), ())
+    times, values = numbers(pair[0]), numbers(pair[1])
+    is_table = times.ndim == 1 and times.shape == values.shape and len(times) >= 2
+    if not is_table or not np.all(np.isfinite((times, values))) or np.any(np.diff(times) <= 0.0):
+        raise ModelError(f"{what} must be a table (times, values), two or more of each, times rising; not {given!r}")
+    return times, values
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicLoad(Load):
+    """Force and moment on a frame, along its axes, that repeat with the turns of a rotor: the loads of its hub.
+
+        (F, M) = share(t) (mean + sum over n of (c_n cos(n psi) + s_n sin(n psi))),  psi = azimuth + rate t
+
+    A rotor of b blades shakes its hub by b, 2b, ... per turn; what sets one blade apart from the others, by 1 per turn.
+
+    Parameters
+    ----------
+    name : str
+        Unique among the loads between frames of a scene.
+    on : Frame
+        The hub; its axes turn with what carries it.
+    rate : float
+        Of the rotor, rad/s.
+    mean : array_like, shape (6,)
+        Force (N) and moment (N m) along the frame's axes.
+    harmonics : mapping of int to ((6,), (6,))
+        By n, how many per turn: parts with the cosine and with the sine, N and N m.
+    azimuth : float
+        At t = 0, rad.
+    share : (times, values), optional
+        How much of all that acts when, straight between times (s), and the same before and after: a rotor that gives up
+        its lift after touch-down. None: all of it always.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong.
+
+    Examples
+    --------
+    Four blades that lift half of the weight of a block on a spring:
+
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> spring = kf.CoordinateForce(stiffness=1e6, damping=1e3)
+    >>> block = scene.add_point("block", 100.0, joint=kf.Prismatic("z", forces=spring))
+    >>> lift = (0, 0, 50 * 9.81, 0, 0, 0)
+    >>> shakes = {4: ((0, 0, 40.0, 0, 0, 0), (0, 0, 0, 0, 0, 0))}
+    >>> scene.add(kf.PeriodicLoad("rotor", block, 30.0, lift, shakes))
+    >>> result = scene.simulate((0.0, 0.2))
+    >>> float(result.load("rotor")[0, 2].round(1))  # N: the mean and the first peak
+    530.5
+    """
+
+    name: str
+    on: Any
+    rate: float
+    mean: Any
+    harmonics: Mapping[int, tuple[Any, Any]] = field(default_factory=dict)
+    azimuth: float = field(default=0.0, kw_only=True)
+    share: Any = field(default=None, kw_only=True)
+    ends: tuple[Any, ...] = field(init=False)
+    rows: np.ndarray = field(init=False, repr=False)
+
+    kind = "periodic load"
+    columns = (
+        "force along x [N]", "force along y [N]", "force along z [N]",
+        "moment about x [N m]", "moment about y [N m]", "moment about z [N m]",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        label = f"periodic load {self.name!r}"
+        for what in ("rate", "azimuth"):
+            shaped_numbers(getattr(self, what), (), f"{what} of {label}")
+        object.__setattr__(self, "mean", shaped_numbers(self.mean, (6,), f"mean of {label}"))
+        if not isinstance(self.harmonics, Mapping):
+            raise ModelError(f"harmonics of {label} must be a mapping from n per turn, not {self.harmonics!r}")
+        rows = np.zeros((len(self.harmonics), 13))
+        for row, (n, parts) in zip(rows, self.harmonics.items(), strict=True):
+            if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 1:
+                raise ModelError(f"harmonics of {label} are by whole numbers per turn, 1 or above, not {n!r}")
+            row[0], row[1:] = n, shaped_numbers(parts, (2, 6), f"harmonic {n} of {label}").ravel()
+        object.__setattr__(self, "rows", rows)
+        if self.share is not None:
+            object.__setattr__(self, "share", checked_history(self.share, f"share of {label}"))
+        object.__setattr__(self, "ends", (self.on,))
+
+    def own(self, t: float) -> Vector:
+        """Return force and moment along the frame's axes at time t (s), shape (6,), N and N m."""
+        psi = (self.azimuth + self.rate * t) * self.rows[:, 0]
+        found = self.mean + np.cos(psi) @ self.rows[:, 1:7] + np.sin(psi) @ self.rows[:, 7:]
+        return np.asarray(found * np.interp(t, *(self.share or ALWAYS)))
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return force and moment (Eq. 11)."""
+        (end,) = ends
+        wrench = (end.A @ self.own(t).reshape(2, 3).T).T.ravel()
+        return Action(wrench[None], given=float(wrench[:3] @ end.v + wrench[3:] @ end.w))
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return force and moment along the frame's axes."""
+        return self.own(t)
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: see `kanefe.kernels.force_elements.periodic_load`."""
+        from kanefe.kernels.force_elements.periodic_load import periodic_load
+
+        times, shares = self.share or ALWAYS
+        head = (self.rate, self.azimuth, float(len(self.rows)), float(len(times)))
+        constants = np.concatenate((head, self.mean, self.rows.ravel(), times, shares))
+        return LoadKernel(periodic_load, constants, periodic_load)

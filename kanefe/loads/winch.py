@@ -1,0 +1,220 @@
+"""Winches: a cable that is paid out and drawn in so that it pulls by a given tension, as a haul-down cable does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError, SimulationError
+from kanefe.frames import Vector, numbers, shaped_numbers
+from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.periodic_load import checked_history
+from kanefe.loads.rope import Path, path_over
+
+
+@dataclass(frozen=True, eq=False)
+class Winch(Load):
+    """A cable from a winch at the first end over points to the last, held at a tension by what the winch pays out.
+
+    The cable gives way by k. With the way l along its points and z, what has been paid out since the start,
+
+        T = max(0, k (l - l0 - z)),  dz/dt = (T - tension) / D, but never faster than `speed`,
+
+    so that the tension is D dl/dt above or below what it is to be where the way changes slowly. Where the end runs away
+    faster than the winch pays out, the cable stretches; where it comes faster than the winch draws in, it is slack. The
+    scene begins at the tension. What the winch does is booked as work of loads.
+
+    Parameters
+    ----------
+    name : str
+        Unique among the loads between frames of a scene.
+    ends : tuple of Frame
+        The winch, points that the cable runs over in order, the last end: two or more.
+    tension : float or (times, tensions)
+        That it holds, N; or a table, straight between times (s), and the same before and after.
+    stiffness : float
+        k, N/m.
+    speed : float
+        That it pays out and draws in with at most, m/s.
+    damping : float
+        D, by how much the tension rises for each m/s that is paid out, N s/m: how well the winch holds its tension.
+    breaking_load : float, optional
+        Tension at which the cable breaks, N: the event ``"<name> breaks"`` of the result.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong with the winch.
+
+    Examples
+    --------
+    A block that is drawn down against a spring:
+
+    >>> import kanefe as kf
+    >>> scene = kf.System()
+    >>> spring = kf.CoordinateForce(stiffness=1e4, damping=300.0)
+    >>> block = scene.add_point("block", 50.0, at=(0, 0, 2), joint=kf.Prismatic("z", forces=spring))
+    >>> cable = {"stiffness": 1e6, "damping": 500.0, "speed": 1.0}
+    >>> scene.add(kf.Winch("haul-down", (scene.ground, block), tension=2000.0, **cable))
+    >>> result = scene.simulate((0.0, 3.0))
+    >>> float(result.position("block")[-1, 2].round(3))  # m: 2000 N over 1e4 N/m down
+    1.8
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    tension: Any = field(kw_only=True)
+    stiffness: float = field(kw_only=True)
+    speed: float = field(kw_only=True)
+    damping: float = field(kw_only=True)
+    breaking_load: float | None = field(default=None, kw_only=True)
+    length: float = field(default=math.nan, init=False, repr=False)
+    is_settled: bool = field(default=False, init=False, repr=False)
+
+    kind = "winch"
+    columns = ("length [m]", "paid out [m]", "rate [m/s]", "tension [N]")
+    needs_rotation = False
+
+    def __post_init__(self) -> None:
+        label = f"winch {self.name!r}"
+        if not isinstance(self.ends, (tuple, list)) or len(self.ends) < 2:
+            raise ModelError(f"{label} needs two ends or more: the winch, points on the way, the last")
+        object.__setattr__(self, "ends", tuple(self.ends))
+        for what in ("stiffness", "speed", "damping", "breaking_load"):
+            value = getattr(self, what)
+            if value is not None and shaped_numbers(value, (), f"{what} of {label}") <= 0.0:
+                raise ModelError(f"{what} of {label} must be > 0, not {value!r}")
+        if numbers(self.tension).shape == () and np.isfinite(numbers(self.tension)):
+            table = np.array((0.0, 1.0)), np.full(2, float(self.tension))
+        else:
+            table = checked_history(self.tension, f"tension of {label}")
+        if np.any(table[1] < 0.0):
+            raise ModelError(f"tension of {label} must be >= 0 N: a cable does not push")
+        object.__setattr__(self, "tension", table)
+
+    @property
+    def initial_states(self) -> Vector:
+        """What is paid out, m; of one that can break 1 besides, while it holds."""
+        if self.is_settled:
+            return NO_STATES
+        return np.zeros(1) if self.breaking_load is None else np.array((0.0, 1.0))
+
+    def state_scales(self, acceleration: float) -> Vector:
+        """Return what the cable gives way by under the highest tension."""
+        return np.array((max(float(self.tension[1].max()) / self.stiffness, 1e-6), 1.0))[: len(self.initial_states)]
+
+    @property
+    def events(self) -> tuple[LoadEvent, ...]:
+        """Its end, where it can break."""
+        if self.breaking_load is None or self.is_settled:
+            return ()
+        breaks = _CableEnd(self, self.breaking_load)
+        return (LoadEvent("breaks", breaks.reserve, -1, breaks.broken),)
+
+    def wanted(self, t: float) -> float:
+        """Return the tension that it is to hold at time t (s), N."""
+        return float(np.interp(t, *self.tension))
+
+    def path(self, t: float, ends: Sequence[End]) -> Path:
+        """Return the way of the cable."""
+        return path_over(f"winch {self.name!r}", t, ends)
+
+    def pull(self, t: float, path: Path, states: Vector) -> float:
+        """Return the tension, N."""
+        if self.is_settled:
+            return self.wanted(t)
+        is_broken = len(states) > 1 and states[1] <= 0.0
+        return 0.0 if is_broken else max(0.0, self.stiffness * (path.length - self.length - float(states[0])))
+
+    def rates(self, t: float, tension: float, states: Vector) -> Vector:
+        """Return how fast cable is paid out at a tension, m/s, as rates of its states."""
+        if self.is_settled:
+            return NO_STATES
+        rate = (tension - self.wanted(t)) / self.damping
+        found = np.zeros(len(states))
+        if not (len(states) > 1 and states[1] <= 0.0):
+            found[0] = min(max(rate, -self.speed), self.speed)
+        return found
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return its pull on all points (Eq. 11); what the winch draws in or pays out under tension is given."""
+        path = self.path(t, ends)
+        tension = self.pull(t, path, states)
+        wrenches = np.zeros((len(ends), 6))
+        wrenches[:, :3] = -tension * path.gradient
+        if self.is_settled:
+            return Action(wrenches, tension * path.length)
+        rates = self.rates(t, tension, states)
+        return Action(wrenches, 0.5 * tension**2 / self.stiffness, given=-tension * float(rates[0]), rates=rates)
+
+    def started(self, t: float, ends: Sequence[End]) -> Winch:
+        """Return the winch with as much cable out as pulls by its tension."""
+        try:
+            way = self.path(t, ends).length
+        except SimulationError as error:
+            raise ModelError(str(error)) from None
+        return self._with(length=way - self.wanted(t) / self.stiffness)
+
+    def resting(self, ends: Sequence[End], softness: float = 0.0) -> Winch:
+        """Return a cable that pulls by the tension, whatever its way."""
+        return self._with(is_settled=True)
+
+    def rested(self, ends: Sequence[End], states: Vector) -> Vector:
+        """Return what is paid out where it pulls by its tension."""
+        out = self.path(0.0, ends).length - self.length - self.wanted(0.0) / self.stiffness
+        return np.append(out, states[1:])
+
+    def _with(self, **changes: Any) -> Winch:
+        other = replace(self)
+        for name, value in {"length": self.length, "is_settled": self.is_settled, **changes}.items():
+            object.__setattr__(other, name, value)
+        return other
+
+    def with_ends(self, ends: tuple[Any, ...]) -> Winch:
+        """Return the same winch between other frames."""
+        return self._with(ends=ends)
+
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
+        """Return the stiffness of the cable, none where it is slack or held at its tension."""
+        path = self.path(t, ends)
+        rows = np.zeros((len(ends), 6))
+        rows[:, :3] = path.gradient
+        held = 0.0 if self.is_settled or self.pull(t, path, states) == 0.0 else self.stiffness
+        return Tangent(rows.reshape(1, -1), np.array((held,)), np.zeros(1))
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the way (m), what is paid out (m), the rate of the way (m/s) and the tension (N)."""
+        path = self.path(t, ends)
+        out = 0.0 if self.is_settled else float(states[0])
+        return np.array((path.length, out, path.rate, self.pull(t, path, states)))
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: see `kanefe.kernels.force_elements.winch`."""
+        from kanefe.kernels.force_elements.winch import winch
+
+        times, tensions = self.tension
+        head = (
+            len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled,
+            self.breaking_load is not None, len(times),
+        )  # fmt: skip
+        return LoadKernel(winch, np.concatenate((np.array(head, dtype=float), times, tensions)), winch)
+
+
+class _CableEnd(NamedTuple):
+    """The end of a cable; an object, so that it pickles."""
+
+    winch: Winch
+    load: float
+
+    def reserve(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return what the tension is below the breaking load, N."""
+        return self.load - self.winch.pull(t, self.winch.path(t, ends), states)
+
+    def broken(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the state of a cable that is gone."""
+        return np.array((states[0], 0.0))
