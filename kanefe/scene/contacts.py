@@ -91,6 +91,15 @@ class ContactMethods(LoadMethods):
         self._surfaces[name] = Surface(name, frame.frame(at, orientation), shape)
         return self._surfaces[name]
 
+    def _surfaces_on_markers(self) -> list[Surface]:
+        """Return the surfaces with markers for frames, as a model has them; those of a copy are on its own bodies."""
+        return [
+            surface._replace(
+                frame=self._marker(replace(surface.frame, system=self), f"the parent of surface {surface.name!r}")
+            )
+            for surface in self._surfaces.values()
+        ]
+
     def add_contact(
         self,
         name: str,

@@ -47,16 +47,29 @@ def _add_children(lines: list[str], entries: Sequence[BodyEntry], parent: int, m
         _add_children(lines, entries, number, inner)
 
 
+def body_rows(entries: Sequence[BodyEntry], parent: int = -1, depth: int = 0) -> list[tuple[int, str, str, str]]:
+    """Return depth in the tree, name, what it is, and joint of each body, parents before their children."""
+    rows = []
+    for number, entry in enumerate(entries):
+        if entry.parent == parent:
+            rows.append((depth, entry.name, _kind(entry), _joint(entry.joint)))
+            rows += body_rows(entries, number, depth + 1)
+    return rows
+
+
 def _body(entry: BodyEntry) -> str:
     at = f"at {entry.parent_interface.name!r}: " if entry.parent_interface is not None else ""
+    return f"{at}{entry.name} ({_kind(entry)}), {_joint(entry.joint)}"
+
+
+def _kind(entry: BodyEntry) -> str:
     if entry.flexible is not None:
         what = f"flexible, {entry.flexible.mass:.6g} kg, {_count(entry.flexible.free_count, 'mode', 'modes')}"
     elif entry.rigid is not None and entry.rigid.mass > 0.0:
         what = f"rigid, {entry.rigid.mass:.6g} kg"
     else:
         what = "massless"
-    weightless = "" if entry.has_gravity else ", without gravity"
-    return f"{at}{entry.name} ({what}{weightless}), {_joint(entry.joint)}"
+    return what if entry.has_gravity else f"{what}, without gravity"
 
 
 def _joint(joint: Joint) -> str:
@@ -64,7 +77,9 @@ def _joint(joint: Joint) -> str:
     along = ""
     if axis is not None:
         along = f" {axis}" if isinstance(axis, str) else f" ({', '.join(f'{x:g}' for x in axis)})"
-    names = [name.partition(" [")[0] for name in joint.coordinate_names]
+    # motions and laws go with speeds, of which a rotation by Euler parameters has fewer than coordinates
+    named = joint.coordinate_names if joint.rotation_at is None else joint.speed_names
+    names = [name.partition(" [")[0] for name in named]
     driven = [name for name, motion in zip(names, joint.motions, strict=True) if motion is not None]
     laws = [name for name, law in zip(names, joint.coordinate_forces, strict=True) if law is not None]
     more = [f"{', '.join(part)} {word}" for part, word in ((driven, "driven"), (laws, "with a force law")) if part]

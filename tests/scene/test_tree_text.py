@@ -54,3 +54,10 @@ def test_a_body_is_found_by_its_name():
     assert scene.body("boom").interface("tip").label == "'tip' of 'boom'"
     with pytest.raises(kf.ModelError, match=r"no body called 'jib'\. It has: mast, boom, hook"):
         scene.body("jib")
+
+
+def test_joints_with_fewer_speeds_than_coordinates_print():
+    scene = kf.System()
+    scene.add_rigid_body("stone", 1.0, 1.0, joint=kf.Free())
+    scene.add_rigid_body("top", 1.0, 1.0, joint=kf.Spherical())
+    assert str(scene).splitlines()[2:] == ["├─ stone (rigid, 1 kg), free", "└─ top (rigid, 1 kg), spherical"]

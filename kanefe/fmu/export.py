@@ -1,0 +1,216 @@
+"""Functional mock-up units: a scene, or a linear system, compiled and packed."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+import uuid
+import warnings
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from kanefe._version import __version__
+from kanefe.errors import FileError, ModelError, SimulationWarning
+from kanefe.fmu import c_text as c
+from kanefe.fmu.description import UnitDescription, Variable
+from kanefe.fmu.image import NeedsPython
+from kanefe.fmu.portable import without_python
+from kanefe.fmu.scene_source import scene_source
+from kanefe.fmu.serve import packed
+from kanefe.kernels.units import linker
+from kanefe.linear.linearisation import Linearisation
+from kanefe.stepping.simulation import Simulation
+from kanefe.storage.files import write_whole
+
+SOURCES = Path(__file__).parent / "source"
+VERSIONS = "2.0", "3.0"
+FOLDERS = {
+    "x86_64": {"2.0": "linux64", "3.0": "x86_64-linux"},
+    "aarch64": {"2.0": "aarch64-linux", "3.0": "aarch64-linux"},
+}
+"""Of binaries, by processor and version of the standard."""
+
+FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-Wl,-s")
+EPOCH = (1980, 1, 1, 0, 0, 0)
+"""Of all files in an archive: it is the same whenever it is made."""
+
+
+def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -> Path:
+    """Write a simulation at its start as a unit for co-simulation; return its path.
+
+    Where the scene needs Python the unit does, and kanefe with it: that is warned of.
+
+    Raises
+    ------
+    ModelError
+        If there is no such version or no C compiler, or functions cannot be sent to another process.
+    FileError
+        If the file cannot be written.
+    """
+    folder = _checked(version)
+    try:
+        source = scene_source(sim)
+    except NeedsPython as reason:
+        found = _served(sim, path, version, every, str(reason))
+        warnings.warn(
+            f"the unit {Path(path).name} needs kanefe {__version__} where it runs, by KANEFE_PYTHON or as python3, "
+            f"and keeps no states: {reason}",
+            SimulationWarning,
+            stacklevel=3,
+        )
+        return found
+    token = _token(source.header.encode(), source.image, *(file.read_bytes() for file in source.files))
+    text = (
+        "A multibody scene with the compiled kernels of kanefe; it needs no Python. For processors that have what the "
+        f"one has that it was exported on ({platform.machine()})."
+    )
+    description = _description(sim, path, every, text, token)
+    made = _compiled(version, "scene.c", _header(description) + source.header, source.image)
+    files = {f"binaries/{folder}/{description.identifier}.so": made}
+    kernels = {file.name: without_python(file.read_bytes(), file.name) for file in source.files}
+    files |= {f"binaries/{folder}/{name}": code for name, code in kernels.items()}
+    return _packed(path, {"modelDescription.xml": description.xml(version), **files})
+
+
+def _served(sim: Simulation, path: str | Path, version: str, every: float, reason: str) -> Path:
+    """Write a unit that has a process of Python step the scene."""
+    scene = packed(sim.scene, sim.asked)
+    text = f"A multibody scene of kanefe {__version__}, which this unit needs, in Python: {reason}"
+    description = _description(sim, path, every, text, _token(scene), keeps_states=False)
+    lines = [
+        c.define("INPUT_COUNT", len(sim.input_names)),
+        c.define("OUTPUT_COUNT", len(sim.output_names)),
+        c.define("VERSION", __version__),
+        c.define("PYTHON", sys.executable or "python3"),
+        f"#define START {c.number(sim.time)}",
+    ]
+    made = _compiled(version, "served.c", _header(description) + "\n".join(lines) + "\n", b"")
+    files = {f"binaries/{_checked(version)}/{description.identifier}.so": made, "resources/scene.pickle": scene}
+    return _packed(path, {"modelDescription.xml": description.xml(version), **files})
+
+
+def _description(
+    sim: Simulation, path: str | Path, every: float, text: str, token: str, keeps_states: bool = True
+) -> UnitDescription:
+    name = Path(path).stem
+    inputs = tuple(Variable(name, sim.units[name], value) for name, value in sim.inputs.items())
+    outputs = tuple(Variable(name, sim.units[name]) for name in sim.output_names)
+    return UnitDescription(
+        name, _identifier(name), text, token, inputs, outputs, (), False, sim.time, every, keeps_states
+    )
+
+
+def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
+    """Write a linearised scene as a unit for model exchange; return its path.
+
+    Raises
+    ------
+    ModelError
+        If there is no such version, or no C compiler.
+    FileError
+        If the file cannot be written.
+    """
+    folder = _checked(version)
+    name = Path(path).stem
+    matrices = [np.asarray(matrix, dtype=float) for matrix in (small.A, small.B, small.C, small.D)]
+    lines = [c.numbers(f"MATRIX_{letter}", matrix) for letter, matrix in zip("ABCD", matrices, strict=True)]
+    lines.append(c.numbers("OFFSETS", small.output_values))
+    body = "\n".join(lines) + "\n"
+    named = [tuple(map(_variable, names)) for names in (small.input_names, small.output_names, small.state_names)]
+    inputs, outputs, states = named
+    description = UnitDescription(
+        name,
+        _identifier(name),
+        "A scene of kanefe, linearised: inputs and states are differences from the state that it was linearised about.",
+        _token(body.encode(), repr(named).encode()),
+        inputs,
+        outputs,
+        states,
+        True,
+        small.time,
+        0.0,
+    )
+    made = _compiled(version, "linear.c", _header(description) + body, b"")
+    files = {f"binaries/{folder}/{description.identifier}.so": made}
+    return _packed(path, {"modelDescription.xml": description.xml(version), **files})
+
+
+def _checked(version: str) -> str:
+    """Return the folder of binaries; a ModelError says what there is not."""
+    if version not in VERSIONS:
+        raise ModelError(f"fmi must be '2.0' or '3.0', not {version!r}")
+    if sys.platform != "linux" or platform.machine() not in FOLDERS:
+        raise ModelError(f"units are written on Linux on x86-64 and arm64, not on {sys.platform} {platform.machine()}")
+    return FOLDERS[platform.machine()][version]
+
+
+def _token(*parts: bytes) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(hashlib.sha256(part).digest())
+    return f"{{{uuid.UUID(digest.hexdigest()[:32])}}}"
+
+
+def _identifier(name: str) -> str:
+    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return plain if plain and not plain[0].isdigit() else f"m_{plain}"
+
+
+def _variable(label: str) -> Variable:
+    name, _, unit = label.partition(" [")
+    return Variable(name, unit.removesuffix("]"))
+
+
+def _header(of: UnitDescription) -> str:
+    counts = [
+        c.define("TOKEN", of.token),
+        c.define("IS_LINEAR", int(of.is_linear)),
+        c.define("KEEPS_STATES", int(of.keeps_states)),
+        c.define("STATE_COUNT", len(of.states)),
+        c.define("FIRST_STATE", len(of.inputs) + len(of.outputs) + 1),
+    ]
+    if of.is_linear:
+        counts += [c.define("INPUT_COUNT", len(of.inputs)), c.define("OUTPUT_COUNT", len(of.outputs))]
+    return "\n".join(("#include <stdint.h>", *counts)) + "\n"
+
+
+def _compiled(version: str, engine: str, header: str, image: bytes) -> bytes:
+    """Return the library of a unit."""
+    sources: Sequence[Path] = (SOURCES / f"fmi{version[0]}.c", SOURCES / engine)
+    with tempfile.TemporaryDirectory(prefix="kanefe-") as name:
+        folder = Path(name)
+        (folder / "model.h").write_text(header, encoding="utf-8")
+        (folder / "image.bin").write_bytes(image)
+        command = [linker(), *FLAGS, f"-I{folder}", f"-I{SOURCES}", *map(str, sources), "-o", "model.so"]
+        try:
+            subprocess.run(
+                [*command, "-lm", "-ldl", "-lpthread"], cwd=folder, check=True, capture_output=True, text=True
+            )
+        except FileNotFoundError as error:
+            raise ModelError(
+                f"to_fmu needs a C compiler, and {linker()!r} is none here. Remedy: apt-get install gcc, or CC=..."
+            ) from error
+        except subprocess.CalledProcessError as error:
+            raise ModelError(f"the C compiler {linker()!r} refuses the unit: {error.stderr.strip()[:500]}") from error
+        return (folder / "model.so").read_bytes()
+
+
+def _packed(path: str | Path, files: dict[str, bytes]) -> Path:
+    made = Path(path)
+    if made.suffix != ".fmu":
+        raise FileError(f"the file of a unit ends in .fmu, not {made.name!r}")
+
+    def write(file: object) -> None:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:  # type: ignore[call-overload]
+            for name, content in files.items():
+                archive.writestr(zipfile.ZipInfo(name, EPOCH), content, zipfile.ZIP_DEFLATED)
+
+    write_whole(made, write)
+    return made

@@ -1,0 +1,180 @@
+"""An image of the memory that calls of kernels work on, which another process can take up.
+
+A prepared call is two arrays, of places and of numbers (see `kanefe.kernels.signatures`); places have the addresses of
+further arrays, and tables those of functions. The image has all arrays one after the other, and tells which of its
+numbers are addresses, and of what.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.kernels.entries import Call
+from kanefe.kernels.signatures import Group, Part
+from kanefe.kernels.units import loaded_files
+
+ALIGNMENT = 64
+"""Of each array, bytes."""
+
+LEAST_ADDRESS = 2**32
+"""Below which no library of a 64-bit process lies."""
+
+
+class NeedsPython(ModelError):
+    """A scene cannot go on without Python; the message says for what."""
+
+
+Block = tuple[int, int]
+"""First address, and the one after the last."""
+
+
+class CallPlaces(NamedTuple):
+    """Where a call is: its function, and in the image its places, its numbers, its first result and its error."""
+
+    function: int
+    places: int
+    numbers: int
+    result: int
+    error: int
+
+
+class Image:
+    """The memory of prepared calls.
+
+    Parameters
+    ----------
+    calls : sequence of Call
+        Those that others name by their address, too.
+
+    Attributes
+    ----------
+    files : list of Path
+        Machine code of the functions, in the order of their numbers.
+    pointers : list of (int, int)
+        Where in the image an address within it stands, and of what place.
+    called : list of (int, int)
+        Where the address of a function stands, and of which.
+
+    Raises
+    ------
+    NeedsPython
+        If there is a function that is in no file of kernels: one of the user.
+    """
+
+    def __init__(self, calls: list[Call]) -> None:
+        self._arrays: list[np.ndarray] = [array for call in calls for array in _arrays_of_call(call)]
+        self._blocks = _merged([_block(array) for array in self._arrays if array.size])
+        starts = np.cumsum([0, *((b - a + ALIGNMENT - 1) // ALIGNMENT * ALIGNMENT for a, b in self._blocks)])
+        self._starts, self.size = starts[:-1].tolist(), int(starts[-1])
+        self._first = np.array([a for a, _ in self._blocks], dtype=np.int64)
+        self._known = loaded_files()
+        self.files: list[Path] = []
+        self._numbers: dict[int, int] = {}
+        self.pointers: list[tuple[int, int]] = []
+        self.called: list[tuple[int, int]] = []
+        for call in calls:
+            self._function(call.address)
+            self._note_pointers(call)
+        self._note_functions()
+
+    def place(self, array: np.ndarray) -> int:
+        """Return where an array begins, zero if it is empty."""
+        return self._place_of(_block(array)[0]) if array.size else 0
+
+    def call(self, call: Call) -> CallPlaces:
+        """Return where a call is."""
+        signature, (places, numbers) = call.signature, _own_arrays(call)
+        function = self._function(call.address)
+        return CallPlaces(function, self.place(places), self.place(numbers), signature.number_count, signature.error_at)
+
+    def content(self) -> bytes:
+        """Return the bytes of the image, addresses left at zero."""
+        made = bytearray(self.size)
+        for start, (a, b) in zip(self._starts, self._blocks, strict=True):
+            made[start : start + b - a] = ctypes.string_at(a, b - a)
+        for at, _ in (*self.pointers, *self.called):
+            made[at : at + 8] = bytes(8)
+        return bytes(made)
+
+    def _place_of(self, address: int) -> int:
+        i = int(np.searchsorted(self._first, address, side="right")) - 1
+        a, b = self._blocks[i] if i >= 0 else (0, 0)
+        if not a <= address < b:
+            raise ValueError("an address is of no array of the calls")
+        return int(self._starts[i]) + address - a
+
+    def _function(self, address: int) -> int:
+        if address not in self._known:
+            raise NeedsPython(
+                "the scene has a function that is compiled for this process alone, such as one of numba. Remedy: "
+                "loads and joints of kanefe, or the value of the function as an input"
+            )
+        if address not in self._numbers:
+            self._numbers[address] = len(self.files)
+            self.files.append(self._known[address])
+        return self._numbers[address]
+
+    def _note_pointers(self, call: Call) -> None:
+        places, _ = _own_arrays(call)
+        first = self.place(places)
+        for at in _array_places(call.signature.parts):
+            if places[at]:
+                self.pointers.append((first + 8 * at, self._place_of(int(places[at]))))
+
+    def _note_functions(self) -> None:
+        """Note every whole number that is the address of a function; nothing else is as large."""
+        done = {at for at, _ in self.pointers}
+        for array in {id(a): a for a in self._arrays if a.dtype == np.int64 and a.size}.values():
+            first, flat = self.place(array), array.reshape(-1)
+            for i in np.flatnonzero(flat >= LEAST_ADDRESS).tolist():
+                if first + 8 * i not in done:
+                    self.called.append((first + 8 * i, self._function(int(flat[i]))))
+                    done.add(first + 8 * i)
+
+
+def _own_arrays(call: Call) -> tuple[np.ndarray, np.ndarray]:
+    return np.frombuffer(call.places, np.int64), np.frombuffer(call.numbers, np.float64)
+
+
+def _arrays_of_call(call: Call) -> Iterator[np.ndarray]:
+    yield from _own_arrays(call)
+    for value in call.arguments:
+        yield from _arrays(value)
+
+
+def _arrays(value: Any) -> Iterator[np.ndarray]:
+    if isinstance(value, np.ndarray):
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _arrays(item)
+
+
+def _array_places(parts: tuple[Part, ...]) -> Iterator[int]:
+    for part in parts:
+        if isinstance(part, Group):
+            yield from _array_places(part.parts)
+        elif part is not None and part.axes > 0:
+            yield part.at
+
+
+def _block(array: np.ndarray) -> Block:
+    first = int(array.__array_interface__["data"][0])
+    return first, first + array.nbytes
+
+
+def _merged(blocks: list[Block]) -> list[Block]:
+    """Return blocks of which none lies within another: arrays may be parts of others."""
+    found: list[Block] = []
+    for a, b in sorted(set(blocks)):
+        if found and a < found[-1][1]:
+            found[-1] = found[-1][0], max(b, found[-1][1])
+        else:
+            found.append((a, b))
+    return found

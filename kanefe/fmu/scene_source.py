@@ -1,0 +1,260 @@
+"""A simulation as source of C: the image of its memory, and tables that tell where everything is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.fmu import c_text as c
+from kanefe.fmu.image import CallPlaces, Image, NeedsPython
+from kanefe.fmu.output_tables import OutputTables
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
+from kanefe.kernels import stepping
+from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.drives import PIECE_NUMBERS, Drives
+from kanefe.kernels.evaluation import AT_TIME
+from kanefe.kernels.outward import motion_memory_size, motions_of_rows
+from kanefe.loads.controller import INPUTS
+from kanefe.order_n.route import OrderN
+from kanefe.order_n.sweeps import Sweeps
+from kanefe.stepping.simulation import Simulation
+from kanefe.tree.model_data import WORKS
+
+ROW, ACCELERATED_ROW = 18, 24
+"""Numbers of the motion of a row, without and with accelerations."""
+
+COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
+PLACES = (
+    "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE "
+    "JACOBIAN_ROW STATE"
+)
+
+
+class SceneSource(NamedTuple):
+    """What the model of a scene is compiled from.
+
+    Attributes
+    ----------
+    header : str
+        Of C.
+    image : bytes
+    files : list of Path
+        Machine code that it calls.
+    """
+
+    header: str
+    image: bytes
+    files: list[Path]
+
+
+def obstacle(sim: Simulation) -> str:
+    """Return what keeps a simulation from going on without Python, with a remedy; empty if nothing does."""
+    model, stepper = sim.model, sim.stepper
+    sampled = [controller.name for controller in model.controllers if controller.is_sampled]
+    if not IS_COMPILED:
+        return "its kernels are run as Python. Remedy: without KANEFE_JIT=0"
+    if sampled:
+        return f"the controller {sampled[0]!r} is a Python function. Remedy: what it drives as inputs"
+    if sim.has_events:
+        return (
+            "events and contacts end steps, which is done in Python. Remedy: a spring with play or a CoordinateForce "
+            "with limits in the place of a contact"
+        )
+    if not isinstance(model.route, OrderN):
+        return f"the scene is not in compiled code: {model.route.reason}"
+    if not model.route.is_autonomous:
+        return "a load or a motion is a Python function of time or state. Remedy: it as an input, or as a table of time"
+    if not isinstance(stepper, KernelStepper):
+        return f"the method {stepper.name!r} is in Python. Remedy: method='radau5', 'dop853' or 'extrapolation'"
+    if stepper.name == "energy-momentum":
+        return f"the method {stepper.name!r} asks for energies. Remedy: method='radau5'"
+    return ""
+
+
+def scene_source(sim: Simulation) -> SceneSource:
+    """Return a simulation at its start as source.
+
+    Raises
+    ------
+    NeedsPython
+        If it needs Python; the message says for what.
+    """
+    if found := obstacle(sim):
+        raise NeedsPython(found)
+    return _Tables(sim).made()
+
+
+class _Tables:
+    """A simulation on its way to source."""
+
+    def __init__(self, sim: Simulation) -> None:
+        model, stepper, route = sim.model, sim.stepper, sim.model.route
+        if not (isinstance(route, OrderN) and isinstance(stepper, KernelStepper)):
+            raise TypeError("obstacles were looked for")
+        self.sim, self.model, self.stepper, self.route = sim, model, stepper, route
+        self.size = stepper.vectors.shape[1]
+        self.motions: Drives = route.motion_tables  # type: ignore[assignment]  # of an autonomous scene
+        self.driven = len(model.drives)
+        self.outputs = OutputTables(sim, Sweeps(route, np.zeros(1), model_state(sim)[None]))
+        self.times, states = np.zeros(1), np.zeros((1, self.size))
+        run, kept, self.inputs = stepper.prepared(self.times, states)
+        self.calls = [run, *kept]
+        self.run = run
+        self.lines: list[str] = []
+
+    def made(self) -> SceneSource:
+        self._add_jacobian()
+        self._add_motions()
+        for call in self.calls:
+            _clear(call)
+        scene = self.run.arguments[0]
+        scene.closed[:] = scene.asked[:] = 0.0
+        image = Image(self.calls)
+        self._tell(image)
+        return SceneSource("\n".join(self.lines) + "\n", image.content(), image.files)
+
+    def _add_jacobian(self) -> None:
+        """Have what differentiates the rates in the image, of methods that ask for that."""
+        self.derived = None
+        stepper, route = self.stepper, self.route
+        if "jacobians" not in stepper.statistics:
+            return
+        if route.inputs.needs_state or not route.is_complex:
+            raise NeedsPython(
+                "a load or joint has no function of complex numbers, by "
+                f"which {stepper.name!r} differentiates. Remedy: method='dop853'"
+            )
+        dynamics = Dynamics(self.model)
+        self.turning = dynamics.turning
+        along = dynamics.tangents.copy()
+        call = route.derivative_call(self.size)
+        call.inputs[:] = route.inputs.constants
+        self.derived = call, along, np.zeros_like(along)
+        self.derivatives = call.prepared(along, self.derived[2])
+        self.calls += [self.derivatives, call.evaluation]
+
+    def _add_motions(self) -> None:
+        """Have what moves frames in the image, where outputs look at any."""
+        self.moved = self.evaluated = None
+        if not self.outputs.frames:
+            return
+        model, (_, tables, flexible) = self.model, self.outputs.sweeps.placed
+        count = self.size - WORKS
+        drives, state = np.zeros((1, self.driven, 3)), np.zeros((1, count))
+        rates = np.zeros((int(self.outputs.has_accelerations), model.free_count))
+        found = np.zeros((1, len(tables.rows), ACCELERATED_ROW if len(rates) else ROW))
+        given, memory = np.zeros((self.driven, 3)), np.zeros(motion_memory_size(tables, flexible))
+        call = motions_of_rows.bound(tables, flexible, drives, state, rates, found, given, memory).prepared()
+        self.moved = call, drives, state, rates, found
+        self.calls.append(call)
+        if len(rates):
+            self.evaluated = self.route.rates_call()
+            self.evaluated.vectors[:] = 0.0
+            self.evaluated(0.0, False, (0.0, 0.0))  # not implicit, as it may have been asked before
+            self.calls.append(self.evaluated.call)
+
+    def _tell(self, image: Image) -> None:
+        model, sim, stepper, add = self.model, self.sim, self.stepper, self.lines.append
+        held, first = model.held.get(INPUTS, slice(0, 0)), model.coordinate_count + model.free_count
+        counts = {
+            "IMAGE_BYTES": image.size,
+            "SIZE": self.size,
+            "WORKS": WORKS,
+            "COORDINATE_COUNT": model.coordinate_count,
+            "SPEED_COUNT": model.free_count,
+            "LOAD_COUNT": held.stop - held.start,
+            "FIRST_HELD": first + held.start,
+            "DRIVEN": self.driven,
+            "PIECE_NUMBERS": PIECE_NUMBERS,
+            "AT_TIME": AT_TIME,
+            "KNOWS_TIME": int(self.driven > len(sim.courses)),
+            "MOST_STEPS": self.run.signature.place_of("run", "most_steps"),
+            "POINTER_COUNT": len(image.pointers),
+            "CALLED_COUNT": len(image.called),
+            "FUNCTION_COUNT": len(image.files),
+        }
+        self.lines += [c.define(name, value) for name, value in counts.items()]
+        self.lines += [c.define(name, int(getattr(stepping, name))) for name in f"{COMMANDS} {PLACES}".split()]
+        add(f"#define SMALLEST_STEP {c.number(float(SMALLEST_STEP))}")
+        add("enum { CALL_FUNCTION, CALL_PLACES, CALL_NUMBERS, CALL_RESULT, CALL_ERROR };")
+        places = {
+            "AT_INTEGERS": stepper.integers,
+            "AT_REALS": stepper.reals,
+            "AT_VECTORS": stepper.vectors,
+            "AT_TIMES": self.times,
+            "AT_INPUTS": self.inputs,
+        }
+        scene = self.run.arguments[0]
+        places |= {
+            "AT_MOTIONS": scene.motions.motions,
+            "AT_PIECES": scene.motions.pieces,
+            "AT_SPANS": scene.motions.spans,
+        }
+        places["AT_OUTPUT_DRIVES"] = scene.drives
+        self._tell_call("INTEGRATE", image.call(self.run))
+        add(c.define("HAS_JACOBIAN", int(self.derived is not None)))
+        if self.derived is not None:
+            call, along, found = self.derived
+            self._tell_call("DERIVATIVES", image.call(self.derivatives))
+            add(c.define("DERIVED_NUMBERS", image.call(call.evaluation).numbers))
+            add(c.define("ALONG_COUNT", len(along)))
+            add(c.define("TURNING_COUNT", len(self.turning)))
+            add(c.integers("TURNING", self.turning, 2))
+            places |= {"AT_ALONG": along, "AT_FOUND": found, "AT_COMPLEX": call.vectors}
+            places |= {"AT_DERIVED_DRIVES": call.drives, "AT_DERIVED_INPUTS": call.inputs}
+        add(c.define("HAS_FRAMES", int(self.moved is not None)))
+        add(c.define("HAS_ACCELERATIONS", int(self.evaluated is not None)))
+        if self.moved is not None:
+            move, drives, state, rates, found = self.moved
+            self._tell_call("MOVE", image.call(move))
+            add(c.define("ROW_NUMBERS", found.shape[2]))
+            places |= {"AT_MOTION_DRIVES": drives, "AT_MOTION_STATE": state, "AT_MOTION_FOUND": found}
+            if self.evaluated is not None:
+                self._tell_call("EVALUATE", image.call(self.evaluated.call))
+                places |= {"AT_MOTION_RATES": rates, "AT_EVALUATED": self.evaluated.vectors}
+                places |= {"AT_EVALUATED_DRIVES": self.evaluated.drives, "AT_EVALUATED_INPUTS": self.evaluated.inputs}
+        self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
+        kept = [stepper.integers, stepper.reals, stepper.vectors, *([scene.motions.pieces] if sim.courses else [])]
+        add(c.define("KEPT_COUNT", len(kept)))
+        add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
+        add(c.integers("POINTERS", image.pointers, 2))
+        add(c.integers("CALLED", image.called, 2))
+        names = ", ".join(c.text(path.name) for path in image.files)
+        add(f"static const char *const FUNCTION_FILES[] = {{{names}}};")
+        self._tell_inputs()
+        self.lines += self.outputs.lines()
+
+    def _tell_call(self, name: str, call: CallPlaces) -> None:
+        self.lines.append(c.integers(name, list(call)))
+
+    def _tell_inputs(self) -> None:
+        sim, model = self.sim, self.model
+        first = model.coordinate_count + model.free_count
+        held = self.route.inputs.held
+        self.lines += [
+            c.define("HELD_COUNT", len(held)),
+            c.integers("HELD_PLACES", [(place, first + state) for place, state, _ in held], 2),
+            c.numbers("HELD_FACTORS", [factor for _, _, factor in held]),
+            c.define("COURSE_COUNT", len(sim.courses)),
+            c.integers("COURSES", [int(self.motions.motions[sim.drive_of(course), 0]) for course in sim.courses]),
+            c.define("INPUT_COUNT", len(sim.input_names)),
+            c.numbers("INPUT_STARTS", list(sim.inputs.values())),
+        ]
+
+
+def model_state(sim: Simulation) -> np.ndarray:
+    """Return the state of a simulation with internal states of loads."""
+    return np.asarray(sim.state.state)
+
+
+CLEARED = ("drives", "memory", "given", "found")
+
+
+def _clear(call: object) -> None:
+    """Set what a kernel writes before it reads it to zero: the image is the same whenever it is made."""
+    for name, value in zip(call.signature.names, call.arguments, strict=True):  # type: ignore[attr-defined]
+        if name in CLEARED and isinstance(value, np.ndarray):
+            value[...] = 0.0

@@ -1,0 +1,175 @@
+"""What a scene that is stepped is driven by: inputs that are held from step to step."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.joints.held_motion import Course, driven_by, held_motion
+from kanefe.loads.controller import INPUTS, Held, HeldInputs
+from kanefe.loads.field_load import FieldLoad
+from kanefe.loads.point_load import PointLoad
+from kanefe.scene.controllers import DRIVES, ControllerMethods
+from kanefe.scene.scene import BodyEntry
+from kanefe.scene.targets import AXES, Named, asked_for, joint_entry, target_of
+
+KINDS = DRIVES | {"drive": "", "load": ""}
+
+
+class HeldInput(NamedTuple):
+    """An input that is held.
+
+    Attributes
+    ----------
+    name, unit : str
+    start : float
+        Its value until it is told another.
+    course : Course or None
+        Of a driven coordinate, whose acceleration it is; None of a load.
+    """
+
+    name: str
+    unit: str
+    start: float
+    course: Course | None = None
+
+
+class HeldInputMethods(ControllerMethods):
+    """The part of `System` that takes inputs."""
+
+    def _hold_inputs(self, named: Named | None, t: float, every: float) -> list[HeldInput]:
+        """Have inputs drive the scene, those of loads first; return them.
+
+        Parameters
+        ----------
+        named : str, sequence or mapping of str
+            As for `kanefe.System.start`.
+        t, every : float
+            Where the run starts, and about how far a step goes, s.
+
+        Raises
+        ------
+        ModelError
+            Naming what there is not, and listing what there is.
+        """
+        loads: list[HeldInput] = []
+        drives: list[HeldInput] = []
+        for name, text in _asked(named):
+            what, _, rest = text.strip().partition(" ")
+            if what not in KINDS:
+                near = difflib.get_close_matches(what, KINDS, 1)
+                did = f"did you mean {near[0]!r}? " if near else ""
+                raise ModelError(f"input {text!r}: there is no {what!r}; {did}Remedy: one of {', '.join(KINDS)}")
+            if what == "drive":
+                drives += self._held_drives(name, text, t)
+            elif what == "load":
+                loads += self._held_load(name, rest.strip(), len(loads), t)
+            else:
+                for label, target, made in self._drives("the simulation", name, text):
+                    title, _, unit = label.partition(" [")
+                    self._hold(INPUTS, len(loads), f"{title} of the simulation", target, made)
+                    loads.append(HeldInput(title, unit.removesuffix("]"), 0.0))
+        found = [*loads, *drives]
+        names = [held.name for held in found]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ModelError(f"the input {twice[0]!r} is there twice. Remedy: once, or names of your own in a mapping")
+        if loads:
+            titles = tuple(f"{held.name} [{held.unit}]" for held in loads)
+            self._controllers.append(HeldInputs(INPUTS, _not_called, every, 0.0, (), titles))
+        return found
+
+    def _held_drives(self, name: str, text: str, t: float) -> list[HeldInput]:
+        target = target_of(self._entries, name, text, KINDS, "input")
+        entry = self._entries[target.body]
+        motions, found = list(entry.joint.motions), []
+        for title, i, unit in joint_entry(self._entries, target, "input", driven=True):
+            motion = motions[i]
+            if motion is None:
+                raise TypeError("a driven coordinate has a motion")
+            motions[i], course = held_motion(motion, t)
+            found.append(HeldInput(title, f"{unit}/s2", course.acceleration(t), course))
+        try:
+            entry.joint = driven_by(entry.joint, motions)
+        except TypeError as error:
+            raise ModelError(
+                f"input {text!r}: the motion of a {entry.joint.kind} joint cannot be told from step to step. Remedy: a "
+                "revolute or prismatic joint"
+            ) from error
+        return found
+
+    def _held_load(self, name: str, label: str, number: int, t: float) -> list[HeldInput]:
+        """Return inputs that take the place of the value of a load of the scene."""
+        places = dict(_named(self._entries))
+        if label not in places:
+            near = difflib.get_close_matches(label, places, 1)
+            did = f"Did you mean {near[0]!r}? " if near else ""
+            listed = ", ".join(map(repr, places)) or "none"
+            raise ModelError(f"input {f'load {label}'!r}: the scene has no such load. {did}It has: {listed}")
+        entry, kind, at = places[label]
+        load = _of_pair(getattr(entry, kind)[at])
+        title = name or f"load {label}"
+        start = np.zeros(load.shape) if load.takes_state else load.value(t, None)
+        unit = _unit(entry, load)
+        if load.shape == ():
+            made = [replace(load, function=Held(INPUTS, number), takes_state=True)]
+            found = [HeldInput(title, unit, float(start))]
+        else:
+            made = [
+                replace(
+                    load,
+                    label=f"{load.label} along {axis}",
+                    function=Held(INPUTS, number + i, tuple(np.eye(3)[i].tolist())),
+                    takes_state=True,
+                )
+                for axis, i in AXES.items()
+            ]
+            found = [HeldInput(f"{title} {axis}", unit, float(start[i])) for axis, i in AXES.items()]
+        given = getattr(entry, kind)
+        new = [(one, given[at][1]) for one in made] if kind == "loads" else made
+        given[at : at + 1] = new
+        return found
+
+
+def _asked(named: Named | None) -> list[tuple[str, str]]:
+    try:
+        found = [] if named is None else asked_for(named)
+    except TypeError:
+        found = [("", None)]  # type: ignore[list-item]
+    if not all(isinstance(text, str) for _, text in found):
+        raise ModelError(f"inputs must be texts such as 'motor hub', or a mapping of names to them, not {named!r}")
+    return found
+
+
+def _not_called(t: float, reads: np.ndarray, memory: dict[str, Any]) -> None:
+    raise TypeError("inputs have no function")
+
+
+def _of_pair(item: Any) -> Any:
+    return item[0] if isinstance(item, tuple) else item
+
+
+def _named(entries: Iterable[BodyEntry]) -> list[tuple[str, tuple[BodyEntry, str, int]]]:
+    """Return where the loads of the scene that have values are, by the names that `named_loads` gives them."""
+    seen: dict[str, int] = {}
+    found = []
+    for entry in entries:
+        for kind in ("loads", "joint_loads", "field_loads"):
+            for at, item in enumerate(getattr(entry, kind)):
+                label = _of_pair(item).label
+                seen[label] = seen.get(label, 0) + 1
+                found.append((label if seen[label] == 1 else f"{label} #{seen[label]}", (entry, kind, at)))
+    return found
+
+
+def _unit(entry: BodyEntry, load: Any) -> str:
+    if isinstance(load, PointLoad):
+        return "N m" if load.is_torque else "N"
+    if isinstance(load, FieldLoad):
+        return "N/m" if load.pattern.kind == "line" else "Pa"
+    return "N m" if entry.joint.units[load.coordinate] == "rad" else "N"

@@ -1,0 +1,385 @@
+"""Simulation: a scene that goes on by steps from outside, driven by inputs that are held over each."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.instants.instant import Instant
+from kanefe.integrate.choice import Choice, choose
+from kanefe.integrate.clock import Clock
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.loop import RunLoop
+from kanefe.integrate.options import RunOptions
+from kanefe.integrate.pace import Limits
+from kanefe.integrate.run import SilentBar, told_events, watch_of
+from kanefe.integrate.sampling import ControllerLog, Sampler
+from kanefe.integrate.status import RunStatus
+from kanefe.integrate.trajectory import is_finite_number
+from kanefe.loads.controller import INPUTS
+from kanefe.order_n.route import OrderN
+from kanefe.scene.targets import Named
+from kanefe.stepping.outputs import outputs_of, readers
+from kanefe.stepping.steppable import Steppable
+
+if TYPE_CHECKING:
+    from kanefe.equations.given_state import Start
+    from kanefe.equations.model import Model
+    from kanefe.joints.held_motion import Course
+    from kanefe.scene.held_inputs import HeldInput
+
+
+class SavedSimulation(NamedTuple):
+    """Where a simulation was: for `Simulation.restore`, as often as wanted.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    """
+
+    time: float
+    inputs: Vector
+    pieces: tuple[Vector, ...]
+    stepper: Mapping[str, np.ndarray]
+    watch: Mapping[str, np.ndarray] | None
+    sampler: tuple[Any, ...] | None
+    status: RunStatus
+    has_begun: bool
+
+
+STEPS = 100.0
+"""Of the usual length: how long a simulation is taken to be, where that is not said."""
+
+LEAST = 1.0
+"""And at least, s."""
+
+
+def stretch(t: float, every: float, duration: float | None) -> tuple[float, float]:
+    """Return start and end of what a simulation is taken to be, s; a ModelError says what is wrong with them."""
+    for name, value in (("every", every), ("duration", duration)):
+        if value is not None and not (is_finite_number(value) and value > 0.0):
+            raise ModelError(f"{name} of a simulation must be above zero, in s, not {value!r}")
+    if not is_finite_number(t):
+        raise ModelError(f"t of a simulation must be a finite time in s, not {t!r}")
+    return float(t), float(t) + (max(STEPS * every, LEAST) if duration is None else float(duration))
+
+
+class Asked(NamedTuple):
+    """What `kanefe.System.start` was asked for.
+
+    Attributes
+    ----------
+    start : state or None
+    inputs, outputs : names, or None
+    every : float
+        About how long a step is, s.
+    options : RunOptions
+    """
+
+    start: Start
+    inputs: Named | None
+    outputs: Named | None
+    every: float
+    options: RunOptions
+
+
+def started(scene: Steppable, asked: Asked) -> Simulation:
+    """Return a simulation of a scene, which stays open.
+
+    Raises
+    ------
+    ModelError
+        See `kanefe.System.start`.
+    """
+    t, _ = asked.options.span
+    own = scene.copy()
+    held = own._hold_inputs(asked.inputs, t, asked.every)
+    model = own.freeze(t, asked.start)
+    if INPUTS in model.held:
+        states = model.initial_states.copy()
+        states[model.held[INPUTS]] = [one.start for one in held if one.course is None]
+        model = replace(model, initial_states=states)
+    return Simulation(scene, asked, own, model, held)
+
+
+class Simulation:
+    """A scene in the middle of a run, made by `kanefe.System.start`.
+
+    A simulation is of one thread at a time.
+
+    Attributes
+    ----------
+    model : Model
+    input_names, output_names : tuple of str
+    units : dict of str to str
+        Of inputs and outputs.
+    stepper : Stepper
+        What takes its steps.
+    output_list : tuple of Output
+    courses : list of Course
+        Of driven coordinates that are inputs.
+    scene, asked : System and Asked
+        That it was made of.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> scene = kf.System()
+    >>> hub = scene.add_rigid_body("hub", 1.0, 0.1, joint=kf.Revolute("z"))
+    >>> sim = scene.start(inputs="motor hub", outputs="joint_coordinates hub")
+    >>> for _ in range(100):
+    ...     angle = sim.outputs["joint_coordinates hub"]
+    ...     sim.step(0.01, {"motor hub": 4.0 * (1.0 - angle)})
+    >>> round(sim.time, 12)
+    1.0
+    """
+
+    def __init__(self, scene: Steppable, asked: Asked, own: Steppable, model: Model, held: list[HeldInput]) -> None:
+        self.model = model
+        self.scene, self.asked, self._options = scene, asked, asked.options
+        self.output_list = outputs_of(own, model, asked.outputs)
+        self._read = readers(model, self.output_list)
+        self.input_names = tuple(one.name for one in held)
+        self.output_names = tuple(output.name for output in self.output_list)
+        both = [*((one.name, one.unit) for one in held), *((output.name, output.unit) for output in self.output_list)]
+        self.units = dict(both)
+        self._places = {name: i for i, name in enumerate(self.input_names)}
+        self._inputs = np.array([one.start for one in held])
+        first = model.coordinate_count + model.free_count
+        where = model.held.get(INPUTS, slice(0, 0))
+        self._state_of_inputs = slice(first + where.start, first + where.stop)
+        self._load_count = where.stop - where.start
+        self.courses = [one.course for one in held if one.course is not None]
+        self._choice: Choice = choose(model, asked.options)
+        if self._choice.is_plugged:
+            raise ModelError(
+                f"{self._choice.name} keeps what it remembers of earlier steps to itself, and cannot be stepped. "
+                "Remedy: method='auto', 'radau5' or 'dop853'"
+            )
+        self._make()
+
+    def _make(self) -> None:
+        model, options = self.model, self._options
+        start, stop = options.span
+        dynamics, clock = Dynamics(model), Clock()
+        self.stepper = self._choice.make(dynamics)
+        self._told = told_events(model, self._choice, options)
+        self._watch = watch_of(model, self._choice, options, self._told)
+        is_sampled = any(controller.is_sampled for controller in model.controllers)
+        self._sampler = Sampler(model, start, stop) if is_sampled else None
+        none = Limits(None, None)
+        self._loop = RunLoop(
+            dynamics, self.stepper, np.array([stop]), self._watch, none, clock, SilentBar(), self._sampler
+        )
+        self._status = RunStatus("finished", start)
+        self._has_begun = False
+        self._told_outputs: dict[str, float] | None = None
+
+    @property
+    def time(self) -> float:
+        """Where it has come to, s."""
+        return self.stepper.t if self._status.kind != "stopped" else self._status.time
+
+    @property
+    def status(self) -> RunStatus:
+        """How the last step ended: as it should, or by an event that ends the run."""
+        return self._status
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """What did the steps so far: the method and why, and what it has counted."""
+        return {
+            "method": self.stepper.name,
+            "reason": self._choice.reason,
+            **self._choice.control,
+            **self._loop.statistics,
+        }
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """The inputs as they are held now, by name."""
+        return dict(zip(self.input_names, self._inputs.tolist(), strict=True))
+
+    @property
+    def outputs(self) -> dict[str, float]:
+        """The outputs now, by name; computed when they are first asked for after a step."""
+        if self._told_outputs is None:
+            values = self._read(self.time, self._vector())
+            self._told_outputs = dict(zip(self.output_names, values, strict=True))
+        return dict(self._told_outputs)
+
+    @property
+    def state(self) -> Instant:
+        """What the scene is like now: to look at, or for a run to start from."""
+        return Instant(self.model, self.time, self._vector()[: len(self.model.state_names)])
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """Times of the events that are told, by name, s."""
+        times = self._watch.times if self._watch is not None else {}
+        return {event.name: np.array(times[event.name]) for event in self._told}
+
+    @property
+    def controllers(self) -> dict[str, ControllerLog]:
+        """Samples of the scene's own controllers, by name."""
+        return self._sampler.logs() if self._sampler is not None else {}
+
+    def _vector(self) -> Vector:
+        last = self._loop.last
+        return last[1] if self._status.kind == "stopped" and last is not None else self.stepper.state()
+
+    def step(self, dt: float, inputs: Mapping[str, float] | None = None) -> None:
+        """Go on by a time, over which inputs are held.
+
+        Where a step fails or an error is raised in it, all is as it was before. An event that ends the run ends the
+        step too: `time` and `status` tell.
+
+        Parameters
+        ----------
+        dt : float
+            Above zero, s.
+        inputs : mapping of str to float, optional
+            New values, in the `units` of the simulation. What is not named stays as it was.
+
+        Raises
+        ------
+        ModelError
+            If there is no such input (the message names the nearest), or a number makes no sense.
+        SimulationError
+            If the step cannot be taken.
+
+        Examples
+        --------
+        ``sim.step(0.01, {"motor hub": 3.0})``
+        """
+        if not (isinstance(dt, (int, float, np.number)) and math.isfinite(dt) and dt > 0.0):
+            raise ModelError(f"dt of a step must be above zero, in s, not {dt!r}")
+        values = self._told_values(inputs or {})
+        if self._status.kind == "stopped":
+            raise ModelError(f"{self._status}. Remedy: restore a state from before, or another start")
+        stop = self.stepper.t + float(dt)
+        if stop - self.stepper.t < 0.5 * dt:
+            raise ModelError(f"dt = {dt!r} s is lost in the digits of the time {self.stepper.t:.6g} s")
+        before = self.save()
+        try:
+            self._hold(values)
+            self._status = self._loop.go_to(stop)
+            self._status.raise_if_failed()
+        except BaseException:
+            self.restore(before)
+            raise
+        self._has_begun, self._told_outputs = True, None
+
+    def _told_values(self, inputs: Mapping[str, float]) -> Vector:
+        """Return the values of all inputs from now on."""
+        values = self._inputs.copy()
+        if not isinstance(inputs, Mapping):
+            raise ModelError(f"inputs of a step must be a mapping of names to numbers, not {inputs!r}")
+        for name, value in inputs.items():
+            if name not in self._places:
+                near = difflib.get_close_matches(str(name), self.input_names, 1, 0.0)
+                did = f" Did you mean {near[0]!r}?" if near else ""
+                listed = ", ".join(map(repr, self.input_names)) or "none: start(inputs=...) names them"
+                raise ModelError(f"the simulation has no input {name!r}.{did} It has: {listed}")
+            if not (
+                isinstance(value, (int, float, np.number, np.ndarray)) and np.ndim(value) == 0 and np.isfinite(value)
+            ):
+                raise ModelError(f"input {name!r} must be a finite number, in {self.units[name]}, not {value!r}")
+            values[self._places[name]] = float(value)
+        return values
+
+    def _hold(self, values: Vector) -> None:
+        """Have inputs act from now on; a method that finds them as they were goes on as if nothing was."""
+        stepper = self.stepper
+        if self._has_begun and np.array_equal(values, self._inputs):
+            return
+        self._inputs = values
+        y, t = stepper.state(), stepper.t
+        y[self._state_of_inputs] = values[: self._load_count]
+        for course, acceleration in zip(self.courses, values[self._load_count :].tolist(), strict=True):
+            course.go_on(t, acceleration)
+        self._tell_courses()
+        stepper.go_on_with(t, y)
+
+    def drive_of(self, course: Course) -> int:
+        """Return the number of a driven coordinate, among all that are driven."""
+        motions = [motion for motion, _ in self.model.drives]
+        return next(i for i, motion in enumerate(motions) if motion.pieces is course.piece)
+
+    @property
+    def has_events(self) -> bool:
+        """Whether events or contacts are looked for."""
+        return self._watch is not None
+
+    def _tell_courses(self) -> None:
+        """Write where driven coordinates go to the tables of compiled code."""
+        route = self.model.route
+        if self.courses and isinstance(route, OrderN) and route.motion_tables is not None:
+            for course in self.courses:
+                first = int(route.motion_tables.motions[self.drive_of(course), 0])
+                route.motion_tables.pieces[first, : course.piece.shape[1]] = course.piece[0]
+
+    def save(self) -> SavedSimulation:
+        """Return where the simulation is, for `restore`. What functions of the user keep by themselves is not in it."""
+        return SavedSimulation(
+            self.stepper.t,
+            self._inputs.copy(),
+            tuple(course.piece.copy() for course in self.courses),
+            self.stepper.snapshot(),
+            None if self._watch is None else self._watch.snapshot(),
+            None if self._sampler is None else self._sampler.snapshot(),
+            self._status,
+            self._has_begun,
+        )
+
+    def restore(self, saved: SavedSimulation) -> None:
+        """Go back, or ahead, to where a simulation of this scene was; what follows is the same to the bit.
+
+        Parameters
+        ----------
+        saved : SavedSimulation
+            What `save` of this simulation, or of a copy of it, has returned.
+
+        Raises
+        ------
+        ModelError
+            If it is of another simulation.
+        """
+        sizes = [len(self._inputs), len(self.courses)]
+        if not isinstance(saved, SavedSimulation) or [len(saved.inputs), len(saved.pieces)] != sizes:
+            raise ModelError(f"restore takes what save of this simulation has returned, not {saved!r}")
+        if saved.status.kind == "stopped":
+            raise ModelError("what was saved is of a simulation that an event had ended. Remedy: save before")
+        self._inputs = saved.inputs.copy()
+        for course, piece in zip(self.courses, saved.pieces, strict=True):
+            course.piece[:] = piece
+        self._tell_courses()
+        self.stepper.resume(saved.stepper)
+        if self._watch is not None and saved.watch is not None:
+            self._watch.resume(saved.watch)
+        if self._sampler is not None and saved.sampler is not None:
+            self._sampler.resume(saved.sampler)
+        self._loop.stored, self._loop.last = 0, None
+        self._status, self._has_begun, self._told_outputs = saved.status, saved.has_begun, None
+
+    def copy(self) -> Simulation:
+        """Return a simulation that goes on from here by itself."""
+        if self.courses:  # each has its own courses of driven joints
+            other = started(self.scene, self.asked)
+        else:
+            other = object.__new__(type(self))
+            other.__dict__.update(self.__dict__)
+            other._make()
+        other.restore(self.save())
+        return other
+
+    def __repr__(self) -> str:
+        return f"Simulation(t = {self.time:.6g} s, inputs: {', '.join(self.input_names) or 'none'})"

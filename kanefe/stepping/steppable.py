@@ -1,0 +1,21 @@
+"""What a simulation takes of a scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol, Self
+
+if TYPE_CHECKING:
+    from kanefe.equations.given_state import Start
+    from kanefe.equations.model import Model
+    from kanefe.loads.controller import Reading
+    from kanefe.scene.held_inputs import HeldInput
+    from kanefe.scene.targets import Named
+
+
+class Steppable(Protocol):
+    """See `kanefe.System`."""
+
+    def copy(self) -> Self: ...  # noqa: D102
+    def freeze(self, t: float = 0.0, start: Start = None) -> Model: ...  # noqa: D102
+    def _hold_inputs(self, named: Named | None, t: float, every: float) -> list[HeldInput]: ...
+    def _readings(self, label: str, name: str, text: object) -> list[Reading]: ...

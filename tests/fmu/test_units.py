@@ -1,0 +1,255 @@
+"""Functional mock-up units: the numbers of the simulation they are made from, states, no Python, what is refused."""
+
+import shutil
+import subprocess
+import sys
+import threading
+import zipfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from fmu_units import ERROR, Unit, simulated
+from kanefe_fem.beams.body import beam_body
+from loop_scenes import four_bar
+from steel_beams import steel_beam
+
+DT = 0.01
+TORQUES = [{"motor hub": float(torque)} for torque in 0.5 * np.sin(0.9 * np.arange(12)).round(1)]
+
+
+@cache
+def arm_body() -> kf.FlexibleBody:
+    modes, damping = kf.CraigBampton(modes=3), kf.ModalDamping(0.02)
+    return beam_body(steel_beam(6), {"root": "clamped", "tip": "rigid"}, reduction=modes, damping=damping)
+
+
+def arm(spin: float = 2.0) -> kf.System:
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    hub = scene.add_rigid_body("hub", 2.0, 0.05, joint=kf.Revolute("z"))
+    scene.add_rigid_body("box", 0.1, 1e-4, parent=hub, at=(0.0, 0.3, 0.1), orientation=kf.rotation_about("x", 0.4))
+    body = scene.add_flexible_body("arm", arm_body(), parent=hub, at=(0.1, 0.0, 0.0))
+    scene.add_rigid_body(
+        "tip", 0.2, 1e-4, parent=body.interface("tip"), joint=kf.Spherical(angular_velocity=(0.0, 0.5 * spin, spin))
+    )
+    return scene
+
+
+OUTPUTS = (
+    *("joint_coordinates hub", "joint_speeds hub", "modal_coordinates arm 0", "modal_speeds arm 1"),
+    *("position arm/tip", "rotation tip", "velocity arm/tip x'", "angular_velocity tip y'", "acceleration tip y"),
+    *("angular_acceleration arm/tip z'", "deflection arm/tip", "acceleration arm/tip"),
+    *("position box", "velocity box", "acceleration box y'", "acceleration box x"),
+)
+EXACT = 4
+"""The first outputs are numbers of the state."""
+
+
+@pytest.mark.parametrize(("fmi", "method"), [("2.0", "radau5"), ("3.0", "extrapolation")])
+def test_a_unit_has_the_numbers_of_the_simulation(tmp_path: Path, fmi: str, method: str) -> None:
+    options: dict[str, Any] = {"inputs": "motor hub", "outputs": OUTPUTS, "method": method}
+    sim, unit = arm().start(**options), Unit(arm().to_fmu(tmp_path / "arm.fmu", fmi=fmi, **options))
+    first = unit.get(sim.output_names)
+    np.testing.assert_allclose(first, list(sim.outputs.values()), rtol=0, atol=1e-12)
+    found = unit.run(TORQUES, DT, sim.output_names)
+    wanted = []
+    for torque in TORQUES:
+        sim.step(DT, torque)
+        wanted.append(list(sim.outputs.values()))
+    np.testing.assert_array_equal(found[:, :EXACT], np.array(wanted)[:, :EXACT])
+    # what is computed from the state, in another order
+    np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
+    unit.free()
+
+
+def test_states_of_a_unit_are_taken_up_again_by_another(tmp_path: Path) -> None:
+    path = arm().to_fmu(tmp_path / "arm.fmu", inputs="motor hub", method="radau5")
+    units = [Unit(path), Unit(path)]
+    names = ["joint_coordinates hub", "joint_speeds hub", "time"]
+    units[0].run(TORQUES[:5], DT, names)
+    kept = units[0].state()
+    wanted = units[0].run(TORQUES[5:], DT, names)
+    for unit in units:
+        unit.go_back(kept)
+        np.testing.assert_array_equal(unit.run(TORQUES[5:], DT, names), wanted)
+        assert unit.call("Reset") == 0
+        assert unit.get(["time"]) == [0.0]
+        assert unit.begin(3.0) == 0
+        assert unit.get(["time"]) == [3.0]
+        unit.free()
+
+
+def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path) -> None:
+    scene = four_bar()
+    names = [entry.name for entry in scene._entries]
+    scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", motion=kf.Motion.steady(2.0)))
+    options: dict[str, Any] = {
+        "inputs": ("drive wheel", f"motor {names[0]}"),
+        "outputs": (f"joint_coordinates {names[0]}", "joint_speeds wheel", f"position {names[1]} x"),
+    }
+    sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "bars.fmu", **options))
+    for k in range(8):
+        inputs = {"drive wheel": 0.5 * k, f"motor {names[0]}": 0.1 * k}
+        sim.step(DT, inputs)
+        found = unit.run([inputs], DT, sim.output_names)[0]
+        np.testing.assert_allclose(found, list(sim.outputs.values()), rtol=0, atol=1e-10)
+    assert unit.begin(0.0) == 0
+    unit.free()
+
+
+def test_a_unit_needs_no_python(tmp_path: Path) -> None:
+    options: dict[str, Any] = {"inputs": "motor hub", "outputs": "joint_coordinates hub", "method": "radau5"}
+    unit = Unit(arm().to_fmu(tmp_path / "arm.fmu", **options))
+    compiler = shutil.which("cc")
+    assert compiler is not None
+    program = tmp_path / "program"
+    source = Path(__file__).with_name("program.c")
+    subprocess.run([compiler, str(source), "-o", str(program), "-ldl"], check=True)
+    told = subprocess.run(
+        [str(program), str(unit.library_path), unit.token], check=True, capture_output=True, text=True, env={}
+    )
+    sim = arm().start(**options)
+    for _ in range(3):
+        sim.step(DT, {"motor hub": 0.5})
+    assert float.fromhex(told.stdout) == sim.outputs["joint_coordinates hub"]
+    unit.free()
+
+
+def test_a_linear_system_is_a_unit_for_exchange(tmp_path: Path) -> None:
+    small = kf.linearise(arm(0.0), inputs="motor hub", outputs=("position arm/tip y", "acceleration arm/tip y"))
+    path = small.to_fmu(tmp_path / "small.fmu", fmi="3.0")
+    validation = pytest.importorskip("fmpy.validation")
+    assert validation.validate_fmu(str(path)) == []
+    assert validation.validate_fmu(str(small.to_fmu(tmp_path / "two.fmu"))) == []
+    found = simulated(path, stop_time=0.2, start_values={"motor hub": 0.1}, relative_tolerance=1e-9)
+    control = pytest.importorskip("control")
+    wanted = control.forced_response(small.to_control(), found["time"], 0.1 * np.ones(len(found["time"])))
+    place, acceleration = found["position arm/tip y"], found["acceleration arm/tip y"]
+    np.testing.assert_allclose(place - small.output_values[0], wanted.outputs[0], rtol=0, atol=1e-8)
+    assert acceleration[0] == pytest.approx(small.output_values[1] + 0.1 * small.D[1, 0], rel=1e-12)
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_units_are_what_the_standard_asks_for(tmp_path: Path, fmi: str) -> None:
+    fmpy, validation = pytest.importorskip("fmpy"), pytest.importorskip("fmpy.validation")
+    path = arm().to_fmu(tmp_path / "arm 1.fmu", fmi=fmi, inputs="motor hub", outputs=OUTPUTS, method="extrapolation")
+    assert validation.validate_fmu(str(path)) == []
+    units = {v.name: v.unit for v in fmpy.read_model_description(str(path)).modelVariables}
+    assert (units["motor hub"], units["acceleration tip y"]) == ("N m", "m/s2")
+    found = simulated(path, stop_time=0.1, step_size=DT, output_interval=DT, start_values={"motor hub": 0.5})
+    sim = arm().start(inputs="motor hub", method="extrapolation")
+    for _ in range(10):
+        sim.step(DT, {"motor hub": 0.5})
+    assert found["joint_coordinates hub"][-1] == pytest.approx(sim.outputs["joint_coordinates hub"], rel=1e-9)
+
+
+def test_a_step_that_fails_is_told_and_leaves_the_unit_as_it_was(tmp_path: Path) -> None:
+    unit = Unit(arm().to_fmu(tmp_path / "arm.fmu", inputs="motor hub", method="dop853"))
+    before = unit.state()
+    assert unit.step(-1.0) == ERROR
+    assert unit.set("motor hub", float("nan")) == ERROR
+    assert unit.set("motor hub", 1e200) == 0
+    assert unit.step(DT) == ERROR
+    assert "no step is small enough" in unit.messages[-1]
+    assert unit.set("motor hub", 0.0) == 0
+    assert unit.state() == before
+    assert unit._made("{another}") is None
+    assert "guid" in unit.messages[-1]
+    unit.free()
+
+
+def sampled(scene: kf.System) -> None:
+    scene.add_controller("pd", lambda t, reads, memory: 0.0, every=DT, reads="joint_speeds hub", drives="motor hub")
+
+
+def touching(scene: kf.System) -> None:
+    floor = scene.add_surface("floor", scene.ground.frame(at=(0, 0, -1)), kf.shapes.Plane("z"))
+    ball = scene.add_surface("ball", scene.body("hub"), kf.shapes.Sphere(0.1))
+    scene.add_contact("touch", ball, floor, normal=kf.HuntCrossley(1e5))
+
+
+IN_PYTHON: dict[str, tuple[Callable[[kf.System], Any], dict[str, Any]]] = {
+    "the controller 'pd' is a Python function": (sampled, {}),
+    "a load or a motion is a Python function": (
+        lambda scene: scene.add_torque(scene.body("hub"), lambda t: 1.0 * t),
+        {"method": "dop853"},
+    ),
+    "events and contacts end steps": (touching, {}),
+    "the output 'joint_reaction hub force_x' is a force": (
+        lambda scene: None,
+        {"outputs": ("joint_coordinates hub", "joint_reaction hub force_x")},
+    ),
+    "asks for energies. Remedy: method='radau5'": (lambda scene: None, {"method": "energy-momentum", "step": 1e-3}),
+    "the method 'generalised-alpha' is in Python": (lambda scene: None, {"method": "generalised-alpha"}),
+}
+
+
+@pytest.mark.parametrize("reason", IN_PYTHON)
+def test_a_scene_in_python_makes_a_unit_that_says_so(tmp_path: Path, reason: str) -> None:
+    change, options = IN_PYTHON[reason]
+    scene = arm()
+    change(scene)
+    with pytest.warns(kf.SimulationWarning, match=r"needs kanefe .* where it runs") as told:
+        path = scene.to_fmu(tmp_path / "arm.fmu", **options)
+    assert reason in str(told[0].message)
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    assert "which this unit needs" in text
+    assert "canGetAndSet" not in text
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_a_unit_in_python_has_the_numbers_of_the_simulation(
+    tmp_path: Path, fmi: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def push(t: float) -> float:
+        if t > 0.055:
+            raise ValueError("no more")
+        return 1.0 + t
+
+    scene = arm()
+    scene.add_torque(scene.body("hub"), push)
+    options: dict[str, Any] = {
+        "inputs": "motor hub",
+        "outputs": ("joint_coordinates hub", "joint_reaction tip force_z"),
+    }
+    with pytest.warns(kf.SimulationWarning, match="needs kanefe"):
+        path = scene.to_fmu(tmp_path / "arm.fmu", fmi=fmi, method="dop853", rtol=1e-4, **options)
+    monkeypatch.setenv("KANEFE_PYTHON", sys.executable)
+    unit, sim = Unit(path), scene.start(method="dop853", rtol=1e-4, **options)
+    for torque in TORQUES[:5]:
+        sim.step(DT, torque)
+        assert unit.run([torque], DT, sim.output_names).tolist() == [list(sim.outputs.values())]
+    assert unit.step(DT) == ERROR
+    assert "ValueError: no more" in unit.messages[-1]
+    assert unit.get(["time"]) == [sim.time]
+    assert unit.call("GetFMUstate" if unit.is_two else "GetFMUState", None) == ERROR
+    assert unit.call("Reset") == 0
+    assert unit.get(["joint_coordinates hub", "time"]) == [0.0, 0.0]
+    monkeypatch.setenv("KANEFE_PYTHON", "/bin/true")
+    assert unit._made(unit.token) is None
+    assert "this unit needs kanefe" in unit.messages[-1]
+    unit.free()
+
+
+def test_what_cannot_be_a_unit_is_named(tmp_path: Path) -> None:
+    with pytest.raises(kf.ModelError, match=r"fmi must be '2\.0' or '3\.0', not '1\.0'"):
+        arm().to_fmu(tmp_path / "arm.fmu", fmi="1.0")
+    scene, lock = arm(), threading.Lock()
+    scene.add_torque(scene.body("hub"), lambda t: 1.0 if lock.locked() else 2.0)
+    with pytest.raises(kf.ModelError, match=r"cannot be sent to the process that steps it: .*lock"):
+        scene.to_fmu(tmp_path / "arm.fmu", method="dop853")
+    assert not list(tmp_path.iterdir())
+
+
+def test_files_and_compilers_that_are_none_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(kf.FileError, match=r"ends in \.fmu"):
+        kf.linearise(arm(0.0), inputs="motor hub").to_fmu(tmp_path / "arm.zip")
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(kf.ModelError, match="to_fmu needs a C compiler"):
+        kf.linearise(arm(0.0), inputs="motor hub").to_fmu(tmp_path / "arm.fmu")
