@@ -19,6 +19,10 @@ from kanefe.results.channels import Channels, RunChannels
 from kanefe.results.reader import Reader
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kanefe.views.player.drawn_modes import StressField
+    from kanefe.views.player.page import Page
     from kanefe.views.plots import Figure
 
 LOOKED_AT = 9
@@ -61,6 +65,12 @@ class Result(Reader):
     def __str__(self) -> str:
         lines = [summary(self.status, self.statistics, self.events)]
         return "\n".join([*lines, *(f"  modes   {missed}" for missed in self._missed)])
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of the run."""
+        from kanefe.views.run_card import run_card
+
+        return run_card(self)
 
     @cached_property
     def _missed(self) -> list[Missed]:
@@ -175,6 +185,85 @@ class Result(Reader):
         from kanefe.views.vtk import write_series
 
         return write_series(self, path, fps=fps, every=every, scale=scale)
+
+    def to_html(
+        self,
+        path: str | Path,
+        *,
+        colour: str | None = None,
+        stress: StressField | Sequence[StressField] = (),
+        forces: bool = False,
+        fps: float | None = None,
+        every: int | None = None,
+        scale: float = 1.0,
+        title: str | None = None,
+    ) -> Path:
+        """Write the moving scene as one HTML file, which any browser opens, also without a network.
+
+        Flexible bodies move by their modal coordinates, all bodies by their frames, interpolated between output times.
+        Rigid bodies are boxes of their mass and inertia, unless surfaces stand for them; massless ones are axes.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .html; its folder is made.
+        colour : str, optional
+            With which colours of flexible bodies it begins: "displacement", "stress" (von Mises) or "none". Default:
+            stress where it is given.
+        stress : StressField or sequence of them
+            What ``kanefe_fem.recover(result, name)`` returns, of bodies whose stress is shown.
+        forces : bool
+            Show reactions of joints too, as arrows; they take time. Forces of contacts always are.
+        fps : float, optional
+            Instants for a second of the run's time (the nearest output times).
+        every : int, optional
+            Every how many output times an instant. Without `fps` and `every`, at most 1000.
+        scale : float
+            Factor on the elastic displacements that it begins with.
+        title : str, optional
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        ModelError, FileError
+            If an option makes no sense, a body's place is no finite number, or the file cannot be written.
+
+        Examples
+        --------
+        ``result.to_html("run.html", stress=kanefe_fem.recover(result, "arm"))``
+        """
+        from kanefe.views.player.page import checked_path, page_of, write_page
+
+        checked_path(path)
+        options = {"colour": colour, "stress": stress, "forces": forces, "fps": fps, "every": every}
+        return write_page(page_of(self, **options, scale=scale, title=title), path)  # type: ignore[arg-type]
+
+    def view(
+        self,
+        *,
+        colour: str | None = None,
+        stress: StressField | Sequence[StressField] = (),
+        forces: bool = False,
+        fps: float | None = None,
+        every: int | None = None,
+        scale: float = 1.0,
+        title: str | None = None,
+    ) -> Page:
+        """Show the moving scene: in the notebook, else in the browser, from a temporary file that is told.
+
+        Parameters and errors: `to_html`.
+
+        Examples
+        --------
+        ``result.view()``
+        """
+        from kanefe.views.player.page import page_of, shown
+
+        options = {"colour": colour, "stress": stress, "forces": forces, "fps": fps, "every": every}
+        return shown(page_of(self, **options, scale=scale, title=title))  # type: ignore[arg-type]
 
     def save(self, path: str | Path, *, forces: bool = True) -> None:
         """Write everything to one HDF5 file; an old file survives a failure. `kanefe.load_result` reads it.

@@ -27,6 +27,7 @@ from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, moved_wrenches, reactions_of_states
+from kanefe.results.surface_outline import SurfaceOutline, outlines
 from kanefe.tree.model_data import BodyTerms
 from kanefe.tree.route import RunSweeps
 
@@ -50,6 +51,11 @@ class Channels(Protocol):
     loops: tuple[str, ...]
     loads: Mapping[str, tuple[str, ...]]
     has_forces: bool
+
+    @property
+    def surfaces(self) -> tuple[SurfaceOutline, ...]:
+        """What the surfaces of the scene look like."""
+        ...
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
         """Return a channel, time first; names are known to exist."""
@@ -79,6 +85,11 @@ class RunChannels:
         self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
         self._du = trajectory.accelerations
+
+    @cached_property
+    def surfaces(self) -> tuple[SurfaceOutline, ...]:
+        """What the surfaces of the scene look like."""
+        return outlines(self.model)
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
         """Return a channel, time first."""

@@ -30,11 +30,12 @@ from kanefe.results.quantities import (
     QUANTITIES,
 )
 from kanefe.results.reader import Reader
+from kanefe.results.surface_outline import SurfaceOutline
 from kanefe.storage.files import ready_path, write_whole
 from kanefe.storage.hdf5 import decode, encode
 
 FORMAT = "kanefe result"
-VERSION = 5
+VERSION = 6
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -72,6 +73,10 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         "bodies": [_described(shape) for shape in shapes],
         "loops": list(result.loops),
         "loads": {name: list(columns) for name, columns in result.loads.items()},
+        "surfaces": [
+            {"name": s.name, "body": s.body, "interface": s.interface, "is_endless": s.is_endless}
+            for s in result.surfaces
+        ],
     }
     header["controllers"] = {
         name: {"read_names": log.read_names, "drive_names": log.drive_names} for name, log in result.controllers.items()
@@ -82,6 +87,9 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
             arrays[f"controllers/{_safe(name)}/{part}"] = (getattr(log, part), unit)
     for shape in shapes:
         arrays |= _shape_arrays(shape)
+    for i, surface in enumerate(result.surfaces):
+        arrays[f"surfaces/{i}/vertices"] = (surface.vertices, "m")
+        arrays[f"surfaces/{i}/triangles"] = (surface.triangles, "1")
     for quantity, body, interface in _saved(shapes, result, forces and result.has_forces):
         unit = result.units(quantity, body) if body else result.units(quantity)
         arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
@@ -148,6 +156,12 @@ class FileChannels:
         self.loads: Mapping[str, tuple[str, ...]] = {
             name: tuple(columns) for name, columns in json.loads(header["loads"]).items()
         }
+        self.surfaces = tuple(
+            SurfaceOutline(
+                **entry, vertices=arrays[f"surfaces/{i}/vertices"], triangles=arrays[f"surfaces/{i}/triangles"]
+            )
+            for i, entry in enumerate(json.loads(header["surfaces"]))
+        )
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
         for where, array in arrays.items():

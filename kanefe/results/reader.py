@@ -15,6 +15,7 @@ from kanefe.results.body_shape import BodyShape
 from kanefe.results.channels import Channels, RunChannels
 from kanefe.results.contact_history import ContactHistory, contact_history, is_contact
 from kanefe.results.contact_report import contact_report
+from kanefe.results.load_forces import load_forces, turned_into
 from kanefe.results.quantities import (
     CENTRES,
     DRIVES,
@@ -32,6 +33,7 @@ from kanefe.results.quantities import (
     resolved_parts,
 )
 from kanefe.results.selection import Frames, frame_index, node_numbers
+from kanefe.results.surface_outline import SurfaceOutline
 
 LARGEST_TABLE = 2**31
 """Bytes of nodal values above which a call asks for a choice of output times."""
@@ -106,6 +108,11 @@ class Reader:
     def loads(self) -> dict[str, tuple[str, ...]]:
         """Names of the loads between frames, and of what each tells, with units in brackets: see `load`."""
         return dict(self._channels.loads)
+
+    @property
+    def surfaces(self) -> tuple[SurfaceOutline, ...]:
+        """What the surfaces look like that things touch, and on what they sit."""
+        return self._channels.surfaces
 
     def body(self, name: str) -> BodyShape:
         """Return mass, mesh and modes of a body; raise a ModelError that lists the names if there is none."""
@@ -198,6 +205,61 @@ class Reader:
     def load(self, name: str) -> np.ndarray:
         """Return what a load between frames tells, such as the tension of a spring, (T, columns): see `loads`."""
         return self.read("load", name)
+
+    def load_force(self, name: str, end: int = -1) -> np.ndarray:
+        """Return force (N) and moment (N m) of a load between frames on one of its ends, in N, shape (T, 6).
+
+        The moment is about the origin of that end. In axes of the aircraft, the deck or any body: `in_axes_of`.
+
+        Parameters
+        ----------
+        name : str
+            See `loads`.
+        end : int
+            From 0; default: the last.
+
+        Raises
+        ------
+        ModelError
+            If there is no such load or end, the result is from a file, or the load is a rigid contact, whose force
+            `contact` tells.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 2.0, joint=kf.Prismatic("z", position=-1.0))
+        >>> scene.add(kf.Rope("rope", (scene.ground, ball), axial_stiffness=1e6, damping=2e3, preload=2 * 9.81))
+        >>> result = scene.simulate((0.0, 0.1))
+        >>> float(result.load_force("rope")[-1, 2].round(2))
+        19.62
+        """
+        self.read("load", name)  # names the loads there are
+        return load_forces(self.run, name, end)
+
+    def in_axes_of(self, name: str, vectors: np.ndarray, interface: str | None = None) -> np.ndarray:
+        """Return vectors that are in components of N in those of a body or interface at the same times.
+
+        Parameters
+        ----------
+        name : str
+            The body.
+        vectors : ndarray, shape (T, 3) or (T, 6)
+            Such as ``result.contact(...).force`` or ``result.load_force(...)``, a force and a moment.
+        interface : str, optional
+            One of the body.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body or interface, or the vectors are of other times.
+
+        Examples
+        --------
+        ``result.in_axes_of("airframe", result.load_force("port lashing"))``
+        """
+        what = repr(name) if interface is None else f"{interface!r} of {name!r}"
+        return turned_into(vectors, self.rotation(name, interface), what)
 
     def contact(self, name: str) -> ContactHistory:
         """Return what a contact did: its forces, depth, slip, the work of its friction, and whether it stuck.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -37,3 +38,33 @@ def node_numbers(shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> 
     if numbers.ndim != 1 or numbers.dtype.kind not in "iu" or np.any((numbers < 0) | (numbers >= len(shape.nodes))):
         raise ModelError(f"nodes={nodes!r} must be node numbers of {shape.name!r}, 0 to {len(shape.nodes) - 1}")
     return numbers
+
+
+def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most: int) -> np.ndarray:
+    """Return the numbers of the output times that a moving picture shows.
+
+    Parameters
+    ----------
+    times : ndarray, shape (T,)
+        s.
+    fps : float or None
+        For a second of the run's time, the nearest output times.
+    every : int or None
+        Every how many.
+    most : int
+        Where neither is given.
+    """
+    if fps is not None and every is not None:
+        raise ModelError("give fps= or every=, not both")
+    if fps is not None:
+        if not (math.isfinite(fps) and fps > 0):
+            raise ModelError(f"fps must be above zero, not {fps!r}")
+        wanted = times[0] + np.arange(math.floor((times[-1] - times[0]) * fps * (1 + 1e-12)) + 1) / fps
+        after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+        nearest = np.where(wanted - times[after - 1] <= times[after] - wanted, after - 1, after)
+        return np.unique(nearest)
+    if every is None:
+        every = max(1, math.ceil((len(times) - 1) / (most - 1)))
+    if every != int(every) or every < 1:
+        raise ModelError(f"every must be a whole number of at least 1, not {every!r}")
+    return np.arange(0, len(times), int(every))

@@ -97,7 +97,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
     )
 
     class Renamed:
-        times, statistics, has_forces, loops, loads = result.times, result.statistics, True, (), {}
+        times, statistics, has_forces, loops, loads, surfaces = result.times, result.statistics, True, (), {}, ()
         status, events = result.status, {"floor": np.array([0.5])}
         controllers: ClassVar[dict[str, object]] = {}
         bodies = (dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", "..")),)
@@ -155,7 +155,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with h5py.File(saved, "r+") as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 5"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 6"):
         kf.load_result(saved)
 
 
