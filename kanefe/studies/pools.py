@@ -11,7 +11,6 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from importlib.util import find_spec
 from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
 from types import FrameType
@@ -19,6 +18,7 @@ from typing import Any, Protocol
 
 from kanefe.errors import ModelError, SimulationError
 from kanefe.kernels.side_by_side import processors_here
+from kanefe.storage.functions_by_value import dumps_by_value
 from kanefe.studies.work import Work
 
 OWN = ("serial", "processes")
@@ -244,10 +244,8 @@ def pickled(work: Work, by_value: bool) -> bytes:
     """
     is_typed_in = getattr(sys.modules.get("__main__"), "__file__", None) is None
     dumps: Callable[[Any], bytes] = pickle.dumps
-    if (by_value or is_typed_in) and find_spec("cloudpickle") is not None:
-        import cloudpickle
-
-        dumps = cloudpickle.dumps
+    if by_value or is_typed_in:
+        dumps = dumps_by_value() or pickle.dumps
     for name, part in (("build", work.build), ("outputs", work.outputs), ("the options", work.options)):
         try:
             if dumps is pickle.dumps and is_typed_in and getattr(part, "__module__", None) == "__main__":

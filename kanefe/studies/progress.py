@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
+
+from kanefe.storage import watched
 
 
 class Bar:
@@ -25,11 +26,9 @@ class Bar:
 @contextmanager
 def progress_bar(wanted: bool | None, total: int, done: int) -> Iterator[Bar]:
     """Show a bar of cases with the time left; none off a terminal, unless it is wanted."""
-    if not (sys.stderr.isatty() if wanted is None else wanted):
+    if not (watched.is_watched() if wanted is None else wanted):
         yield Bar()
         return
-    from tqdm import tqdm
-
     layout = "{desc}: {percentage:3.0f}%|{bar}| {n}/{total} cases [{elapsed}<{remaining}{postfix}]"
-    with tqdm(total=total, initial=done, desc="study", bar_format=layout, leave=False) as bar:
+    with watched.progress_bar(total=total, initial=done, desc="study", bar_format=layout, leave=False) as bar:
         yield Bar(bar)

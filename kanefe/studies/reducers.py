@@ -98,7 +98,7 @@ class Exceedances:
 
 
 @dataclass(frozen=True)
-class Spectrum:
+class HistorySpectrum:
     """See `spectrum`."""
 
     history: History
@@ -200,7 +200,7 @@ def spectrum(
     segment: float | None = None,
     after: float = 0.0,
     name: str | None = None,
-) -> Spectrum:
+) -> HistorySpectrum:
     """Return a reducer to the one-sided density of the variance of a quantity, by Welch's method (``scipy.signal``).
 
     The output is an array of values (unit2/Hz) at multiples of "spectrum step" (Hz), from zero. Other parameters and
@@ -217,7 +217,7 @@ def spectrum(
     """
     if segment is not None and _finite(segment, "segment") <= 0.0:
         raise ModelError(f"segment must be above zero s, not {segment!r}")
-    return Spectrum(_history(quantity, names, component, after, name), segment)
+    return HistorySpectrum(_history(quantity, names, component, after, name), segment)
 
 
 def _history(

@@ -20,7 +20,7 @@ from kanefe.studies.progress import progress_bar
 from kanefe.studies.scheduling import Scheduler
 from kanefe.studies.store import Store
 from kanefe.studies.table import StudyTable
-from kanefe.studies.work import Case, Work, stamp
+from kanefe.studies.work import SCREENED, Case, Work, stamp
 
 if TYPE_CHECKING:
     from kanefe.result import Result
@@ -47,7 +47,7 @@ class Study:
     rtol : float, optional
         Relative error of the runs: see `System.simulate`.
     simulate : mapping, optional
-        Other options of `System.simulate`.
+        Other options of `System.simulate`; ``{"screened": True}``: runs are those of `kanefe.screen`, with its options.
     **parameters
         The values of a parameter, or one value. All combinations are run, the last name fastest; with a table, all
         with each of its rows. Values are numbers, texts, truth values, or tuples of them.
@@ -283,7 +283,8 @@ class Study:
                 f"build({told}) raised {type(error).__name__}: {error}. Nothing was run. Remedy: a build "
                 "that returns a scene for the first case"
             ) from error
-        options.pop("start", None)
+        for name in ("start", SCREENED):
+            options.pop(name, None)
         try:
             RunOptions(**options)
         except TypeError as error:
@@ -314,7 +315,7 @@ def _options(duration: float | None, rtol: float | None, simulate: Mapping[str, 
             if key in options:
                 raise ModelError(f"{name} is given twice, also as {key} in simulate")
             options[key] = (0.0, value) if name == "duration" else value
-    known = set(inspect.signature(RunOptions).parameters) | {"start"}
+    known = set(inspect.signature(RunOptions).parameters) | {"start", SCREENED}
     unknown = sorted(set(options) - known)
     if unknown:
         raise ModelError(f"simulate takes no {', '.join(unknown)}. Remedy: one of {', '.join(sorted(known))}")

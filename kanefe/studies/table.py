@@ -131,6 +131,25 @@ class StudyTable:
 
         return frame_of(self.lists())
 
+    def to_xarray(self) -> Any:
+        """Return the cases that are done as an ``xarray.Dataset`` over the parameters: what are numbers, and status.
+
+        What is not run, or failed, is not a number. Of cases that are no grid, such as samples, it is over the cases.
+
+        Raises
+        ------
+        MissingDependency
+            If xarray is not installed.
+
+        Examples
+        --------
+        ``table.to_xarray()["tension"].sel(sea_state=5).mean("seed").plot()``
+        """
+        from kanefe.studies._xarray import data_set
+
+        kept = {"kanefe": str(self.header["kanefe"]), "built by": str(self.header["build"]["name"])}
+        return data_set(self.lists(), self.parameters, kept)
+
     def lists(self) -> dict[str, list[Any]]:
         """Return all columns as lists, None where a case has no value."""
         rows = self._rows()

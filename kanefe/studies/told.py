@@ -19,7 +19,8 @@ class Told:
     Attributes
     ----------
     texts : list of str
-        Each warning once, as ``Category: text``, in the order in which they came.
+        Each warning once, as ``Category: text``, in the order in which they came. Those of files left open, which
+        depend on when the garbage collector comes by, go where they went.
 
     Examples
     --------
@@ -60,7 +61,8 @@ class Told:
 
 def _show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
     told = getattr(_thread, "told", None)
-    if told is None:
+    # files that are left open are told when the garbage collector comes by, in whichever case that is
+    if told is None or issubclass(category, ResourceWarning):
         _shown(message, category, *place, **more)
     else:
         told.add(f"{category.__name__}: {message}")

@@ -22,6 +22,7 @@ import numpy as np
 from kanefe._version import __version__
 from kanefe.errors import KanefeError, ModelError, SimulationError
 from kanefe.result import Result
+from kanefe.screening.windows import screen
 from kanefe.storage.digest import code_stamp
 from kanefe.studies.told import Told
 from kanefe.system import System
@@ -30,6 +31,10 @@ PACKAGE = Path(__file__).parents[1]
 
 OF_STUDIES = ("checkpoint", "resume", "progress")
 """Options of runs that a study does not pass on: its store is what it goes on from."""
+
+
+SCREENED = "screened"
+"""Option of the runs of a study: they are those of `kanefe.screen`."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +83,15 @@ class Work:
     def result(self, parameters: Mapping[str, Any], progress: bool | None) -> Result:
         """Return the run of a case, all of it."""
         scene, options = self.built(parameters)
-        return scene.simulate(**options, progress=progress)
+        return simulated(scene, options, progress)
+
+
+def simulated(scene: System, options: Mapping[str, Any], progress: bool | None) -> Result:
+    """Return the run of a scene, whole or screened."""
+    given = dict(options)
+    if not given.pop(SCREENED, False):
+        return scene.simulate(**given, progress=progress)
+    return screen(scene, given.pop("t_span"), **given).result
 
 
 class Case(NamedTuple):
@@ -164,7 +177,7 @@ def _outcome(work: Work, parameters: Mapping[str, Any]) -> dict[str, Any]:
     try:
         scene, options = work.built(parameters)
         doing = "simulate"
-        result = scene.simulate(**options, progress=False)
+        result = simulated(scene, options, progress=False)
         status = result.status
         if status.kind == "stopped" and status.reason == "by Ctrl-C":
             raise KeyboardInterrupt

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from typing import Any
 
 import numpy as np
@@ -247,7 +248,6 @@ def test_a_worker_with_another_kanefe_runs_nothing(study: kf.Study) -> None:
 
 def test_warnings_of_threads_are_kept_apart() -> None:
     import threading
-    import warnings
 
     found: dict[str, list[str]] = {}
     together = threading.Barrier(2)
@@ -305,3 +305,26 @@ def test_ctrl_c_within_a_run_is_no_end_of_it() -> None:
     with pytest.warns(kf.SimulationWarning, match="stopped by Ctrl-C"):
         table = kf.Study(build, lowest, duration=0.1, angle=[0.0, 0.1]).run("serial")
     assert table.counts["not run"] == 2
+
+
+def test_a_table_is_a_data_set_over_its_parameters() -> None:
+    pytest.importorskip("xarray")
+    table = kf.Study(pendulum, lowest, duration=0.1, **GRID).run("serial")
+    found = table.to_xarray()
+    assert found["lowest"].dims == ("length", "angle", "seed")
+    one = found.sel(length=1.0, angle=0.3, seed=2)
+    assert float(one["lowest"]) == table.column("lowest")[-1]
+    assert str(one["status"].values) == "finished"
+    rows = kf.Study(
+        pendulum, lowest, table=[{"length": 0.5 + 0.1 * i, "angle": 0.1 * i} for i in range(5)], duration=0.1
+    )
+    samples = rows.run("serial")
+    assert samples.to_xarray()["lowest"].dims == ("case",)
+    assert samples.to_xarray()["length"].values.tolist() == samples.column("length").tolist()
+
+
+def test_files_that_others_left_open_are_no_warning_of_a_case() -> None:
+    """They are told when the garbage collector comes by, so that rows would depend on what was run before."""
+    with pytest.warns(ResourceWarning, match="left open"), Told() as told:
+        warnings.warn("left open", ResourceWarning, stacklevel=1)
+    assert told.texts == []

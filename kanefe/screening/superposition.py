@@ -1,0 +1,416 @@
+"""What a scene does on its carrier while everything sticks: superposed by transfer functions, to what is left over.
+
+With A of the small motions x = (xi, dxi/dt) on the carrier at rest, and r(t) what the whole equations leave over beside
+a motion that is known, ``x <- x + F^-1 (i w - A)^-1 F (0, r)`` by fast Fourier transforms. From xi = 0 the first r is
+the forcing by the carrier itself, exactly; what the second one puts right is what small motions leave out, which is of
+second order, and each further one less by the same ratio: that bounds the last.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kanefe.contact.contact import Contact
+from kanefe.contact.friction_laws import Coulomb
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.integrate.load_events import EventOfLoad, events_of_loads
+from kanefe.loads.base import Load
+from kanefe.loads.rope import Rope
+from kanefe.screening.carrier import Carrier, Displacement
+from kanefe.screening.riders import Motions, Riders
+
+STICKY = 1e6
+"""By what friction is multiplied where things stick whatever pulls them."""
+
+APRON, TAPER = 16, 32
+"""Steps around a stretch in which the carrier is followed too, and in which the forcing then dies away."""
+
+ROUNDS = 6
+CLOSE = 1e-4
+"""Of what an event looks at: how near the superposition comes to the whole equations, where it does."""
+
+SLOWEST = 0.3
+"""Ratio of one round to the next beyond which they are not waited for."""
+
+LEAST_DECAY = 1e-3
+"""1/s: what dies away slower is not superposed."""
+
+SAFETY = 2.0
+"""By what all that bounds is multiplied."""
+
+TENSION = Rope.columns.index("tension [N]")
+
+LOWEST = 5
+"""Times at which the tension of a rope is looked at: where it is least by what small motions do to it."""
+
+NUDGES = 1e-8, 1e-6
+"""Of tangents and of their rates, for the slopes of what events look at."""
+
+
+class NotSuperposed(Exception):
+    """The whole equations cannot be met so; the message says why."""
+
+
+class Sticking:
+    """A scene on its carrier, and the same with everything stuck.
+
+    Parameters
+    ----------
+    model : Model
+        As it starts.
+
+    Raises
+    ------
+    ModelError
+        If the scene has what cannot be screened.
+    """
+
+    def __init__(self, model: Model) -> None:
+        _check(model)
+        self.model = model
+        self.carrier = Carrier(model)
+        self.riders = Riders(model, self.carrier)
+        self.held = replace(model, loads=tuple(_stuck(load) for load in model.loads))
+        self.held_at_rest = self.carrier.stilled(self.held)
+        self.at_rest = self.carrier.stilled(model)
+        self.ropes = [number for number, load in enumerate(model.loads) if isinstance(load, Rope)]
+        watching = model.route.watching
+        columns = {} if watching is None else watching.columns
+        self.events = []
+        for event in events_of_loads(model):
+            if isinstance(event, EventOfLoad) and event.number in columns:
+                self.events.append(event)
+            elif not isinstance(event, EventOfLoad) or event.number not in self.ropes:
+                raise ModelError(
+                    f"event {event.name!r} is looked at from Python, which a screened run does not. Remedy: a kernel "
+                    "with watch= (kanefe.loads.base.LoadKernel), or kf.System.simulate"
+                )
+        self._columns = [columns[event.number].start + event.index for event in self.events]
+        self.names = (*(event.name for event in self.events), *(f"{model.loads[i].name} pull" for i in self.ropes))
+
+    def watched(self, model: Model, times: Vector, states: Matrix) -> np.ndarray:
+        """Return what the events look at, in states (T, n) of a model that watches the same, (T, events)."""
+        watching = model.route.watching
+        if watching is None:
+            return np.zeros((len(times), 0))
+        return np.asarray(watching.values(times, states)[:, self._columns])
+
+    def tensions(self, model: Model, times: Vector, states: Matrix) -> np.ndarray:
+        """Return the tensions of ropes, N, (T, ropes)."""
+        if not self.ropes:
+            return np.zeros((len(times), 0))
+        found = []
+        for t, y in zip(times.tolist(), states, strict=True):
+            scene = model.route.state(t, y)
+            told = (self.model.loads[i].tell(t, scene.load_ends(i), scene.load_states(i)) for i in self.ropes)
+            found.append([float(numbers[TENSION]) for numbers in told])
+        return np.array(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Small:
+    """Small motions x = (xi, dxi/dt) on the carrier at rest: ``A = V diag(rates) V^-1``; anchors follow, z = W xi.
+
+    ``pulls``, (free, states): what anchors that are elsewhere add to the accelerations. ``follows``, (states, states),
+    takes those of their rates that follow motions; what dies away by itself, as stretch off the surface, has died away.
+    """
+
+    rates: np.ndarray
+    V: np.ndarray
+    inverse: np.ndarray
+    W: Matrix
+    pulls: Matrix
+    follows: Matrix
+
+    @classmethod
+    def about(cls, sticking: Sticking, q: Vector, z: Vector) -> Small:
+        """Linearise about a place on the carrier at rest; raise NotSuperposed where something does not come back."""
+        model = sticking.held_at_rest
+        n, m = model.coordinate_count, model.free_count
+        J = model.jacobian(0.0, np.concatenate((q, np.zeros(m), z)))
+        tangents = np.array([model.coordinate_rates(q, direction) for direction in np.eye(m)]).T
+        rows, W = J[n : n + m], J[n + m :, n : n + m]
+        stiff = rows[:, :n] @ tangents + rows[:, n + m :] @ W
+        A = np.block([[np.zeros((m, m)), np.eye(m)], [stiff, rows[:, n : n + m]]])
+        own = J[n + m :, n + m :]
+        follows = np.eye(len(own)) - np.linalg.pinv(own, rcond=1e-9) @ own
+        rates, V = np.linalg.eig(A)
+        if rates.real.max() > -LEAST_DECAY:
+            raise NotSuperposed("something is free to move on what carries it, or swings without end")
+        return cls(rates, V, np.linalg.inv(V), W, rows[:, n + m :], follows)
+
+    def response(self, left: np.ndarray, step: float) -> Motions:
+        """Return the motions that accelerations (T, free) at equal steps ask for, as if they came back after T."""
+        count, m = left.shape
+        frequencies = 2.0 * np.pi * np.fft.rfftfreq(count, step)
+        forced = np.fft.rfft(left, axis=0) @ self.inverse[:, m:].T
+        x = (forced / (1j * frequencies[:, None] - self.rates)) @ self.V.T
+        if count % 2 == 0:
+            x[-1] = 0.0
+        xi, rate = x[:, :m], x[:, m:]
+        return Motions(*(np.fft.irfft(part, count, axis=0) for part in (xi, rate, 1j * frequencies[:, None] * rate)))
+
+    def transient(self, begun: Vector, times: Vector) -> np.ndarray:
+        """Return what becomes of small motions (2 free,) that are there at time zero, (T, 2 free)."""
+        grown = np.exp(np.multiply.outer(times, self.rates)) * (self.inverse @ begun)
+        return np.asarray((grown @ self.V.T).real)
+
+
+@dataclass(frozen=True, eq=False)
+class Superposed:
+    """A stretch of a run in which everything sticks.
+
+    Attributes
+    ----------
+    times : ndarray, shape (T,)
+        s, at equal steps.
+    motions : Motions
+        Beside `place`, without what is left of the start.
+    internal : ndarray, shape (T, states)
+    place : ndarray
+        q on the carrier at rest.
+    watched : ndarray, shape (T, events + ropes)
+        What events look at, and tensions of ropes, N.
+    bound : ndarray, shape (T, events + ropes)
+        By what that may be wrong.
+    begun : ndarray, shape (2 free,)
+        Small motions at the start that are left of what was before.
+    slopes : ndarray, shape (places, events + ropes, 2 free)
+        Of that, by small motions, at some places.
+    small : Small
+    rounds : int
+    """
+
+    times: Vector
+    motions: Motions
+    internal: Matrix
+    place: Vector
+    watched: Matrix
+    bound: Vector
+    begun: Vector
+    slopes: np.ndarray
+    small: Small
+    rounds: int
+
+    def left_of_start(self, times: Vector) -> np.ndarray:
+        """Return a bound of what the start still adds to what is watched, at times in s, (T, events + ropes)."""
+        sizes = np.abs(np.einsum("pex,xm->pem", self.slopes, self.small.V)).max(axis=0)
+        sizes = sizes * np.abs(self.small.inverse @ self.begun)
+        return np.asarray(np.exp(np.multiply.outer(times - self.times[0], self.small.rates.real)) @ sizes.T)
+
+
+def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, float]) -> Superposed:
+    """Superpose a stretch.
+
+    Parameters
+    ----------
+    sticking : Sticking
+    t : ndarray, shape (T,)
+        s, at equal steps.
+    y : ndarray
+        State at t[0].
+    known : (float, float)
+        When the carrier's motion is known.
+
+    Raises
+    ------
+    NotSuperposed
+        If the rounds do not come closer to the whole equations.
+    """
+    model, riders = sticking.model, sticking.riders
+    q, u, z = model.parts(y)
+    q, u = riders.beside(sticking.carrier.over(t[:1]), q, u)
+    small = Small.about(sticking, q, z)
+    step = float(t[1] - t[0])
+    before = min(APRON, int((t[0] - known[0]) / step + 1e-9))
+    after = min(APRON, int((known[1] - t[-1]) / step + 1e-9))
+    times = np.concatenate((t[0] - step * np.arange(before, 0, -1), t, t[-1] + step * np.arange(1, after + 1)))
+    inside = slice(before, before + len(t))
+    moved = sticking.carrier.over(times)
+    path = _Path(sticking, small, moved, times, q, z, before)
+    zero = np.zeros((len(times), model.free_count))
+    motions = Motions(zero, zero, zero)
+    slopes = path.slopes(motions, [before])
+    last, ratio = np.zeros(0), 1.0
+    for rounds in range(1, ROUNDS + 1):
+        correction = path.corrected(motions, step)
+        motions = motions + correction
+        size = np.abs(np.einsum("pex,tx->pet", slopes, np.hstack(correction[:2])[inside])).max(axis=(0, 2))
+        if rounds > 1:
+            is_large = last > 1e-6 * last.max()
+            ratio = float((size[is_large] / last[is_large]).max(initial=0.0))
+            if not ratio < SLOWEST:
+                raise NotSuperposed(f"each round leaves {ratio:.2g} of what the last one left")
+            left = size * ratio / (1.0 - ratio)
+            if np.all(left <= CLOSE * np.maximum(np.abs(path.scale), size)):
+                break
+        last = size
+    else:
+        raise NotSuperposed(f"after {ROUNDS} rounds too much is left over")
+    states = path.states(motions)
+    watched = sticking.watched(model, times[inside], states[inside])
+    reached = np.unique([before, *(before + np.argmin(np.abs(watched), axis=0))])
+    slopes = path.slopes(motions, reached)
+    begun = np.concatenate((-motions.xi[before], u - motions.rate[before]))
+    tensions, missed, by_motions = path.tensions(motions, states, inside)
+    watched, left = np.hstack((watched, tensions)), np.append(left, missed)
+    slopes = np.concatenate((slopes, np.repeat(by_motions[None], len(slopes), axis=0)), axis=1)
+    bound = SAFETY * (left + _between(watched))
+    n = model.coordinate_count + model.free_count
+    own = Motions(*(part[inside] for part in motions))
+    return Superposed(t, own, states[inside, n:], q, watched, bound, begun, slopes, small, rounds)
+
+
+class _Path:
+    """What the whole equations say along motions at some times."""
+
+    def __init__(
+        self, sticking: Sticking, small: Small, moved: Displacement, times: Vector, q: Vector, z: Vector, first: int
+    ) -> None:
+        self._sticking, self._small, self._moved, self._times = sticking, small, moved, times
+        self._q, self._z, self._first = q, z, first
+        self._slid = np.zeros((len(times), len(z)))
+        self.scale = sticking.watched(
+            sticking.at_rest, np.zeros(1), self._at_rest(np.zeros((1, 2 * sticking.riders.count)))
+        )[0]
+
+    def states(self, motions: Motions) -> Matrix:
+        q, u, _ = self._sticking.riders.absolute(self._moved, self._q, motions)
+        return np.hstack((q, u, self._anchored(motions)))
+
+    def _anchored(self, motions: Motions) -> Matrix:
+        return np.asarray(self._z + motions.xi @ self._small.W.T + self._slid)
+
+    def corrected(self, motions: Motions, step: float) -> Motions:
+        """Return what is to be added to motions, for what they leave over."""
+        sticking, n = self._sticking, self._sticking.model.coordinate_count
+        q, u, turns = sticking.riders.absolute(self._moved, self._q, motions)
+        states = np.hstack((q, u, self._anchored(motions)))
+        evaluate = sticking.held.route.evaluate
+        size = states.shape[1]
+        rates = np.array([evaluate(t, y).rates[:size] for t, y in zip(self._times.tolist(), states, strict=True)])
+        m = n + sticking.riders.count
+        found = sticking.riders.accelerations(self._moved, self._q, motions, turns, rates[:, n:m])
+        left = found - motions.acceleration
+        if not np.all(np.isfinite(left)):
+            raise NotSuperposed("what is left over is not finite")
+        # anchors follow to first order by W xi, and beyond by what their rates are
+        beyond = (rates[:, m:] - motions.rate @ self._small.W.T) @ self._small.follows
+        if beyond.any():
+            slid = _integrated(beyond, step, self._first)
+            left += (slid - self._slid) @ self._small.pulls.T
+            self._slid = slid
+        reached = self._small.response(_extended(left), step)
+        return Motions(*(part[TAPER : TAPER + len(left)] for part in reached))
+
+    def slopes(self, motions: Motions, rows: Any) -> np.ndarray:
+        """Return how what events look at changes by small motions about some of the times, (rows, events, 2 free)."""
+        count = self._sticking.riders.count
+        nudge = np.repeat(NUDGES, count)
+        found = []
+        for row in rows:
+            x = np.concatenate((motions.xi[row], motions.rate[row]))
+            beside = np.vstack((x, x + np.diag(nudge), x - np.diag(nudge)))
+            states = self._at_rest(beside, self._slid[row])
+            values = self._sticking.watched(self._sticking.at_rest, np.zeros(len(states)), states)
+            up, down = values[1 : 2 * count + 1] - values[0], values[0] - values[2 * count + 1 :]
+            found.append((np.where(np.abs(up) > np.abs(down), up, down) / nudge[:, None]).T)
+        return np.array(found)
+
+    def tensions(self, motions: Motions, states: Matrix, inside: slice) -> tuple[Matrix, Vector, Matrix]:
+        """Return the tensions of ropes by small motions, (T, ropes), what these miss where it is least, and slopes."""
+        sticking, count = self._sticking, self._sticking.riders.count
+        nudge = np.repeat(NUDGES, count)
+        beside = np.vstack((np.zeros(2 * count), np.diag(nudge)))
+        values = sticking.tensions(sticking.at_rest, np.zeros(len(beside)), self._at_rest(beside))
+        slopes = ((values[1:] - values[0]) / nudge[:, None]).T
+        found = values[0] + np.hstack((motions.xi, motions.rate))[inside] @ slopes.T
+        if not found.shape[1]:
+            return found, np.zeros(0), slopes
+        rows = np.unique(np.argsort(found, axis=0)[:LOWEST])
+        truly = sticking.tensions(sticking.model, self._times[inside][rows], states[inside][rows])
+        return found, np.abs(truly - found[rows]).max(axis=0), slopes
+
+    def _at_rest(self, x: Matrix, slid: Vector | float = 0.0) -> Matrix:
+        """Return states of the carrier at rest with small motions x (T, 2 free)."""
+        count = self._sticking.riders.count
+        motions = Motions(x[:, :count], x[:, count:], np.zeros((len(x), count)))
+        q, u, _ = self._sticking.riders.absolute(_nowhere(len(x)), self._q, motions)
+        return np.hstack((q, u, self._z + motions.xi @ self._small.W.T + slid))
+
+
+def _nowhere(count: int) -> Displacement:
+    none = np.zeros((count, 3))
+    return Displacement(none, none, none, np.repeat(np.eye(3)[None], count, axis=0), none, none)
+
+
+def _extended(left: np.ndarray) -> np.ndarray:
+    """Return it with ends on which it goes on smoothly and dies away."""
+    x = np.arange(1, TAPER + 1) / (TAPER + 1.0)
+    fading = (1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2))[:, None]
+    ends = []
+    for part in (left[::-1], left):
+        back = part[np.maximum(len(part) - 1 - np.arange(1, TAPER + 1), 0)]
+        ends.append((2.0 * part[-1] - back) * fading)
+    return np.vstack((ends[0][::-1], left, ends[1]))
+
+
+def _integrated(rates: np.ndarray, step: float, first: int) -> np.ndarray:
+    """Return the integral over time of rates at equal steps, zero at one of them."""
+    from scipy.interpolate import CubicSpline
+
+    found = CubicSpline(step * np.arange(len(rates)), rates).antiderivative()(step * np.arange(len(rates)))
+    return np.asarray(found - found[first])
+
+
+def _between(values: np.ndarray) -> Matrix:
+    """Return by how much splines through values at equal steps, (T, n), may miss what is between them there."""
+    from scipy.interpolate import CubicSpline
+    from scipy.ndimage import maximum_filter1d
+
+    x = np.arange(len(values))
+    missed = np.zeros(values.shape)
+    missed[1::2] = np.abs(CubicSpline(x[::2], values[::2])(x[1::2]) - values[1::2])
+    # every other value is missed by sixteen times as much, where a rate of what moves them jumps by twice as much
+    return np.asarray(0.5 * maximum_filter1d(missed, 7, axis=0))
+
+
+def _stuck(load: Load) -> Load:
+    if not isinstance(load, Contact) or load.friction is None:
+        return load
+    law = load.friction
+    if not isinstance(law, Coulomb):
+        raise TypeError("only Coulomb's friction gets as far as here")
+    mu = np.multiply(law.mu, STICKY)
+    more = replace(
+        law, mu=float(mu) if mu.ndim == 0 else (float(mu[0]), float(mu[1])),
+        static=None if law.static is None else STICKY * law.static,
+    )  # fmt: skip
+    return replace(load, friction=more)
+
+
+def _check(model: Model) -> None:
+    """Raise a ModelError that names what a screened run is not offered for."""
+    found = ""
+    if model.constraints:
+        found = "loops and couplers"
+    elif model.rigid_contacts:
+        found = "rigid contacts"
+    elif model.controllers:
+        found = "controllers"
+    elif model.has_unreduced:
+        found = "unreduced bodies"
+    for load in model.loads:
+        if isinstance(load, Contact) and load.friction is not None:
+            law = load.friction
+            if not isinstance(law, Coulomb):
+                found = f"friction that creeps, as of contact {load.name!r}"
+            elif law.turning_states:
+                found = f"friction against turning, as of contact {load.name!r}"
+    if found:
+        raise ModelError(f"screened runs are not offered for scenes with {found}. Remedy: kf.System.simulate")

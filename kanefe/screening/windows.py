@@ -1,0 +1,299 @@
+"""Screened runs: superpose as far as nothing comes near, integrate what is near, and go on."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.contact.contact import Contact
+from kanefe.contact.friction_laws import Coulomb
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector, shaped_numbers
+from kanefe.integrate.load_events import events_of_loads
+from kanefe.integrate.run import integrate
+from kanefe.integrate.status import RunStatus
+from kanefe.integrate.trajectory import Trajectory, wanted_times
+from kanefe.result import Result
+from kanefe.screening.riders import Motions
+from kanefe.screening.screened_run import ScreenedRun
+from kanefe.screening.superposition import NotSuperposed, Sticking, Superposed, superposed
+
+if TYPE_CHECKING:
+    from kanefe.equations.given_state import Start
+    from kanefe.linear.state import Freezable
+
+SPACING = 0.25
+"""Of what is superposed, s, at most: waves that excite a deck are slower than two a second."""
+
+FINER = 5
+"""Times that what events look at is looked at from one step to the next."""
+
+LEAD = 2
+"""Steps of the superposition from which a window begins before what is near."""
+
+BEHIND = 1.0
+"""s that a window goes on behind what was near."""
+
+APART = 2.0
+"""s between two near stretches, below which one window takes both."""
+
+LOOK_AHEAD, MOST_WINDOW = 30.0, 30.0
+"""s: how far is superposed behind a window at first, and how long windows grow where nothing else is to be had."""
+
+SLIP_STEP = 0.02
+"""s between states of a window that are looked at for how far something slid."""
+
+GRAZING = 1e-6
+"""Of what an event looks at, at rest: what passes by less only grazes."""
+
+
+def screen(
+    scene: Freezable,
+    duration: float | tuple[float, float],
+    *,
+    start: Start = None,
+    rtol: float | None = None,
+    output_step: float | None = None,
+    spacing: float = SPACING,
+    **options: Any,
+) -> ScreenedRun:
+    """Run a scene on a frame that is driven, integrating only where an event is near.
+
+    While every contact sticks that sticks at the start, and no load does anything else that is an event, such as a rope
+    that breaks, the scene vibrates about a motion that is known. That is superposed by transfer functions over all
+    frequencies of the frame's motion, put right by what the whole equations leave over, and what is left is bounded.
+    Wherever what an event looks at comes nearer to its limit than that bound, a window is integrated; its events are
+    those of a whole run. Behind it everything may stick elsewhere.
+
+    Parameters
+    ----------
+    scene : System
+        On one frame that is driven from the ground, such as a deck; all other bodies are free, or hang on it.
+    duration : float or (float, float)
+        From t = 0, or first and last time, s.
+    start : state, optional
+        As `kanefe.System.simulate` takes it: a rest on the frame.
+    rtol : float, optional
+        Relative error of the windows, as of a whole run.
+    output_step : float, optional
+        Time between stored states, s; default a 500th of the duration.
+    spacing : float
+        Of the times of the superposition, s: the frame moves slowly beside it.
+    **options
+        Others of `kanefe.System.simulate` for the windows, such as `method`.
+
+    Returns
+    -------
+    ScreenedRun
+
+    Raises
+    ------
+    ModelError
+        If the scene has what cannot be screened: loops, controllers, rigid contacts, friction that creeps, unreduced
+        bodies; if nothing is driven or more than one frame; or an option makes no sense.
+    SimulationError
+        If a window fails.
+
+    Examples
+    --------
+    ``print(kf.screen(scene, 1200.0, start=rest))``
+    """
+    span = (0.0, duration) if np.shape(duration) == () else duration
+    first, last = (float(t) for t in shaped_numbers(span, (2,), "the duration of a screened run"))
+    if not last > first:
+        raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")
+    if isinstance(spacing, bool) or not isinstance(spacing, (int, float)) or not 0.0 < spacing < np.inf:
+        raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
+    model = scene.freeze(first, start)
+    run = _Run(
+        Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, {"rtol": rtol, **options}
+    )
+    return run.done()
+
+
+@dataclass(eq=False)
+class _Run:
+    """A screened run as it goes on."""
+
+    sticking: Sticking
+    wanted: Vector
+    span: tuple[float, float]
+    spacing: float
+    options: dict[str, Any]
+    windows: list[tuple[float, float]] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+    rows: list[tuple[Vector, Matrix]] = field(default_factory=list)
+    happened: dict[str, list[float]] = field(default_factory=dict)
+    grazing: Counter[str] = field(default_factory=Counter)
+    steps: int = 0
+
+    def done(self) -> ScreenedRun:
+        model = self.sticking.model
+        self.happened = {event.name: [] for event in events_of_loads(model)}
+        self.bound = np.zeros(len(self.sticking.names))
+        self.scales = self.sticking.watched(model, np.array([self.span[0]]), model.initial_state[None])[0]
+        t, y = self.span[0], model.initial_state
+        ahead, window = self.span[1] - t, 0.0
+        while t < self.span[1]:
+            until = min(self.span[1], t + ahead)
+            near, reason, found = self._looked(t, y, until)
+            if near is None:
+                if found is None:
+                    raise TypeError("what is not near was superposed")
+                self._keep(found, until)
+                y = self._state_at(found, len(found.times) - 1)
+                t, window, ahead = until, 0.0, 2.0 * ahead
+                continue
+            begin, end = near
+            if found is not None and begin > t:
+                row = int(np.searchsorted(found.times, begin + 1e-9)) - 1
+                if found.times[row] > t:
+                    self._keep(found, float(found.times[row]))
+                    t, y, window = float(found.times[row]), self._state_at(found, row), 0.0
+            # where a window follows a window, it is the longer
+            window = min(2.0 * window, MOST_WINDOW) if window else 0.0
+            end = min(max(end + BEHIND, t + window), self.span[1])
+            window = max(window, end - t)
+            y = self._integrated(t, end, y, reason)
+            t, ahead = end, LOOK_AHEAD
+        return self._told()
+
+    def _looked(self, t: float, y: Vector, until: float) -> tuple[tuple[float, float] | None, str, Superposed | None]:
+        """Return the first stretch that is near, and why; None: there is none; and what was superposed."""
+        steps = max(int(np.ceil((until - t) / self.spacing - 1e-9)), 12)
+        times = np.linspace(t, until, steps + 1)
+        try:
+            found = superposed(self.sticking, times, y, self.span)
+        except NotSuperposed as error:
+            return (t, min(until, t + APART)), str(error), None
+        fine, is_near = self._near(found, y)
+        if not is_near.any():
+            self.bound = np.maximum(self.bound, found.bound.max(axis=0))
+            return None, "", found
+        rows = np.flatnonzero(is_near.any(axis=1))
+        gap = round(APART / (fine[1] - fine[0]))
+        stops = np.flatnonzero(np.diff(rows) > gap)
+        last = rows[stops[0]] if len(stops) else rows[-1]
+        event = int(np.flatnonzero(is_near[rows[0]])[0])
+        begin = fine[rows[0]] - LEAD * (times[1] - times[0])
+        self.bound = np.maximum(self.bound, found.bound.max(axis=0))
+        return (max(t, float(begin)), float(fine[last])), self.sticking.names[event], found
+
+    def _near(self, found: Superposed, y: Vector) -> tuple[Vector, np.ndarray]:
+        """Return fine times, and of each event whether what it looks at is nearer to its limit than is known."""
+        from scipy.interpolate import CubicSpline
+
+        t = found.times
+        fine = np.linspace(t[0], t[-1], FINER * (len(t) - 1) + 1)
+        values = CubicSpline(t, found.watched)(fine)
+        sides = np.sign(self.sticking.watched(self.sticking.model, t[:1], y[None])[0])
+        count, bound = len(sides), np.repeat(found.bound, FINER, axis=0)[FINER // 2 :][: len(fine)]
+        bound = bound + found.left_of_start(fine)
+        is_near = values <= bound  # of ropes, which pull
+        is_near[:, :count] = sides * values[:, :count] <= bound[:, :count]
+        for rope, number in enumerate(self.sticking.ropes, count):
+            most = getattr(self.sticking.model.loads[number], "breaking_load", None)
+            if most is not None:
+                is_near[:, rope] |= values[:, rope] + bound[:, rope] >= most
+        return fine, is_near
+
+    def _state_at(self, found: Superposed, row: int) -> Vector:
+        """Return the state at one of the times, with what is left of the start."""
+        return self._states(
+            found,
+            found.times[row : row + 1],
+            Motions(*(p[row : row + 1] for p in found.motions)),
+            found.internal[row : row + 1],
+        )[0]
+
+    def _states(self, found: Superposed, times: Vector, motions: Motions, internal: Matrix) -> Matrix:
+        count = self.sticking.riders.count
+        left = found.small.transient(found.begun, times - found.times[0])
+        more = Motions(motions.xi + left[:, :count], motions.rate + left[:, count:], motions.acceleration)
+        moved = self.sticking.carrier.over(times)
+        q, u, _ = self.sticking.riders.absolute(moved, found.place, more)
+        return np.hstack((q, u, internal + left[:, :count] @ found.small.W.T))
+
+    def _keep(self, found: Superposed, until: float) -> None:
+        """Store what is superposed at the output times from its start to a time, and at that."""
+        from scipy.interpolate import CubicSpline
+
+        times = self._wanted(found.times[0], until)
+        if not len(times):
+            return
+        motions = Motions(*(CubicSpline(found.times, part)(times) for part in found.motions))
+        self.rows.append((times, self._states(found, times, motions, CubicSpline(found.times, found.internal)(times))))
+
+    def _integrated(self, t: float, end: float, y: Vector, reason: str) -> Vector:
+        """Integrate a window, and return the state at its end."""
+        model = self.sticking.model
+        q, u, z = model.parts(y)
+        begun: Model = replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)
+        inside = self._wanted(t, end)
+        finely = np.linspace(t, end, max(int((end - t) / SLIP_STEP), 1) + 1)
+        found = integrate(
+            begun, (t, end), **{**self.options, "progress": False, "output_times": np.union1d(inside, finely)}
+        )
+        found.raise_for_status()
+        states = np.hstack((found.coordinates, found.speeds, found.internal))
+        if len(inside):
+            self.rows.append((inside, states[np.searchsorted(found.times, inside)]))
+        for name, times in found.events.items():
+            self.happened[name] += times.tolist()
+        self._count_grazing((t, end), found)
+        self.steps += int(found.statistics["steps"])
+        if self.windows and self.windows[-1][1] == t:
+            self.windows[-1] = (self.windows[-1][0], end)
+        else:
+            self.windows.append((t, end))
+            self.reasons.append(reason)
+        return np.asarray(states[-1])
+
+    def _count_grazing(self, span: tuple[float, float], found: Trajectory) -> None:
+        """Count slips that pull beyond the limit by nothing: their path grows by pull over damping."""
+        model = self.sticking.model
+        for event in self.sticking.events:
+            load = model.loads[event.number]
+            if not (isinstance(load, Contact) and isinstance(load.friction, Coulomb) and event.of.name == "slip"):
+                continue
+            sticks = np.append(found.events[f"{load.subject} stick"], span[1])
+            path = found.internal[:, model.load_states[event.number].start]
+            limit = GRAZING * abs(self.scales[self.sticking.events.index(event)])
+            for slip in found.events[event.name]:
+                stick = sticks[sticks >= slip][0]
+                before, after = np.searchsorted(found.times, slip, "right") - 1, np.searchsorted(found.times, stick)
+                # of one point it is the pull itself, of several their sum
+                pull = float(load.friction.damping or 0.0) * (path[min(after, len(path) - 1)] - path[before])
+                self.grazing[event.name] += bool(pull <= limit * (stick - slip))
+
+    def _wanted(self, begin: float, end: float) -> Vector:
+        """Return the output times from one time on and before another, with the last one of all."""
+        is_last = end >= self.span[1]
+        return self.wanted[(self.wanted >= begin) & ((self.wanted < end) | is_last)]
+
+    def _told(self) -> ScreenedRun:
+        return ScreenedRun(
+            Result(self.sticking.model, self._trajectory()),
+            tuple(self.windows),
+            tuple(self.reasons),
+            dict(zip(self.sticking.names, self.bound.tolist(), strict=True)),
+            {name: n for name, n in self.grazing.items() if n},
+        )
+
+    def _trajectory(self) -> Trajectory:
+        model = self.sticking.model
+        times = np.concatenate([times for times, _ in self.rows])
+        states = np.vstack([states for _, states in self.rows])
+        n, m = model.coordinate_count, model.free_count
+        unknown = np.full(len(times), np.nan)
+        return Trajectory(
+            times=times, coordinates=states[:, :n], speeds=states[:, n : n + m], dissipated=unknown, work=unknown,
+            statistics={"method": "screened", "steps": self.steps, "windows": len(self.windows)},
+            status=RunStatus("finished", self.span[1]),
+            events={name: np.array(found) for name, found in self.happened.items()},
+            internal=states[:, n + m :],
+        )  # fmt: skip

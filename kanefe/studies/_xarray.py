@@ -1,0 +1,40 @@
+"""The door to xarray: columns of a study as a data set over its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import MissingDependency
+
+try:
+    import xarray
+except ImportError as _error:
+    raise MissingDependency("xarray", "StudyTable.to_xarray", "pip install 'kanefe[sea]'") from _error
+
+
+def data_set(columns: Mapping[str, Sequence[Any]], parameters: Sequence[str], about: Mapping[str, str]) -> Any:
+    """Return a data set: over the parameters where each combination is there at most once, else over the cases."""
+    values = {name: list(dict.fromkeys(columns[name])) for name in parameters}
+    cells = list(zip(*(columns[name] for name in parameters), strict=True))
+    rest = {name: column for name, column in columns.items() if name not in parameters and _is_number(column)}
+    rest["status"] = columns["status"]
+    size = int(np.prod([len(found) for found in values.values()]))
+    if len(set(cells)) < len(cells) or size > 2 * len(cells):
+        coordinates = {name: ("case", np.array(columns[name])) for name in parameters}
+        listed = {name: ("case", np.array(column)) for name, column in rest.items() if name != "case"}
+        return xarray.Dataset(listed, coordinates | {"case": list(columns["case"])}, about)
+    places = tuple(np.array([[found.index(v) for v in columns[name]] for name, found in values.items()], dtype=int))
+    arrays: dict[str, Any] = {}
+    for name, column in rest.items():
+        is_text = name == "status"
+        array = np.full([len(found) for found in values.values()], "not run" if is_text else np.nan, dtype=object)
+        array[places] = column
+        arrays[name] = (tuple(parameters), array.astype(str if is_text else float))
+    return xarray.Dataset(arrays, values, about)
+
+
+def _is_number(column: Sequence[Any]) -> bool:
+    return all(value is None or isinstance(value, (bool, int, float)) for value in column)

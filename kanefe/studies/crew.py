@@ -1,0 +1,127 @@
+"""Motion-induced interruptions: how often a person on a deck has to hold on, after Graham."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, rotation_matrix, shaped_numbers
+from kanefe.result import Result
+
+AXES = {"longitudinal": 0, "lateral": 1}
+
+
+@dataclass(frozen=True)
+class Interruptions:
+    """See `interruptions`."""
+
+    body: str
+    at: tuple[float, float, float]
+    limits: dict[str, float]
+    sliding: float | None
+    after: float
+    name: str
+
+    def __call__(self, result: Result) -> dict[str, float]:
+        """Return rates of a run by name, 1/min."""
+        felt, times = self._felt(result)
+        if felt[:, 2].min() <= 0.0:
+            raise ModelError(f"{self.body!r} falls as fast as a person on it at times. Remedy: its z axis is up")
+        span = float(times[-1] - times[0]) / 60.0
+        shares = {name: felt[:, AXES[name]] / felt[:, 2] for name in self.limits}
+        most = np.max([np.abs(shares[name]) / limit for name, limit in self.limits.items()], axis=0)
+        found = {
+            f"{self.name} tipping": _rises(most - 1.0) / span,
+            f"{self.name} tipping by Rice": sum(
+                _rate_by_rice(shares[name], times, limit) for name, limit in self.limits.items()
+            ),
+        }
+        if self.sliding is not None:
+            along = np.hypot(felt[:, 0], felt[:, 1]) / felt[:, 2]
+            found[f"{self.name} sliding"] = _rises(along - self.sliding) / span
+        return found
+
+    def _felt(self, result: Result) -> tuple[np.ndarray, Vector]:
+        """Return what is felt as gravity at the point, upward, in axes of the body, m/s2, and when."""
+        if result.run is None:
+            raise ModelError("interruptions need the gravity of a scene, which a result from a file does not have")
+        shown = result.times >= self.after
+        if np.count_nonzero(shown) < 3:
+            raise ModelError(f"fewer than three output times are after {self.after:g} s")
+        axes = np.array([rotation_matrix(e) for e in result.rotation(self.body)[shown]])
+        w, dw = result.angular_velocity(self.body)[shown], result.angular_acceleration(self.body)[shown]
+        at = np.broadcast_to(self.at, w.shape)
+        origin = result.acceleration(self.body)[shown] - result.run.model.gravity
+        felt = np.einsum("tji,tj->ti", axes, origin) + np.cross(dw, at) + np.cross(w, np.cross(w, at))
+        return felt, result.times[shown]
+
+
+def interruptions(
+    body: str,
+    at: Sequence[float] = (0.0, 0.0, 0.0),
+    *,
+    lateral: float = 0.25,
+    longitudinal: float = 0.17,
+    sliding: float | None = None,
+    after: float = 0.0,
+    name: str = "crew",
+) -> Interruptions:
+    """Return a reducer to the rates (1/min) at which a person who stands on a deck tips or slides.
+
+    A person tips where what is felt across, over what is felt as weight, passes half the stance over the height of the
+    centre of mass (Graham, "Motion-induced interruptions as ship operability criteria", Naval Engineers Journal 102,
+    1990), and slides where it passes the friction of shoes. Weight and accelerations are those of the point, exactly;
+    what the turning of the person's own body adds is left out. Counted at the output times, of which there should be
+    five or more a second; by Rice as of a Gaussian process with the run's mean, deviation and zero crossings, which
+    tells rates of events that a run is too short for.
+
+    Parameters
+    ----------
+    body : str
+        Whose axes are x forward, y to port, z up: the deck.
+    at : array_like, shape (3,)
+        The place, in axes of the body, m: of the person's centre of mass.
+    lateral, longitudinal : float
+        Limits of tipping.
+    sliding : float, optional
+        Friction of shoes; None: sliding is not counted.
+    after : float
+        Time from which it counts, s: after the ramp of a sea.
+    name : str
+        Of the outputs: "crew tipping", "crew tipping by Rice", "crew sliding".
+
+    Raises
+    ------
+    ModelError
+        If an argument makes no sense; when it is called, if the run has no such body, or its z axis is not up.
+
+    Examples
+    --------
+    >>> from kanefe.studies import interruptions
+    >>> study = kf.Study(build, interruptions("deck", (2.0, 0.0, 1.0), after=30.0), ...)     # doctest: +SKIP
+    """
+    place = shaped_numbers(at, (3,), "the place of interruptions")
+    for label, value in (("lateral", lateral), ("longitudinal", longitudinal), ("sliding", sliding)):
+        if value is not None and not (isinstance(value, (int, float)) and 0.0 < value < math.inf):
+            raise ModelError(f"{label} of interruptions must be above zero, not {value!r}")
+    x, y, z = place.tolist()
+    limits = {"lateral": float(lateral), "longitudinal": float(longitudinal)}
+    return Interruptions(body, (x, y, z), limits, sliding, float(after), name)
+
+
+def _rises(values: Vector) -> int:
+    """Return how often a record rises above zero."""
+    return int(np.count_nonzero((values[1:] > 0.0) & (values[:-1] <= 0.0)))
+
+
+def _rate_by_rice(values: Vector, times: Vector, limit: float) -> float:
+    """Return the rate (1/min) at which a Gaussian process like a record passes a limit, either side."""
+    mean, deviation = float(values.mean()), float(values.std())
+    if deviation == 0.0:
+        return 0.0
+    crossings = _rises(values - mean) / (float(times[-1] - times[0]) / 60.0)
+    return sum(crossings * math.exp(-0.5 * ((limit - side * mean) / deviation) ** 2) for side in (1.0, -1.0))
