@@ -1,0 +1,108 @@
+"""Door to MuJoCo: its parser and compiler of MJCF; no step is ever taken. The only file that imports mujoco."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from kanefe.errors import FileError, MissingDependency
+
+_UNUSED = (
+    "keys", "sensors", "actuators", "tendons", "pairs", "excludes", "skins", "flexes", "lights", "cameras", "tuples",
+    "texts", "numerics", "plugins",
+)  # fmt: skip
+"""Elements that a scene does not have, in an order in which none is left that refers to one gone."""
+
+_OF_SHAPES = ("materials", "textures")
+
+SILENT = {"keys": "keyframes", "sensors": "sensors", "cameras": "cameras", "lights": "lights", "skins": "skins"}
+"""Those that would not change the motion, as `RobotScene.not_taken` calls them."""
+
+ACTING = {
+    "actuators": "actuators", "tendons": "tendons", "flexes": "flexes", "plugins": "plugins",
+    "equalities": "equalities of other kinds",
+}  # fmt: skip
+
+
+class CompiledRobot:
+    """A compiled model, its bodies' shapes, and what was in the file besides.
+
+    Attributes
+    ----------
+    model : mujoco.MjModel
+        Angles in rad, defaults resolved, inertia of shapes where a body has none of its own.
+    named : dict of str to list of str
+        Kind, as the parser calls it -> names of its elements.
+    shapes : list of str
+        Bodies that have shapes; "world" of the ground.
+    """
+
+    def __init__(self, model: Any, named: dict[str, list[str]], shapes: list[str]) -> None:
+        self.model = model
+        self.named = named
+        self.shapes = shapes
+
+
+def compiled(path: Path) -> CompiledRobot:
+    """Return the model of a file without the parts that no scene has; meshes are read where inertia hangs on them only.
+
+    Raises
+    ------
+    FileError
+        If the parser refuses the file; the message is its own.
+    MissingDependency
+        Without mujoco.
+    """
+    mujoco = _import_mujoco()
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        named = {kind: [element.name or "unnamed" for element in getattr(spec, kind, ())] for kind in _UNUSED}
+        shapes = list(dict.fromkeys(geom.parent.name or "unnamed" for geom in spec.geoms))
+        others = [held for held in spec.equalities if held.type not in _kinds_taken(mujoco)]
+        named["equalities"] = [equality.name or "unnamed" for equality in others]
+        _delete(spec, others)
+        for kind in _UNUSED:
+            _delete(spec, getattr(spec, kind, ()))
+        _delete(spec, list(_shapes_without_mass(spec, mujoco)))
+        for geom in spec.geoms:
+            geom.material = ""
+        for kind in _OF_SHAPES:
+            _delete(spec, getattr(spec, kind))
+        used = {geom.meshname for geom in spec.geoms} | {geom.hfieldname for geom in spec.geoms}
+        _delete(spec, [mesh for mesh in (*spec.meshes, *spec.hfields) if mesh.name not in used])
+        spec.compiler.fusestatic = False
+        return CompiledRobot(spec.compile(), named, shapes)
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        remedy = "check the file"
+        if "opening file" in str(error):
+            remedy = "put the file there; of a mesh: give the body an <inertial>: then no mesh is needed"
+        raise FileError(f"MuJoCo's parser refuses {path}: {' '.join(str(error).split())}. Remedy: {remedy}") from error
+
+
+def _kinds_taken(mujoco: Any) -> tuple[Any, ...]:
+    kind = mujoco.mjtEq
+    return kind.mjEQ_CONNECT, kind.mjEQ_WELD, kind.mjEQ_JOINT
+
+
+def _shapes_without_mass(spec: Any, mujoco: Any) -> Iterator[Any]:
+    """Yield the shapes that give no inertia: those of the ground, and of bodies that have their own."""
+    from_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    for body in spec.bodies:
+        is_ground = body.name == "world" and body is spec.bodies[0]
+        if is_ground or (body.explicitinertial and not from_shapes):
+            yield from body.geoms
+
+
+def _delete(spec: Any, elements: Any) -> None:
+    for element in list(elements):
+        spec.delete(element)
+
+
+def _import_mujoco() -> Any:
+    try:
+        import mujoco
+    except ImportError as problem:  # mujoco itself, or what it needs in turn
+        missing = (problem.name or "mujoco").partition(".")[0]
+        raise MissingDependency(missing, "read_mjcf", "pip install 'kanefe[robots]'") from problem
+    return mujoco

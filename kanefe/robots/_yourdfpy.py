@@ -1,0 +1,43 @@
+"""Door to yourdfpy: the parser of URDF. The only file that imports yourdfpy."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+from kanefe.errors import FileError, MissingDependency
+
+_DAMAGE = (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError)
+"""What yourdfpy raises on elements without what they must have."""
+
+
+def parsed(path: Path) -> Any:
+    """Return yourdfpy's ``Robot`` of a well-formed file; shapes are neither looked for nor read.
+
+    Raises
+    ------
+    FileError
+        If an element lacks what it must have.
+    MissingDependency
+        Without yourdfpy.
+    """
+    urdf = _import_yourdfpy()
+    try:
+        return urdf.URDF.load(str(path), build_scene_graph=False, load_meshes=False, mesh_dir="").robot
+    except _DAMAGE as error:
+        raise FileError(
+            f"{path} is no complete URDF file ({type(error).__name__}: {error}). Remedy: check that robot, links and "
+            "joints have names, joints a parent and a child, and that numbers are numbers"
+        ) from error
+
+
+def _import_yourdfpy() -> Any:
+    try:
+        import yourdfpy
+    except ImportError as problem:  # yourdfpy itself, or what it needs in turn
+        missing = (problem.name or "yourdfpy").partition(".")[0]
+        raise MissingDependency(missing, "read_urdf", "pip install 'kanefe[robots]'") from problem
+    # it tells of shapes and of damaged files, which are dealt with here
+    logging.getLogger("yourdfpy.urdf").setLevel(logging.CRITICAL)
+    return yourdfpy

@@ -1,0 +1,189 @@
+"""A robot in the house's terms, whatever file it came from: links, joints, couplings, closures, what is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.joints import CoordinateForce, Joint
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a frame B is, seen from a frame A.
+
+    Attributes
+    ----------
+    at : ndarray, shape (3,)
+        p_AoBo_A, m.
+    axes : ndarray, shape (3, 3)
+        A_AB.
+    """
+
+    at: Vector = field(default_factory=lambda: np.zeros(3))
+    axes: Matrix = field(default_factory=lambda: np.eye(3))
+
+    @property
+    def is_none(self) -> bool:
+        """Whether B is A."""
+        return not self.at.any() and np.array_equal(self.axes, np.eye(3))
+
+    @property
+    def inverse(self) -> Pose:
+        """Where A is, seen from B."""
+        return Pose(-self.axes.T @ self.at, self.axes.T)
+
+    def __matmul__(self, other: Pose) -> Pose:
+        return Pose(self.at + self.axes @ other.at, self.axes @ other.axes)
+
+
+@dataclass(frozen=True)
+class LinkJoint:
+    """One joint on the way from a link's parent to the link.
+
+    Attributes
+    ----------
+    name : str
+    joint : Joint
+    fixed : Pose
+        Of the joint's fixed frame F, seen from what comes before: the frame of the parent link, or of the joint before.
+    moving : Pose
+        Of what comes after, seen from the joint's moving frame M.
+    """
+
+    name: str
+    joint: Joint
+    fixed: Pose = Pose()
+    moving: Pose = Pose()
+
+
+@dataclass(frozen=True)
+class RobotLink:
+    """A link: its mass, and the joints that carry it, in order.
+
+    Attributes
+    ----------
+    name : str
+    parent : str or None
+        None: the ground.
+    joints : tuple of LinkJoint
+        At least one.
+    mass : float
+        kg.
+    center : ndarray, shape (3,)
+        Centre of mass in the frame of the link, m.
+    inertia : ndarray, shape (3, 3)
+        About the centre of mass in the axes of the link, kg m2.
+    has_gravity : bool
+    """
+
+    name: str
+    parent: str | None
+    joints: tuple[LinkJoint, ...]
+    mass: float
+    center: Vector
+    inertia: Matrix
+    has_gravity: bool = True
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves seen from its parent."""
+        return any(not made.joint.is_fixed for made in self.joints)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """``sum c_i q_i = constant`` over joints by name."""
+
+    name: str
+    coefficients: Mapping[str, float]
+    constant: float
+
+
+@dataclass(frozen=True)
+class Closure:
+    """A joint that closes a loop between frames of two links; None: of the ground."""
+
+    name: str
+    joint: Joint
+    ends: tuple[tuple[str | None, Pose], tuple[str | None, Pose]]
+
+
+@dataclass
+class NotTaken:
+    """What of a file is not in the scene: names by kind, and whether they would change the motion."""
+
+    acting: dict[str, list[str]] = field(default_factory=dict)
+    silent: dict[str, list[str]] = field(default_factory=dict)
+
+    def add_acting(self, kind: str, name: str) -> None:
+        """Add what would change the motion."""
+        self.acting.setdefault(kind, []).append(name)
+
+    def add_silent(self, kind: str, name: str) -> None:
+        """Add what would not."""
+        self.silent.setdefault(kind, []).append(name)
+
+
+@dataclass
+class Robot:
+    """All that a file says, parents before their children."""
+
+    name: str
+    links: list[RobotLink] = field(default_factory=list)
+    couplings: list[Coupling] = field(default_factory=list)
+    closures: list[Closure] = field(default_factory=list)
+    not_taken: NotTaken = field(default_factory=NotTaken)
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the caller of a reader chose of joints.
+
+    Attributes
+    ----------
+    positions : mapping of str to float
+        Coordinate of joints at the start, m or rad.
+    forces : bool
+        Whether springs, dampers and friction of the file act.
+    limit_stiffness, limit_damping : float
+        Of stops at the limits, N/m and N s/m, or N m/rad and N m s/rad; without stiffness limits are not taken.
+    """
+
+    positions: Mapping[str, float]
+    forces: bool
+    limit_stiffness: float | None
+    limit_damping: float
+
+    def coordinate_force(
+        self,
+        name: str,
+        not_taken: NotTaken,
+        *,
+        limits: tuple[float | None, float | None] = (None, None),
+        stiffness: float = 0.0,
+        rest: float = 0.0,
+        damping: float = 0.0,
+        friction: float = 0.0,
+    ) -> CoordinateForce | None:
+        """Return what acts along a coordinate, None if nothing does, and tell what is left out."""
+        what: dict[str, object] = {}
+        for kind, value in (("stiffness", stiffness), ("damping", damping), ("friction", friction)):
+            if value and self.forces:
+                what[kind] = value
+            elif value:
+                not_taken.add_acting(f"{kind} of joints", name)
+        if "stiffness" in what:
+            what["rest"] = rest
+        if limits != (None, None) and self.limit_stiffness is None:
+            not_taken.add_acting("limits of joints (limit_stiffness= takes them)", name)
+        elif limits != (None, None):
+            what |= {"limits": limits, "limit_stiffness": self.limit_stiffness, "limit_damping": self.limit_damping}
+        try:
+            return CoordinateForce(**what) if what else None  # type: ignore[arg-type]
+        except ModelError as error:
+            raise ModelError(f"joint {name!r}: {error}") from error

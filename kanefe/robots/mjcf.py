@@ -1,0 +1,242 @@
+"""MJCF, MuJoCo's model file: bodies with any number of joints, equalities; what else is in a file is named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.errors import FileError, ModelError
+from kanefe.frames import axis_rotation, rotation_matrix
+from kanefe.joints import Fixed, Free, Joint, Prismatic, Revolute, Spherical
+from kanefe.robots import _mujoco
+from kanefe.robots.description import Choices, Closure, Coupling, LinkJoint, NotTaken, Pose, Robot, RobotLink
+from kanefe.robots.flexible_link import FlexibleLink
+from kanefe.robots.scene import RobotScene, scene_of
+
+FREE, BALL, SLIDE, HINGE = range(4)  # mjtJoint
+CONNECT, WELD, JOINT = range(3)  # mjtEq
+BODY = 1  # mjtObj
+NO_GRAVITY = 1 << 7  # mjtDisableBit
+
+
+def read_mjcf(
+    path: str | Path,
+    *,
+    gravity: Sequence[float] | None = None,
+    flexible: Mapping[str, FlexibleBody | FlexibleLink] | None = None,
+    positions: Mapping[str, float] | None = None,
+    limit_stiffness: float | None = None,
+    limit_damping: float = 0.0,
+    joint_forces: bool = True,
+) -> RobotScene:
+    """Return the scene of an MJCF file, by MuJoCo's own parser: ``pip install 'kanefe[robots]'``.
+
+    Each body becomes a rigid one of its name, in its own frame; of several joints all but the last carry a frame
+    without mass. Coordinates are those of MuJoCo, `ref` included. Stiffness, damping and dry friction of hinges and
+    slides act; equalities of kind connect, weld and joint (linear) hold exactly, where MuJoCo's give way.
+    Shapes are used for inertia where a body has none of its own, and for nothing else. Armature, actuators, tendons,
+    contacts and whatever else the file has are not taken: ``scene.not_taken`` names them, and a warning those that
+    would change the motion.
+
+    Parameters
+    ----------
+    path : str or Path
+    gravity : array_like, shape (3,), optional
+        m/s2; default: that of the file.
+    flexible, positions, limit_stiffness, limit_damping, joint_forces
+        As of `read_urdf`. Bodies and joints without a name are called "body 3" and "joint 2", by MuJoCo's numbers.
+
+    Returns
+    -------
+    RobotScene
+        A `System` to which anything can be added.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, or MuJoCo's parser refuses it.
+    ModelError
+        If what the caller names is not there or does not fit.
+    MissingDependency
+        Without mujoco.
+
+    Warns
+    -----
+    NotTakenWarning
+        What would change the motion and is not taken.
+
+    Examples
+    --------
+    ``scene = kf.read_mjcf("ant.xml", positions={"hip_1": 0.3})``
+    """
+    source = Path(path)
+    if not source.is_file():
+        raise FileError(f"there is no file {source}. Remedy: check the path")
+    file = _mujoco.compiled(source)
+    model = file.model
+    choices = Choices(dict(positions or {}), joint_forces, limit_stiffness, limit_damping)
+    robot = Robot(source.stem)
+    _name_the_rest(file, robot.not_taken)
+    names = _Names(model)
+    if unknown := sorted(set(choices.positions) - set(names.joints)):
+        raise ModelError(
+            f"positions: {source} has no joint {unknown[0]!r}. It has: {', '.join(names.joints) or 'none'}"
+        )
+    if model.nbody < 2:
+        raise ModelError(f"{source} has no bodies")
+    for body in range(1, model.nbody):
+        robot.links.append(_link(model, names, body, choices, robot.not_taken))
+    for number in range(model.neq):
+        _add_equality(model, names, number, robot)
+    falls = (0.0, 0.0, 0.0) if model.opt.disableflags & NO_GRAVITY else tuple(model.opt.gravity.tolist())
+    return scene_of(robot, falls if gravity is None else gravity, flexible)
+
+
+class _Names:
+    """Names of bodies and joints, with "." for "/", and numbers for those without one."""
+
+    def __init__(self, model: Any) -> None:
+        self.bodies = [model.body(i).name.replace("/", ".") or f"body {i}" for i in range(model.nbody)]
+        self.joints = [model.joint(i).name.replace("/", ".") or f"joint {i}" for i in range(model.njnt)]
+
+    def link(self, body: int) -> str | None:
+        """Return the link of a body; None: the ground."""
+        return self.bodies[body] if body else None
+
+
+def _name_the_rest(file: _mujoco.CompiledRobot, not_taken: NotTaken) -> None:
+    for kind, name in _mujoco.SILENT.items():
+        for element in file.named[kind]:
+            not_taken.add_silent(name, element)
+    for kind, name in _mujoco.ACTING.items():
+        for element in file.named[kind]:
+            not_taken.add_acting(name, element)
+    for body in file.shapes:
+        not_taken.add_acting("shapes, which touch nothing", body)
+    for what in ("density", "viscosity"):
+        if getattr(file.model.opt, what):
+            not_taken.add_acting("fluid", what)
+
+
+def _link(model: Any, names: _Names, body: int, choices: Choices, not_taken: NotTaken) -> RobotLink:
+    name = names.bodies[body]
+    turn = rotation_matrix(model.body_iquat[body])
+    inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
+    compensation = float(model.body_gravcomp[body])
+    if compensation not in (0.0, 1.0):
+        not_taken.add_acting("partial compensation of gravity", name)
+    return RobotLink(
+        name,
+        names.link(int(model.body_parentid[body])),
+        _joints(model, names, body, choices, not_taken),
+        float(model.body_mass[body]),
+        model.body_ipos[body].copy(),
+        0.5 * (inertia + inertia.T),
+        has_gravity=compensation != 1.0,
+    )
+
+
+def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: NotTaken) -> tuple[LinkJoint, ...]:
+    """Return the joints of a body in order: about anchors and axes fixed in the body, each after those before it."""
+    place = Pose(model.body_pos[body].copy(), rotation_matrix(model.body_quat[body]))
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    if not count:
+        return (LinkJoint(f"mount of {names.bodies[body]}", Fixed(), place),)
+    made = []
+    for number in range(first, first + count):
+        name, kind = names.joints[number], int(model.jnt_type[number])
+        anchor = Pose(model.jnt_pos[number].copy())
+        speed = int(model.jnt_dofadr[number])
+        if model.dof_armature[speed : speed + (6, 3, 1, 1)[kind]].any():
+            not_taken.add_acting("armature of joints", name)
+        if kind == FREE:
+            start = model.qpos0[model.jnt_qposadr[number] :][:7]
+            return (LinkJoint(name, _free(model, number, name, start, not_taken)),)
+        before = place if number == first else Pose()
+        if kind == BALL:
+            _name_forces_of_ball(model, number, name, not_taken)
+            made.append(LinkJoint(name, Spherical(), before @ anchor, anchor.inverse))
+            continue
+        axis, ref = model.jnt_axis[number].copy(), float(model.qpos0[model.jnt_qposadr[number]])
+        back = Pose(axes=axis_rotation(axis, -ref)) if kind == HINGE else Pose(-ref * axis)
+        joint = _along_axis(model, number, name, axis, ref, choices, not_taken)
+        made.append(LinkJoint(name, joint, before @ anchor @ back, anchor.inverse))
+    return tuple(made)
+
+
+def _along_axis(
+    model: Any, number: int, name: str, axis: np.ndarray, ref: float, choices: Choices, not_taken: NotTaken
+) -> Joint:
+    speed = int(model.jnt_dofadr[number])
+    limits: tuple[float | None, float | None] = (None, None)
+    if model.jnt_limited[number]:
+        limits = float(model.jnt_range[number, 0]), float(model.jnt_range[number, 1])
+    if (
+        model.dof_dampingpoly[speed].any()
+        or model.jnt_stiffnesspoly[number].any()
+        or model.jnt_springyield[number].any()
+    ):
+        not_taken.add_acting("springs and dampers of joints that are not linear", name)
+    forces = choices.coordinate_force(
+        name,
+        not_taken,
+        limits=limits,
+        stiffness=float(model.jnt_stiffness[number]),
+        rest=float(model.qpos_spring[model.jnt_qposadr[number]]),
+        damping=float(model.dof_damping[speed]),
+        friction=float(model.dof_frictionloss[speed]),
+    )
+    kind = Revolute if model.jnt_type[number] == HINGE else Prismatic
+    return kind(tuple(axis), position=choices.positions.get(name, ref), forces=forces)
+
+
+def _free(model: Any, number: int, name: str, start: np.ndarray, not_taken: NotTaken) -> Free:
+    speeds = slice(int(model.jnt_dofadr[number]), int(model.jnt_dofadr[number]) + 6)
+    if model.dof_damping[speeds].any() or model.jnt_stiffness[number] or model.dof_frictionloss[speeds].any():
+        not_taken.add_acting("forces of free and ball joints", name)
+    return Free(position=tuple(start[:3]), orientation=tuple(start[3:]))
+
+
+def _name_forces_of_ball(model: Any, number: int, name: str, not_taken: NotTaken) -> None:
+    speeds = slice(int(model.jnt_dofadr[number]), int(model.jnt_dofadr[number]) + 3)
+    if model.dof_damping[speeds].any() or model.jnt_stiffness[number] or model.dof_frictionloss[speeds].any():
+        not_taken.add_acting("forces of free and ball joints", name)
+    if model.jnt_limited[number]:
+        not_taken.add_acting("limits of ball joints", name)
+
+
+def _add_equality(model: Any, names: _Names, number: int, robot: Robot) -> None:
+    """Add what holds two bodies or joints, or name it."""
+    name = model.equality(number).name or f"equality {number}"
+    kind, one, two = int(model.eq_type[number]), int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
+    data = model.eq_data[number]
+    is_of_bodies = int(model.eq_objtype[number]) == BODY
+    if not model.eq_active0[number]:
+        robot.not_taken.add_silent("equalities that are off", name)
+    elif kind == JOINT and not data[2:5].any():
+        robot.couplings.append(_coupling(model, names, name, one, two, data))
+    elif kind == CONNECT and is_of_bodies:
+        ends = (names.link(one), Pose(data[0:3].copy())), (names.link(two), Pose(data[3:6].copy()))
+        robot.closures.append(Closure(name, Spherical(), ends))
+    elif kind == WELD and is_of_bodies:
+        relative = Pose(data[3:6].copy(), rotation_matrix(data[6:10]))
+        point = Pose(data[0:3].copy())
+        ends = (names.link(one), relative @ point), (names.link(two), point)
+        robot.closures.append(Closure(name, Fixed(), ends))
+    else:
+        robot.not_taken.add_acting("equalities of other kinds", name)
+
+
+def _coupling(model: Any, names: _Names, name: str, one: int, two: int, data: np.ndarray) -> Coupling:
+    """Return ``(q1 - q1_0) = c0 + c1 (q2 - q2_0)``, with the angles of the file's own pose."""
+    first = float(model.qpos0[model.jnt_qposadr[one]])
+    if two < 0:
+        return Coupling(name, {names.joints[one]: 1.0}, first + float(data[0]))
+    second = float(model.qpos0[model.jnt_qposadr[two]])
+    coefficients = {names.joints[one]: 1.0, names.joints[two]: -float(data[1])}
+    constant = first + float(data[0]) - float(data[1]) * second
+    return Coupling(name, {joint: c for joint, c in coefficients.items() if c}, constant)

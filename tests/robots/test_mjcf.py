@@ -1,0 +1,170 @@
+"""MJCF: MuJoCo's own accelerations and places, equalities in a run, and what is not taken or refused."""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe.robots.scene import NotTakenWarning
+
+pytestmark = pytest.mark.mjcf
+
+MACHINE = """<mujoco model="machine"><compiler angle="degree"/><option gravity="0.3 -0.2 -9.81"/>
+<asset><mesh name="hull" file="there_is_none.stl"/></asset><default><joint damping="0.5"/></default>
+<worldbody><geom type="plane" size="1 1 1"/>
+<body name="craft" pos="0.2 0.1 1" quat="1 .2 .3 .4"><freejoint name="flight"/>
+ <inertial pos="0 0 .1" mass="1" fullinertia="1 1.1 1.2 .1 0 0.05"/><geom type="mesh" mesh="hull"/>
+ <body name="arm" pos=".3 0 .1" euler="10 20 30">
+  <joint name="swing" axis="0 1 .2" pos="0.1 .02 -.03" ref="30" stiffness="2" springref="10" RANGE/>
+  <joint name="slide" type="slide" axis="1 .3 0" ref="0.1" stiffness="30" springref=".05" pos=".1 .1 .2"/>
+  <joint name="twist" axis="0 0 1" pos="0 -.05 .02" ARMATURE/>
+  <geom type="box" size=".1 .2 .05" pos=".1 0 0" euler="0 0 20"/>
+  <body name="ball" pos=".2 0 0"><joint name="socket" type="ball" damping="0" pos="0 .03 .01"/>
+   <geom type="capsule" size=".03" fromto="0 0 0 .2 .1 0"/>
+   <body name="tip" pos=".2 .1 0"><geom type="sphere" size=".04"/></body></body></body></body>
+<body pos="1 1 1" gravcomp="1"><joint axis="1 0 0"/><geom size=".1" pos="0 .2 0"/></body>
+</worldbody>MORE</mujoco>"""
+
+PAIR = """<mujoco><worldbody>
+<body name="a"><joint name="first" axis="0 1 0" ref="FIRST"/>
+ <inertial pos=".2 0 0" mass="1" diaginertia=".01 .01 .01"/></body>
+<body name="b" pos="1 0 0"><joint name="second" axis="0 1 0"/>
+ <inertial pos=".2 0 0" mass="1" diaginertia=".01 .01 .01"/></body>
+</worldbody><equality>EQUALITY</equality></mujoco>"""
+
+
+def write(folder: Path, text: str, **parts: str) -> Path:
+    for word in ("RANGE", "ARMATURE", "MORE", "FIRST", "EQUALITY"):
+        text = text.replace(word, parts.get(word.lower(), "0" if word == "FIRST" else ""))
+    path = folder / "machine.xml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def read(path: Path, **choices: object) -> kf.RobotScene:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotTakenWarning)
+        return kf.read_mjcf(path, **choices)
+
+
+def test_accelerations_and_places_are_mujocos(tmp_path: Path) -> None:
+    path = write(tmp_path, MACHINE)
+    model = read(path).freeze()
+    mujoco = importlib.import_module("mujoco")
+    peer = importlib.import_module("kanefe.robots._mujoco").compiled(path).model
+    state = mujoco.MjData(peer)
+    rng = np.random.default_rng(0)
+    q = model.initial_state[: peer.nq] + rng.uniform(-0.5, 0.5, peer.nq)
+    assert model.initial_state[: peer.nq] == pytest.approx(peer.qpos0, abs=1e-15)
+    for first in (3, 10):  # Euler parameters of the craft and of the ball
+        q[first : first + 4] /= np.linalg.norm(q[first : first + 4])
+    u = rng.uniform(-1.0, 1.0, peer.nv)
+    state.qpos[:], state.qvel[:] = q, u
+    mujoco.mj_forward(peer, state)
+    y = np.concatenate((q, u))
+    # both to round-off of sums of some ten bodies
+    assert model.rhs(0.0, y)[peer.nq :] == pytest.approx(state.qacc, abs=1e-12 * abs(state.qacc).max())
+    for name in ("arm", "ball", "tip"):
+        motion, number = model.kinematics(name, 0.0, y), peer.body(name).id
+        assert motion.position == pytest.approx(state.xpos[number], abs=1e-14)
+        assert motion.rotation == pytest.approx(state.xmat[number].reshape(3, 3), abs=1e-14)
+
+
+def test_what_is_not_taken_is_named(tmp_path: Path) -> None:
+    more = (
+        '<actuator><motor name="drive" joint="twist"/></actuator>'
+        '<sensor><jointpos name="angle" joint="twist"/></sensor>'
+        '<tendon><fixed name="cord"><joint joint="twist" coef="1"/></fixed></tendon>'
+        '<equality><tendon name="knot" tendon1="cord"/></equality>'
+        '<contact><exclude body1="arm" body2="ball"/></contact>'
+        f'<keyframe><key name="home" qpos="{"0 " * 15}"/></keyframe>'
+    )
+    path = write(tmp_path, MACHINE, range='range="-90 90"', armature='armature="0.1" frictionloss="0.2"', more=more)
+    with pytest.warns(NotTakenWarning, match="actuators: drive; tendons: cord") as told:
+        scene = kf.read_mjcf(path)
+    assert len(told) == 1
+    named = scene.not_taken
+    assert named["armature of joints"] == ("twist",)
+    assert named["limits of joints (limit_stiffness= takes them)"] == ("swing",)
+    assert named["shapes, which touch nothing"] == ("world", "craft", "arm", "ball", "tip", "unnamed")
+    assert (named["sensors"], named["keyframes"]) == (("angle",), ("home",))
+    assert scene.body("twist").system._entries[3].joint.forces.friction == 0.2
+    assert scene.joints["twist"] == "twist"
+    assert not scene._entries[-1].has_gravity
+
+
+def test_joint_and_gravity_options(tmp_path: Path) -> None:
+    path = write(tmp_path, MACHINE, range='range="-90 90"')
+    scene = read(path, positions={"slide": 0.3}, gravity=(0, 0, 0), joint_forces=False, limit_stiffness=100.0)
+    assert scene.gravity.tolist() == [0, 0, 0]
+    swing, slide = (scene._entries[n].joint for n in (1, 2))
+    assert swing.forces.limits == pytest.approx((-np.pi / 2, np.pi / 2))
+    assert (slide.position, slide.forces) == (0.3, None)
+    assert scene.not_taken["stiffness of joints"] == ("swing", "slide")
+    with pytest.raises(kf.ModelError, match=r"has no joint 'knee'. It has: flight, swing"):
+        read(path, positions={"knee": 1.0})
+
+
+def test_coupled_joints_follow_the_polynomial(tmp_path: Path) -> None:
+    equality = '<joint joint1="first" joint2="second" polycoef="0.1 -2 0 0 0"/>'
+    result = read(write(tmp_path, PAIR, equality=equality, first="17.2")).simulate((0.0, 0.3), rtol=1e-9)
+    first, second = (result.joint_coordinates(name)[:, 0] for name in ("a", "b"))
+    assert abs(second[-1]) > 0.01
+    assert first - np.deg2rad(17.2) == pytest.approx(0.1 - 2.0 * second, abs=1e-9)
+
+
+def test_a_lone_joint_is_held(tmp_path: Path) -> None:
+    scene = read(write(tmp_path, PAIR, equality='<joint joint1="first" polycoef="0.2 0 0 0 0"/>'))
+    assert scene.simulate((0.0, 0.1)).joint_coordinates("a")[:, 0] == pytest.approx(0.2, abs=1e-9)
+
+
+def test_connected_bodies_stay_connected(tmp_path: Path) -> None:
+    equality = '<connect name="pin" body1="b" body2="a" anchor="-0.4 0 0.3"/>'
+    scene = read(write(tmp_path, PAIR, equality=equality))
+    ends = scene._constraints[0].a, scene._constraints[0].b
+    assert [end.point.tolist() for end in ends] == [[-0.4, 0, 0.3], [0.6, 0, 0.3]]
+    model = scene.freeze()
+    assert model.constraint_report().degrees_of_freedom == 0
+
+
+def test_welded_bodies_move_as_one(tmp_path: Path) -> None:
+    scene = read(write(tmp_path, PAIR, equality='<weld name="glue" body1="a" body2="b"/>'))
+    assert scene.freeze().constraint_report().degrees_of_freedom == 0
+    pose = scene._constraints[0].a
+    assert pose.point == pytest.approx([1, 0, 0])
+
+
+def test_equalities_that_are_off_or_of_other_kinds_are_named(tmp_path: Path) -> None:
+    equality = (
+        '<connect name="loose" body1="b" body2="a" anchor="0 0 0" active="false"/>'
+        '<joint name="bent" joint1="first" joint2="second" polycoef="0 1 3 0 0"/>'
+    )
+    with pytest.warns(NotTakenWarning, match="equalities of other kinds: bent"):
+        scene = kf.read_mjcf(write(tmp_path, PAIR, equality=equality))
+    assert scene.not_taken["equalities that are off"] == ("loose",)
+
+
+def test_bad_files_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "machine.xml"
+    with pytest.raises(kf.FileError, match="there is no file"):
+        kf.read_mjcf(path)
+    for text, message in (
+        ("<mujoco><worldbody>", r"MuJoCo's parser refuses .*machine.xml: .*Remedy: check the file"),
+        ("<mujoco><worldbody><body><joint type='knee'/></body></worldbody></mujoco>", "invalid keyword: 'knee'"),
+        ("<mujoco><worldbody><body name='a'><joint/></body></worldbody></mujoco>", "mass and inertia of moving bodies"),
+        ("<mujoco><worldbody/></mujoco>", "has no bodies"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(kf.KanefeError, match=message):
+            kf.read_mjcf(path)
+
+
+def test_inertia_from_a_mesh_that_is_missing_is_asked_for(tmp_path: Path) -> None:
+    inertial = '<inertial pos="0 0 .1" mass="1" fullinertia="1 1.1 1.2 .1 0 0.05"/>'
+    with pytest.raises(kf.FileError, match="give the body an <inertial>: then no mesh is needed"):
+        kf.read_mjcf(write(tmp_path, MACHINE.replace(inertial, "")))
