@@ -1,4 +1,4 @@
-"""The command line: ``kanefe verify``, and the commands that plugins such as `kanefe_fem` add (``kanefe demo``)."""
+"""The command line: ``kanefe doctor``, ``kanefe verify`` ..., and the commands of plugins (``kanefe demo``)."""
 
 from __future__ import annotations
 
@@ -51,6 +51,29 @@ def stress(
     raise typer.Exit(run(cases or [], quick=quick, method=method, json_path=json, html_path=html))
 
 
+def doctor(
+    json: Annotated[
+        str | None, typer.Option(help="Also write what was found to this file as JSON; '-' for standard output.")
+    ] = None,
+) -> None:
+    """Show what is installed and works, where caches are, and a solve on each route; exit 1 if something is broken."""
+    from kanefe.doctor.examination import doctor as run
+
+    raise typer.Exit(run(json))
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="The folder to make; its last part is the name of the project.")],
+) -> None:
+    """Make a folder with a mesh source, a script that runs, and a page that says what is next."""
+    from kanefe.new_project.project import new_project
+
+    written = new_project(name)
+    folder = written[0].parent
+    typer.echo(f"made {folder} with {', '.join(path.name for path in written)}")
+    typer.echo(f"next: cd {folder} && python run.py")
+
+
 def version() -> None:
     """Print the version."""
     typer.echo(__version__)
@@ -64,6 +87,20 @@ def prepare() -> None:
 
     count = build(own_folder(), processors_here(), typer.echo)
     typer.echo(f"the solver is prepared: {count} parts built, {own_folder()}")
+
+
+def view(
+    run: Annotated[str, typer.Argument(help="A result that result.save wrote, such as out/run.h5.")],
+    to: Annotated[str | None, typer.Option(help="Write the page to this .html file, and open no browser.")] = None,
+) -> None:
+    """Show a saved run in the browser: its bodies move, and can be turned with the mouse."""
+    from kanefe.result import load_result
+
+    result = load_result(run)
+    if to is None:
+        result.view()
+    else:
+        typer.echo(f"written: {result.to_html(to)}")
 
 
 def _print_version(is_asked: bool) -> None:
@@ -122,8 +159,11 @@ def main() -> None:
     app.callback()(options)
     app.command()(verify)
     app.command()(stress)
+    app.command()(doctor)
+    app.command()(new)
     app.command()(version)
     app.command()(prepare)
+    app.command()(view)
     of_cache = typer.Typer(
         name="cache", help="The cache of flexible bodies and their models.", epilog=VARIABLES, no_args_is_help=True
     )

@@ -1,0 +1,210 @@
+"""The packages that kanefe can use: which are there, which cannot be imported, and what the others would bring."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import Literal
+
+State = Literal["works", "missing", "broken"]
+
+IMPORTING = """
+import importlib, json, sys
+for name in sys.argv[1:]:
+    what, found = "", ""
+    try:
+        if name == "dolfinx":
+            try:  # the newest one brings its own MPI, which goes first
+                importlib.import_module("dolfinx_solver")
+            except ModuleNotFoundError:
+                pass
+        found = str(getattr(importlib.import_module(name), "__version__", ""))
+    except BaseException as error:
+        missing = isinstance(error, ModuleNotFoundError) and error.name == name.partition(".")[0]
+        what = "missing" if missing else type(error).__name__ + ": " + str(error)
+    print("\\n" + json.dumps([name, what, found]), flush=True)
+"""
+"""What a process that imports packages runs: one that crashes takes no more than itself along."""
+
+LONGEST = 120.0
+"""Seconds after which an import counts as one that hangs."""
+
+
+@dataclass(frozen=True)
+class Dependency:
+    """A package that kanefe can use.
+
+    Attributes
+    ----------
+    module : str
+        What is imported.
+    distribution : str
+        What pip calls it.
+    brings : str
+        What kanefe can do with it.
+    command : str
+        What installs it.
+    is_needed : bool
+        Whether kanefe cannot be without it.
+    """
+
+    module: str
+    distribution: str
+    brings: str
+    command: str
+    is_needed: bool = False
+
+
+def _extra(name: str) -> str:
+    return f"pip install 'kanefe[{name}]'"
+
+
+_ALWAYS = "pip install kanefe"
+_SEA, _STUDY, _REPORT = _extra("sea"), _extra("study"), _extra("report")
+
+PARTS = (
+    Dependency("numpy", "numpy", "arrays", _ALWAYS, True),
+    Dependency("scipy", "scipy", "sparse matrices, solvers", _ALWAYS, True),
+    Dependency("h5py", "h5py", "files of results", _ALWAYS, True),
+    Dependency("matplotlib", "matplotlib", "plots", _ALWAYS, True),
+    Dependency("meshio", "meshio", "meshes of Abaqus, Nastran, MED and VTK", _ALWAYS, True),
+    Dependency("pyevtk", "pyevtk", "files for ParaView", _ALWAYS, True),
+    Dependency(
+        "dolfinx", "fenics-dolfinx", "bodies from meshes", "apt-get install python3-dolfinx, or " + _extra("fenicsx")
+    ),
+    Dependency("gmsh", "gmsh", "meshes, and sources of them", "apt-get install python3-gmsh, or pip install gmsh"),
+    Dependency(
+        "numba", "numba", "kernels where no wheel brought them, compiled functions of one's own", _extra("compile")
+    ),
+    Dependency("pyvista", "pyvista", "pictures of modes and stresses", _REPORT),
+    Dependency("control", "control", "state spaces for python-control", _extra("control")),
+    Dependency("sksundae", "scikit-sundae", "CVODE of SUNDIALS", _extra("sundials")),
+    Dependency("xarray", "xarray", "motions of ships from netCDF", _SEA),
+    Dependency("h5netcdf", "h5netcdf", "motions of ships from netCDF", _SEA),
+    Dependency("wavespectra", "wavespectra", "measured seas", _SEA),
+    Dependency("distributed", "distributed", "studies on a Dask cluster", _STUDY),
+    Dependency("pandas", "pandas", "tables of studies as DataFrames", _STUDY),
+    Dependency("pyyeti", "pyyeti", "files of Nastran", _extra("nastran")),
+    Dependency("mapdl_archive", "mapdl-archive", "nodes of Ansys", _extra("ansys")),
+    Dependency("yourdfpy", "yourdfpy", "robots of URDF files", _extra("robots")),
+    Dependency("mujoco", "mujoco", "robots of MJCF files", _extra("robots")),
+)
+
+APART = {"dolfinx", "gmsh"}
+"""Imported in a process of their own: libraries that they bring must not meet those of other packages."""
+
+COMPILER = Dependency(
+    "cc", "cc", "kernels, forms of dolfinx, where they are not built yet", "apt-get install gcc libc6-dev"
+)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was found of a part.
+
+    Attributes
+    ----------
+    part : Dependency
+    state : "works", "missing" or "broken"
+    version : str
+        Empty if it is missing or does not say.
+    trouble : str
+        Why it is broken.
+    """
+
+    part: Dependency
+    state: State
+    version: str = ""
+    trouble: str = ""
+
+    @property
+    def is_fault(self) -> bool:
+        """Whether something is wrong, rather than left out."""
+        return self.state == "broken" or (self.state == "missing" and self.part.is_needed)
+
+
+class Search:
+    """Imports of all parts, in processes of their own, while something else is done.
+
+    Parameters
+    ----------
+    parts : sequence of Dependency
+    """
+
+    def __init__(self, parts: Sequence[Dependency] = PARTS) -> None:
+        self._parts = parts
+        names = [part.module for part in parts]
+        self._groups = [[n for n in names if n in APART], [n for n in names if n not in APART]]
+        self._running = [_start(group) for group in self._groups if group]
+        self._groups = [group for group in self._groups if group]
+
+    def results(self) -> list[Found]:
+        """Wait for what was found, in the order of the parts, and the compiler last."""
+        told: dict[str, tuple[str, str]] = {}
+        for group, process in zip(self._groups, self._running, strict=True):
+            told |= _collected(group, process)
+        return [_found(part, *told[part.module]) for part in self._parts] + [_compiler()]
+
+
+def _start(names: Iterable[str]) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", IMPORTING, *names],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        env={"MPLBACKEND": "agg", **os.environ},
+    )
+
+
+def _collected(names: list[str], process: subprocess.Popen[str]) -> dict[str, tuple[str, str]]:
+    """Return trouble and version of each package; one that ends the process is told, and the rest tried again."""
+    told: dict[str, tuple[str, str]] = {}
+    left = list(names)
+    while left:
+        try:
+            out, errors = process.communicate(timeout=LONGEST)
+            end = f"ended its process with {process.returncode}: {errors.strip().splitlines()[-1:] or 'without a word'}"
+        except subprocess.TimeoutExpired:
+            process.kill()
+            out, errors = process.communicate()
+            end = f"hung for {LONGEST:g} s"
+        for line in out.splitlines():
+            if line.startswith('["'):
+                name, what, found = json.loads(line)
+                told[name] = what, found
+        left = [name for name in left if name not in told]
+        if left:
+            told[left.pop(0)] = end, ""
+            process = _start(left)
+    process.communicate()
+    return told
+
+
+def _found(part: Dependency, trouble: str, said: str) -> Found:
+    if trouble == "missing":
+        return Found(part, "missing")
+    number = said
+    for name in (part.distribution, part.module):
+        try:
+            number = number or version(name)
+        except PackageNotFoundError:
+            continue
+    return Found(part, "broken" if trouble else "works", number, " ".join(trouble.split()))
+
+
+def _compiler() -> Found:
+    name = os.environ.get("CC", "cc")
+    if shutil.which(name) is None:
+        return Found(COMPILER, "missing")
+    done = subprocess.run([name, "--version"], capture_output=True, text=True, errors="replace", check=False)
+    if done.returncode:
+        return Found(COMPILER, "broken", "", f"{name} --version ends with {done.returncode}")
+    return Found(COMPILER, "works", done.stdout.splitlines()[0] if done.stdout else "")

@@ -1,0 +1,79 @@
+"""Where kernels and cached bodies are, how many there are, and whether more can be kept."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from kanefe.bodies import cache
+from kanefe.kernels import _numba
+from kanefe.kernels.build import all_units
+from kanefe.kernels.units import BUILT, path_of
+from kanefe.storage.files import cache_folder
+
+
+@dataclass(frozen=True)
+class BuiltKernels:
+    """The compiled kernels.
+
+    Attributes
+    ----------
+    count, built : int
+        How many there are, and of how many there is a file that this processor can run.
+    from_wheel : int
+        Of how many it came with the package.
+    is_on : bool
+        Whether kernels are compiled at all: unless ``KANEFE_JIT=0``.
+    """
+
+    count: int
+    built: int
+    from_wheel: int
+    is_on: bool
+
+    @property
+    def are_ready(self) -> bool:
+        """Whether a run needs to build nothing."""
+        return self.is_on and self.built == self.count
+
+
+@dataclass(frozen=True)
+class CacheStore:
+    """A folder of the cache.
+
+    Attributes
+    ----------
+    what : str
+    folder : Path
+    files : int
+    size : int
+        Bytes.
+    can_be_written : bool
+    """
+
+    what: str
+    folder: Path
+    files: int
+    size: int
+    can_be_written: bool
+
+
+def kernels() -> BuiltKernels:
+    """Return how many kernels are built; nothing is built here."""
+    paths = [path_of(unit) for unit in all_units()]
+    built = [path for path in paths if path is not None]
+    from_wheel = sum(path.is_relative_to(BUILT) for path in built)
+    return BuiltKernels(len(paths), len(built), from_wheel, _numba.IS_COMPILED)
+
+
+def stores() -> list[CacheStore]:
+    """Return the folders of kernels and of bodies in the cache."""
+    return [_store("kernels", cache_folder() / "kernels"), _store("bodies and models", cache.bodies_folder())]
+
+
+def _store(what: str, folder: Path) -> CacheStore:
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    can_be_written = there.is_dir() and os.access(there, os.W_OK)
+    return CacheStore(what, folder, len(files), sum(path.stat().st_size for path in files), can_be_written)

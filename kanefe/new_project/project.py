@@ -1,0 +1,58 @@
+"""A new project: files of the template, with its name, in a folder of their own."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+
+from kanefe.errors import FileError, ModelError
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+WORD = "PROJECT"
+"""What stands for the name in the files of the template, whose own names end in ``.txt``."""
+
+
+def new_project(where: str) -> list[Path]:
+    """Make the folder of a new project and return its files.
+
+    Parameters
+    ----------
+    where : str
+        The folder; its last part is the name of the project.
+
+    Raises
+    ------
+    ModelError
+        If the name is none of a project.
+    FileError
+        If there is something of that name, or it cannot be written.
+    """
+    folder = Path(where)
+    if NAME.fullmatch(folder.name) is None:
+        raise ModelError(
+            f"{folder.name!r} is no name of a project. Remedy: letters, digits, '_', '-' and '.', a letter or "
+            "digit first"
+        )
+    if folder.exists() or folder.is_symlink():
+        raise FileError(f"there is a {'folder' if folder.is_dir() else 'file'} {folder} already. Remedy: another name")
+    if folder.name.isidentifier() and find_spec(folder.name) is not None:
+        raise ModelError(
+            f"a folder called {folder.name!r} would hide the Python package of that name from scripts beside it. "
+            "Remedy: another name"
+        )
+    try:
+        folder.mkdir()
+        written = []
+        for source in sorted(files("kanefe.new_project").joinpath("template").iterdir(), key=lambda file: file.name):
+            target = folder / source.name.removesuffix(".txt")
+            target.write_text(source.read_text(encoding="utf-8").replace(WORD, folder.name), encoding="utf-8")
+            written.append(target)
+    except FileNotFoundError as error:
+        raise FileError(
+            f"there is no folder {folder.parent} to make {folder.name!r} in. Remedy: make it first"
+        ) from error
+    except OSError as error:
+        raise FileError(f"cannot make {folder}: {error.strerror}. Remedy: another place") from error
+    return written
