@@ -23,6 +23,16 @@ except ImportError as _error:
 if TYPE_CHECKING:
     from kanefe.results.reader import Reader
 
+
+class ShownFigure(Figure):
+    """A figure that a notebook shows, also where nobody has asked matplotlib for pictures in the page."""
+
+    def _repr_png_(self) -> bytes:
+        data = io.BytesIO()
+        self.savefig(data, format="png", dpi=SCREEN)
+        return data.getvalue()
+
+
 Curves = Sequence[tuple[str, np.ndarray]]
 Drawn = TypeVar("Drawn")
 
@@ -33,6 +43,9 @@ STYLES = ("-", "--", ":", "-.")
 
 STATUS_COLORS = {"sticks": "#d8ecd8", "slips": "#fbe3cf"}
 """Behind the curves of a contact; white where it is open."""
+
+SCREEN = 100
+"""Dots for an inch of a picture in a notebook."""
 
 LARGEST_LEGEND = 12
 """Curves above which a legend names only the first ones."""
@@ -62,7 +75,7 @@ def draw(result: Reader, what: str, names: Sequence[str], path: str | Path | Non
 
 def blank_figure(size: tuple[float, float]) -> Figure:
     """Return a figure without a display, of a size in inches."""
-    figure = Figure(figsize=size, layout="constrained")
+    figure = ShownFigure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

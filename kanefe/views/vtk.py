@@ -16,7 +16,9 @@ from kanefe.fe_model.model import CELL_TYPES
 from kanefe.frames import rotation_matrix
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
+from kanefe.results.selection import spread_frames
 from kanefe.storage.files import ready_path
+from kanefe.views.cuboids import CORNERS, equivalent_cuboid
 
 try:
     from pyevtk.vtk import VtkFile, VtkGroup, VtkUnstructuredGrid
@@ -35,11 +37,6 @@ SMALLEST_SIDE = 0.02
 _FRAME = re.compile(r"(body\d+|rigid|contacts)_\d{4,}\.vtu")
 
 _QUOTES = {'"': "&quot;"}
-
-_CORNERS = np.array(
-    [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)], dtype=float
-)
-"""Of a cube, in VTK's order for a hexahedron."""
 
 
 FieldData = Callable[[int], tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
@@ -74,7 +71,7 @@ def write_series(
                     f"the mesh of {name!r} has cells of kind {block.kind!r}. VTK files hold: {', '.join(CELL_TYPES)}"
                 )
     if frames is None:
-        frames = _chosen_frames(result.times, fps, every)
+        frames = spread_frames(result.times, fps, every, MOST_FRAMES)
     fields = fields or {}
     target = ready_path(target.with_suffix(".pvd"))
     folder = target.with_name(f"{target.stem}_frames")
@@ -109,50 +106,6 @@ def write_series(
     return target
 
 
-def equivalent_cuboid(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return sides (3,) in m and axes (3, 3, columns) of the homogeneous box with a given mass and inertia.
-
-    From ``I_1 = m (b^2 + c^2) / 12`` and its like for the other principal axes.
-
-    Parameters
-    ----------
-    mass : float
-        kg.
-    inertia : ndarray, shape (3, 3)
-        About the centre of mass, kg m2.
-
-    Examples
-    --------
-    >>> equivalent_cuboid(12.0, np.diag([13.0, 10.0, 5.0]))[0].round(12).tolist()
-    [1.0, 2.0, 3.0]
-    """
-    moments, axes = np.linalg.eigh(inertia)
-    order = np.argsort(np.argmax(abs(axes), axis=0), kind="stable")  # keeps the box's axes near the body's own
-    moments, axes = moments[order], axes[:, order]
-    squares = 6.0 / mass * (moments.sum() - 2.0 * moments)
-    if np.linalg.det(axes) < 0:
-        axes[:, 2] *= -1.0
-    return np.sqrt(np.maximum(squares, 0.0)), axes
-
-
-def _chosen_frames(times: np.ndarray, fps: float | None, every: int | None) -> np.ndarray:
-    """Return the numbers of the output times to write."""
-    if fps is not None and every is not None:
-        raise ModelError("give fps= or every=, not both")
-    if fps is not None:
-        if not (math.isfinite(fps) and fps > 0):
-            raise ModelError(f"fps must be above zero, not {fps!r}")
-        wanted = times[0] + np.arange(math.floor((times[-1] - times[0]) * fps * (1 + 1e-12)) + 1) / fps
-        after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
-        nearest = np.where(wanted - times[after - 1] <= times[after] - wanted, after - 1, after)
-        return np.unique(nearest)
-    if every is None:
-        every = max(1, math.ceil((len(times) - 1) / (MOST_FRAMES - 1)))
-    if every != int(every) or every < 1:
-        raise ModelError(f"every must be a whole number of at least 1, not {every!r}")
-    return np.arange(0, len(times), int(every))
-
-
 def _boxes(result: Reader, shapes: list[BodyShape]) -> list[tuple[int, BodyShape, np.ndarray]]:
     """Return number, shape and corners (8, 3) in the body's frame of the box of each rigid body."""
     points = [result.position(name) for name in result.bodies]
@@ -165,7 +118,7 @@ def _boxes(result: Reader, shapes: list[BodyShape]) -> list[tuple[int, BodyShape
     boxes = []
     for shape, (sides, axes) in zip(shapes, sizes, strict=True):
         shown = np.maximum(sides, SMALLEST_SIDE * extent)
-        boxes.append((result.bodies.index(shape.name), shape, shape.com + 0.5 * (_CORNERS * shown) @ axes.T))
+        boxes.append((result.bodies.index(shape.name), shape, shape.com + 0.5 * (CORNERS * shown) @ axes.T))
     return boxes
 
 

@@ -134,3 +134,7 @@ else:
     raise SystemExit("no error")
 """
     subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_a_notebook_shows_a_figure_by_itself():
+    assert pendulum().plot("energy")._repr_png_().startswith(b"\x89PNG")

@@ -11,7 +11,9 @@ import kanefe as kf
 from disk_faults import full_disk
 from kanefe.fe_model.model import Cells
 from kanefe.frames import rotation_matrix
+from kanefe.results.selection import spread_frames
 from kanefe.views import vtk
+from kanefe.views.cuboids import equivalent_cuboid
 from result_scenes import pendulum, robot, turntable
 from vtk_files import read_grid, read_series
 
@@ -101,7 +103,7 @@ def test_the_box_has_the_inertia_it_stands_for(seed):
     sides = rng.uniform(0.1, 2.0, 3)
     axes, _ = np.linalg.qr(rng.standard_normal((3, 3)))
     inertia = axes @ np.diag(3.0 / 12 * (sides @ sides - sides**2)) @ axes.T
-    found, turned = vtk.equivalent_cuboid(3.0, inertia)
+    found, turned = equivalent_cuboid(3.0, inertia)
     np.testing.assert_allclose(np.sort(found), np.sort(sides), rtol=1e-10)
     again = turned @ np.diag(3.0 / 12 * (found @ found - found**2)) @ turned.T
     np.testing.assert_allclose(again, inertia, atol=1e-12)
@@ -129,10 +131,10 @@ def test_a_body_without_cells_is_a_cloud_of_points(tmp_path):
 
 def test_frames_are_chosen_by_rate_or_step():
     times = np.linspace(2.0, 3.0, 501)
-    assert vtk._chosen_frames(times, 25.0, None).tolist() == list(range(0, 501, 20))
-    assert vtk._chosen_frames(times, 1e5, None).tolist() == list(range(501))
-    assert len(vtk._chosen_frames(times, None, None)) <= 200
-    assert vtk._chosen_frames(times, None, 250).tolist() == [0, 250, 500]
+    assert spread_frames(times, 25.0, None, 200).tolist() == list(range(0, 501, 20))
+    assert spread_frames(times, 1e5, None, 200).tolist() == list(range(501))
+    assert len(spread_frames(times, None, None, 200)) <= 200
+    assert spread_frames(times, None, 250, 200).tolist() == [0, 250, 500]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,51 @@
+"""Boxes of mass and inertia that stand for rigid bodies of which no more is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kanefe.results.body_shape import BodyShape
+from kanefe.results.surface_outline import SurfaceOutline
+from kanefe.views.cuboids import CORNERS, equivalent_cuboid
+
+SMALLEST = 0.012
+"""Side of the box that stands for a point, as a share of the scene's size."""
+
+COVERED = 0.5
+"""Size of a body's surfaces, as a share of that of its box, from which on they stand for the body."""
+
+_FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
+TRIANGLES = np.concatenate((_FACES[:, [0, 1, 2]], _FACES[:, [0, 2, 3]]))
+"""Of a box of `kanefe.views.cuboids.CORNERS`."""
+
+
+def box_of(shape: BodyShape, surfaces: Sequence[SurfaceOutline], smallest: float = 0.0) -> np.ndarray | None:
+    """Return the corners (8, 3) of the box of a rigid body in its frame; None where its surfaces stand for it.
+
+    Parameters
+    ----------
+    shape : BodyShape
+        With a mass.
+    surfaces : sequence of SurfaceOutline
+        Of the body. A plane of a body that is driven, as a deck is, stands for it.
+    smallest : float
+        Least side, m.
+    """
+    sides, axes = equivalent_cuboid(shape.mass, shape.inertia)
+    if shape.is_driven and any(surface.is_endless for surface in surfaces):
+        return None
+    for surface in surfaces:
+        extent = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+        if not surface.is_endless and extent >= COVERED * float(np.linalg.norm(sides)):
+            return None
+    return np.asarray(shape.com + 0.5 * (CORNERS * np.maximum(sides, smallest)) @ axes.T)
+
+
+def is_inside(corners: np.ndarray, points: np.ndarray) -> bool:
+    """Tell whether one of the points (p, 3) is well inside a box (8, 3)."""
+    middle, edges = corners.mean(axis=0), corners[[1, 3, 4]] - corners[0]
+    squares = np.maximum((edges**2).sum(axis=1), 1e-300)
+    shares = np.abs((points - middle) @ edges.T) / squares
+    return bool((shares < 0.45).all(axis=1).any())

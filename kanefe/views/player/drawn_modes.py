@@ -1,0 +1,130 @@
+"""By which few modes a flexible body is drawn: its own, or of a body of very many coordinates those of its motion."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from kanefe.results.body_shape import BodyShape
+from kanefe.results.reader import Reader
+from kanefe.views.player.skins import Skin
+
+MOST_OWN = 100
+"""Coordinates up to which a body is drawn by its own modes; beyond, by the principal ones of its motion."""
+
+MOST_PRINCIPAL = 48
+
+UNSEEN = 1e-4
+"""Share of the largest displacement, and of the largest stress, by which modes that are left out may move a node."""
+
+AT_ONCE = 4_000_000
+"""Numbers of one piece of the work."""
+
+
+class StressField(Protocol):
+    """The stress of a flexible body, linear in its coordinates: what ``kanefe_fem.recover(result, name)`` gives."""
+
+    @property
+    def name(self) -> str:
+        """The body."""
+        ...
+
+    @property
+    def result(self) -> Reader:
+        """The run."""
+        ...
+
+    def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
+        """Return the stress at the nodes (r, n, 6), xx, yy, zz, yz, xz, xy, Pa, of coordinates (r, k)."""
+        ...
+
+
+class DrawnModes(NamedTuple):
+    """A motion as a sum, ``x = X + sum_i a_i(t) shapes_i``.
+
+    Attributes
+    ----------
+    amplitudes : ndarray, shape (S, r)
+        At the times shown.
+    shapes : ndarray, shape (r, p, 3)
+        Displacements of the points of the skin, m.
+    stresses : ndarray, shape (r, p, 6), or None
+        Pa; NaN where there is none.
+    """
+
+    amplitudes: np.ndarray
+    shapes: np.ndarray
+    stresses: np.ndarray | None
+
+
+def drawn_modes(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressField | None) -> DrawnModes:
+    """Return the modes by which a body is drawn.
+
+    Parameters
+    ----------
+    shape : BodyShape
+    skin : Skin
+    eta : ndarray, shape (S, k)
+        Modal coordinates at the times shown.
+    stress : StressField or None
+    """
+    if eta.shape[1] > MOST_OWN:
+        amplitudes, rows = _principal(shape, skin, eta)
+    else:
+        amplitudes, rows = eta, np.eye(eta.shape[1])
+    shapes = skin.motion(shape, rows)
+    stresses = None if stress is None else stress.stress_of(rows)[:, skin.nodes]
+    kept = _seen(amplitudes, shapes)
+    if stresses is not None:
+        kept |= _seen(amplitudes, np.nan_to_num(stresses))
+    return DrawnModes(amplitudes[:, kept], shapes[kept], None if stresses is None else stresses[kept])
+
+
+def largest_values(modes: DrawnModes) -> tuple[float, float]:
+    """Return the largest displacement (m) and von Mises stress (Pa) at the times shown."""
+    count = max(1, modes.shapes.shape[1])
+    at_once = max(1, AT_ONCE // (9 * count))
+    moved = pressed = 0.0
+    for start in range(0, len(modes.amplitudes), at_once):
+        part = modes.amplitudes[start : start + at_once]
+        if not part.shape[1]:
+            break
+        offsets = np.tensordot(part, modes.shapes, axes=1)
+        moved = max(moved, float(np.sqrt((offsets**2).sum(axis=-1).max(initial=0.0))))
+        if modes.stresses is not None:
+            found = von_mises(np.tensordot(part, np.nan_to_num(modes.stresses), axes=1))
+            pressed = max(pressed, float(found.max(initial=0.0)))
+    return moved, pressed
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Return von Mises' stress of (..., 6), xx, yy, zz, yz, xz, xy."""
+    xx, yy, zz, yz, xz, xy = np.moveaxis(stress, -1, 0)
+    shear = yz**2 + xz**2 + xy**2
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear))
+
+
+def _seen(amplitudes: np.ndarray, fields: np.ndarray) -> np.ndarray:
+    """Return which modes are needed so that the others together change nothing by more than a small share, (r,)."""
+    sizes = np.abs(fields).max(axis=tuple(range(1, fields.ndim)), initial=0.0)
+    largest = np.abs(amplitudes).max(axis=0, initial=0.0) * sizes
+    order = np.argsort(largest)
+    left_out = order[np.cumsum(largest[order]) <= UNSEEN * largest.max(initial=0.0)]
+    kept = np.ones(len(fields), dtype=bool)
+    kept[left_out] = False
+    return kept & (largest > 0.0)
+
+
+def _principal(shape: BodyShape, skin: Skin, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return amplitudes (S, r) and the coordinates of their modes (r, k), from the products of all instants."""
+    at_once = max(1, AT_ONCE // (3 * max(1, len(eta))))
+    products = np.zeros((len(eta), len(eta)))
+    for start in range(0, len(skin.points), at_once):
+        moved = skin.part(slice(start, start + at_once)).motion(shape, eta).reshape(len(eta), -1)
+        products += moved @ moved.T
+    values, vectors = np.linalg.eigh(products)
+    values, vectors = values[::-1], vectors[:, ::-1]
+    kept = np.flatnonzero(values > UNSEEN**2 * max(values[0], 0.0))[:MOST_PRINCIPAL]
+    sizes = np.sqrt(values[kept])
+    return vectors[:, kept] * sizes, (vectors[:, kept] / sizes).T @ eta

@@ -1,0 +1,140 @@
+"""The page that shows a run: its text, as a file, in a notebook and in a browser."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+import webbrowser
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from kanefe.errors import ModelError
+from kanefe.results.reader import Reader
+from kanefe.results.selection import spread_frames
+from kanefe.storage.files import ready_path, write_whole
+from kanefe.storage.watched import is_notebook
+from kanefe.views.player.drawn_modes import StressField
+from kanefe.views.player.scene_data import SceneData
+
+MOST_FRAMES = 1000
+"""Output times shown where the user does not choose; between them the browser interpolates."""
+
+COLOURS = ("displacement", "stress", "none")
+SUFFIXES = (".html", ".htm")
+HEIGHT = 620
+"""Of the page in a notebook, pixels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A run as one page of HTML that moves; in a notebook it shows itself.
+
+    Attributes
+    ----------
+    html : str
+        All of it: nothing is loaded from elsewhere.
+    path : Path or None
+        The file that it was written to.
+    """
+
+    html: str
+    path: Path | None = None
+
+    def __repr__(self) -> str:
+        return f"Page({len(self.html) / 1e6:.2f} MB" + (f", {self.path})" if self.path is not None else ")")
+
+    def _repr_html_(self) -> str:
+        style = f"width:100%;height:{HEIGHT}px;border:1px solid #d5d9de;border-radius:6px"
+        return f'<iframe srcdoc="{escape(self.html)}" style="{style}" allowfullscreen></iframe>'
+
+
+def page_of(
+    result: Reader,
+    *,
+    colour: str | None = None,
+    stress: StressField | Sequence[StressField] = (),
+    forces: bool = False,
+    fps: float | None = None,
+    every: int | None = None,
+    scale: float = 1.0,
+    title: str | None = None,
+) -> Page:
+    """Return the page of a run; see `Result.to_html`."""
+    fields = _checked_stresses(result, stress)
+    first = colour if colour is not None else "stress" if fields else "displacement"
+    if first not in COLOURS:
+        raise ModelError(f"colour of a page must be one of {', '.join(COLOURS)}, not {colour!r}")
+    if first == "stress" and not fields:
+        raise ModelError(
+            "colour='stress' needs the stress. Remedy: stress=kanefe_fem.recover(result, name), of each body that "
+            "has one"
+        )
+    if not (isinstance(scale, (int, float)) and math.isfinite(scale)):
+        raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
+    data = SceneData(result, spread_frames(result.times, fps, every, MOST_FRAMES), fields, forces)
+    told = data.told | {"title": title or "kanefe", "colour": first, "scale": float(scale)}
+    return Page(_filled(told["title"], json.dumps(told, separators=(",", ":")), data.arrays.encoded()))
+
+
+def write_page(page: Page, path: str | Path) -> Path:
+    """Write a page to a file, which then holds all of it or what it held before.
+
+    Raises
+    ------
+    ModelError, FileError
+        If the name does not end in .html, or the file cannot be written.
+    """
+    target = checked_path(path)
+    write_whole(ready_path(target), lambda file: file.write(page.html.encode("utf-8")))
+    return target
+
+
+def checked_path(path: str | Path) -> Path:
+    """Return the path of a page; a ModelError says that its name must end in .html."""
+    target = Path(path)
+    if target.suffix.lower() not in SUFFIXES:
+        raise ModelError(f"cannot write a page to {str(path)!r}: its name must end in .html")
+    return target
+
+
+def shown(page: Page) -> Page:
+    """Show a page: in a notebook by itself; else in the browser, from a temporary file that is told."""
+    if is_notebook():
+        return page
+    target = write_page(page, Path(tempfile.mkdtemp(prefix="kanefe-view-")) / "run.html")
+    is_open = webbrowser.open(target.as_uri())
+    print(f"shown in the browser: {target}" if is_open else f"there is no browser to open: the page is {target}")
+    return Page(page.html, target)
+
+
+def _checked_stresses(result: Reader, stress: StressField | Sequence[StressField]) -> dict[str, StressField]:
+    given: Sequence[Any] = stress if isinstance(stress, (list, tuple)) else [stress]
+    for field in given:
+        if not hasattr(field, "stress_of") or not isinstance(getattr(field, "name", None), str):
+            raise ModelError(f"stress must be what kanefe_fem.recover(result, name) returns, not {field!r}")
+        result.body(field.name)
+        if field.result is not result:
+            raise ModelError(f"the stress of {field.name!r} is of another run. Remedy: recover(...) of this one")
+    return {field.name: field for field in given}
+
+
+def _filled(title: str, told: str, arrays: str) -> str:
+    """Return the page with its parts in their places."""
+    web = files("kanefe.views.player") / "web"
+    parts = {name: (web / name).read_text(encoding="utf-8") for name in ("page.html", "page.css", "player.js")}
+    text = parts["page.html"]
+    for mark, part in (
+        ("<!-- title -->", escape(title)),
+        ("/* style */", parts["page.css"]),
+        ("/* scene */", told.replace("<", "\\u003c")),
+        ("/* arrays */", arrays),
+        ("/* player */", parts["player.js"]),
+    ):
+        head, _, tail = text.partition(mark)
+        text = head + part + tail
+    return text

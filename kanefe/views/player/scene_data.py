@@ -1,0 +1,217 @@
+"""What a browser is told of a run: frames that move, what is fixed in them, and arrows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import rotation_matrix
+from kanefe.results.body_shape import BodyShape
+from kanefe.results.reader import Reader
+from kanefe.results.surface_outline import SurfaceOutline
+from kanefe.views.player.arrays import Arrays, quantised
+from kanefe.views.player.boxes import SMALLEST, TRIANGLES, box_of, is_inside
+from kanefe.views.player.creases import shaded
+from kanefe.views.player.drawn_modes import StressField, drawn_modes, largest_values
+from kanefe.views.player.links import links
+from kanefe.views.player.skins import Skin, skin_of
+from kanefe.views.player.tracks import GROUND, Tracks, up_axis
+
+BEYOND = 1.3
+"""Side of the square that stands for a plane, as a share of the scene's size."""
+
+ON_BODY = 1.5
+"""The same of a plane on a body with a box, as a share of the size of the box."""
+
+
+class SceneData:
+    """What a browser is told of a run, with its arrays.
+
+    Parameters
+    ----------
+    result : Reader
+    frames : ndarray of int, shape (S,)
+        Which output times are shown.
+    stresses : dict of str to StressField
+        By body.
+    forces : bool
+        Whether reactions of joints are shown as well as forces of contacts.
+
+    Attributes
+    ----------
+    told : dict
+        Json-able; arrays are places in `arrays`.
+    arrays : Arrays
+    """
+
+    def __init__(
+        self, result: Reader, frames: np.ndarray, stresses: Mapping[str, StressField], forces: bool = False
+    ) -> None:
+        self.result, self.frames, self.arrays = result, frames, Arrays()
+        self.tracks = Tracks(result, frames)
+        self._shapes = [result.body(name) for name in result.bodies]
+        self._skins = {shape.name: skin_of(shape) for shape in self._shapes if shape.is_flexible}
+        self._see()
+        low, high = self.tracks.room
+        self.size, self.origin = self.tracks.size, np.round(0.5 * (low + high), 6)
+        self._boxes = {
+            shape.name: box_of(shape, self._on(shape.name), SMALLEST * self.size)
+            for shape in self._shapes
+            if shape.mass > 0.0 and not shape.is_flexible
+        }
+        self.largest = {"displacement": 0.0, "stress": 0.0}
+        bodies = [self._body(shape, stresses.get(shape.name)) for shape in self._shapes]
+        if fixed := [self._surface(surface) for surface in self._on("")]:
+            bodies.append({"name": "ground", "frame": GROUND, "kind": "ground", "parts": fixed})
+        arrows = [*self._contacts(), *(self._reactions() if forces else ())]
+        lines = [{"name": name, "a": self._places(a), "b": self._places(b)} for name, a, b in links(result, frames)]
+        self.told: dict[str, Any] = {
+            "times": self.arrays.add(result.times[frames].astype(np.float64)),
+            "frames": [
+                {"p": self._places(place), "e": self.arrays.add(turn.astype(np.float32))}
+                for place, turn in self.tracks.poses
+            ],
+            "bodies": bodies,
+            "arrows": arrows,
+            "links": lines,
+            "largest": self.largest,
+            "size": self.size,
+            "origin": self.origin.tolist(),
+            "low": (low - self.origin).tolist(),
+            "high": (high - self.origin).tolist(),
+            "up": up_axis(result),
+        }
+
+    def _see(self) -> None:
+        """Take everything that has an end into the room of the picture."""
+        for shape in self._shapes:
+            points = [np.zeros((1, 3)), shape.com[None]]
+            if shape.is_flexible:
+                points.append(self._skins[shape.name].points)
+            elif shape.mass > 0.0 and (box := box_of(shape, self._on(shape.name))) is not None:
+                points.append(box)
+            self.tracks.see(self.tracks.number(shape.name), np.vstack(points))
+        for surface in self.result.surfaces:
+            if not surface.is_endless:
+                self.tracks.see(self.tracks.number(surface.body, surface.interface), surface.vertices)
+
+    def _on(self, body: str) -> list[SurfaceOutline]:
+        """Return the surfaces of a body; "" is the ground."""
+        return [surface for surface in self.result.surfaces if surface.body == body]
+
+    def _places(self, places: np.ndarray) -> dict[str, Any]:
+        """Return where points (S, 3) in N stand, from the middle of the scene: small numbers keep their digits."""
+        return self.arrays.add((places - self.origin).astype(np.float32))
+
+    def _body(self, shape: BodyShape, stress: StressField | None) -> dict[str, Any]:
+        frame = self.tracks.number(shape.name)
+        told: dict[str, Any] = {"name": shape.name, "frame": frame}
+        parts = [self._surface(surface) for surface in self._on(shape.name)]
+        if shape.is_flexible:
+            return told | {"kind": "flexible", "parts": [self._flexible(shape, stress), *parts]}
+        if shape.mass <= 0.0:
+            return told | {"kind": "frame", "parts": parts}
+        box = self._boxes[shape.name]
+        if box is not None:
+            parts.insert(0, self._part(frame, box, TRIANGLES) | {"is_glass": self._holds_others(shape.name, box)})
+            if float(np.linalg.norm(shape.com)) > 0.5 * float(np.linalg.norm(np.ptp(box, axis=0))):
+                told["stick"] = shape.com.tolist()  # from the joint to the box
+        return told | {"kind": "rigid", "parts": parts}
+
+    def _holds_others(self, name: str, box: np.ndarray) -> bool:
+        """Tell whether the middle of another body is inside a box when the run begins."""
+        corners = self.tracks.placed(self.tracks.number(name), box)
+        points = [
+            self.tracks.placed(self.tracks.number(other.name), other.com[None])
+            for other in self._shapes
+            if other.name != name and other.mass > 0.0
+        ]
+        return bool(points) and is_inside(corners, np.vstack(points))
+
+    def _surface(self, surface: SurfaceOutline) -> dict[str, Any]:
+        frame = self.tracks.number(surface.body, surface.interface)
+        vertices = self._square(surface, frame) if surface.is_endless else surface.vertices
+        offset = self.origin if frame == GROUND else np.zeros(3)
+        part = self._part(frame, vertices - offset, surface.triangles)
+        return part | {"surface": surface.name, "is_endless": surface.is_endless}
+
+    def _square(self, surface: SurfaceOutline, frame: int) -> np.ndarray:
+        """Return the square of a plane below the middle of the scene, or of the box of its body."""
+        vertices, middle = surface.vertices, surface.vertices.mean(axis=0)
+        normal = np.cross(vertices[1] - vertices[0], vertices[2] - vertices[0])
+        box = self._boxes.get(surface.body)
+        if box is not None:
+            seen, side = box.mean(axis=0), ON_BODY * float(np.linalg.norm(np.ptp(box, axis=0)))
+        elif frame == GROUND:
+            seen, side = self.origin, BEYOND * self.size
+        else:
+            place, turn = self.tracks.poses[frame]
+            others = np.mean([poses[0][0] for poses in self.tracks.poses], axis=0)
+            seen, side = rotation_matrix(turn[0]).T @ (others - place[0]), BEYOND * self.size
+        return np.asarray(seen - normal * (normal @ (seen - middle)) + side * (vertices - middle))
+
+    def _part(
+        self, frame: int, points: np.ndarray, triangles: np.ndarray, creases: np.ndarray | None = None
+    ) -> dict[str, Any]:
+        """Return points (p, 3) in a frame with what is between them."""
+        split = shaded(points, triangles)
+        return {
+            "frame": frame,
+            "points": self.arrays.add(points.astype(np.float32)),
+            "vertices": self.arrays.add(split.points.astype(np.uint32)),
+            "triangles": self.arrays.add(split.triangles.astype(np.uint32)),
+            "creases": self.arrays.add((split.creases if creases is None else creases).astype(np.uint32)),
+        }
+
+    def _flexible(self, shape: BodyShape, stress: StressField | None) -> dict[str, Any]:
+        skin: Skin = self._skins[shape.name]
+        eta = self.result.modal_coordinates(shape.name)[self.frames]
+        modes = drawn_modes(shape, skin, eta, stress)
+        for field, value in zip(self.largest, largest_values(modes), strict=True):
+            self.largest[field] = max(self.largest[field], value)
+        shapes, factors = quantised(modes.shapes)
+        part = self._part(self.tracks.number(shape.name), skin.points, skin.triangles, skin.creases) | {
+            "lines": self.arrays.add(skin.lines.astype(np.uint32)),
+            "modes": self.arrays.add(shapes),
+            "factors": self.arrays.add(factors),
+            "amplitudes": self.arrays.add(modes.amplitudes.astype(np.float32)),
+        }
+        if modes.stresses is not None:
+            bare = np.isnan(modes.stresses).any(axis=(0, 2))
+            stresses, factors = quantised(np.nan_to_num(modes.stresses))
+            part |= {
+                "stresses": self.arrays.add(stresses),
+                "stress_factors": self.arrays.add(factors),
+                "bare": self.arrays.add(bare.astype(np.uint8)),
+            }
+        return part
+
+    def _contacts(self) -> Iterable[dict[str, Any]]:
+        for name in self.result.contacts:
+            contact = self.result.contact(name)
+            yield self._arrow(name, "contact", contact.point[self.frames], contact.force[self.frames])
+
+    def _reactions(self) -> Iterable[dict[str, Any]]:
+        """Yield the force of each joint on its body, but of joints that hold nothing."""
+        if not self.result.has_forces:
+            raise ModelError(
+                "the result was saved without forces, so that they cannot be shown. Remedy: forces=False, or run again"
+            )
+        for shape in self._shapes:
+            place, turn = self.tracks.poses[self.tracks.number(shape.name)]
+            local = self.result.joint_reaction(shape.name)[self.frames, :3]
+            force = np.array([rotation_matrix(e) @ f for e, f in zip(turn, local, strict=True)])
+            if np.abs(force).max(initial=0.0) > 0.0:
+                yield self._arrow(shape.name, "reaction", place, force)
+
+    def _arrow(self, name: str, kind: str, place: np.ndarray, force: np.ndarray) -> dict[str, Any]:
+        return {
+            "name": name,
+            "kind": kind,
+            "p": self._places(place),
+            "f": self.arrays.add(force.astype(np.float32)),
+            "largest": float(np.sqrt((force**2).sum(axis=1)).max(initial=0.0)),
+        }

@@ -1,0 +1,201 @@
+"""The skin of a flexible body as points that move by its coordinates, and triangles between them.
+
+Of a solid the points are nodes; a beam is drawn as boxes whose sections have the area and the bending stiffness of its
+own, as far as rectangles can (see `equivalent_sides`); nodes without cells are drawn as small octahedra.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.fe_model.shapes import is_supported
+from kanefe.fe_model.shapes import shape as element
+from kanefe.fe_model.skin import skin as outside
+from kanefe.results.body_shape import BodyShape
+
+THIN = 0.01
+"""Side of a beam whose section is not known, and size of a node without cells, as a share of the body's size."""
+
+FEW = 10
+"""Nodes without cells down to which these are drawn small."""
+
+MOST_NODES = 2000
+"""Nodes without cells that are drawn."""
+
+_HALVES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "triangle": ((0, 1, 2),),
+    "quad": ((0, 1, 2), (0, 2, 3)),
+    "triangle6": ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+    "quad8": ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 7), (5, 6, 7)),
+    "quad9": ((0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8)),
+}
+"""Triangles of a facet, by its shape."""
+
+_RIMS: dict[str, tuple[int, ...]] = {
+    "triangle": (0, 1, 2),
+    "quad": (0, 1, 2, 3),
+    "triangle6": (0, 3, 1, 4, 2, 5),
+    "quad8": (0, 4, 1, 5, 2, 6, 3, 7),
+    "quad9": (0, 4, 1, 5, 2, 6, 3, 7),
+}
+"""Nodes around a facet."""
+
+_CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
+_SIDES = np.array([(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (3, 2, 1, 0), (4, 5, 6, 7)])
+_TIPS = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
+_OCTAHEDRON = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Points of a body that move with its nodes, and what is drawn between them.
+
+    Attributes
+    ----------
+    nodes : ndarray of int, shape (p,)
+        The node with which each point moves.
+    arms : ndarray, shape (p, 3), or None
+        From the node to the point, m, where the rotation of the node counts.
+    points : ndarray, shape (p, 3)
+        Undeformed, in G, m.
+    triangles : ndarray of int, shape (m, 3)
+        Of points, turning about the outward normal.
+    lines : ndarray of int, shape (e, 2)
+        Edges of the cells.
+    creases : ndarray of int, shape (c, 2), or None
+        Edges of the body, where they are known: of beams, which are boxes in a row.
+    """
+
+    nodes: np.ndarray
+    arms: np.ndarray | None
+    points: np.ndarray
+    triangles: np.ndarray
+    lines: np.ndarray
+    creases: np.ndarray | None = None
+
+    def motion(self, shape: BodyShape, eta: np.ndarray) -> np.ndarray:
+        """Return the displacements of the points in G, (r, p, 3) in m, from coordinates (r, k)."""
+        moved = shape.displacements(eta, self.nodes)
+        if self.arms is None:
+            return moved
+        return moved + np.cross(_rotations(shape, eta, self.nodes), self.arms)
+
+    def part(self, rows: slice) -> Skin:
+        """Return some of the points, with nothing between them."""
+        none = np.zeros((0, 3), dtype=int)
+        arms = None if self.arms is None else self.arms[rows]
+        return replace(self, nodes=self.nodes[rows], arms=arms, points=self.points[rows], triangles=none)
+
+
+class Meshed(Protocol):
+    """What has nodes and cells: a flexible body, or what a result knows of one."""
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Reference coordinates (n, 3), m."""
+        ...
+
+    @property
+    def cells(self) -> tuple[Cells, ...]:
+        """Blocks of one shape."""
+        ...
+
+    @property
+    def elasticity(self) -> Elasticity | None:
+        """Moduli of solids, stiffness of sections of beams."""
+        ...
+
+
+def skin_of(shape: Meshed) -> Skin:
+    """Return the skin of a flexible body."""
+    blocks: dict[int, list[Cells]] = {1: [], 2: [], 3: []}
+    for block in shape.cells:
+        if is_supported(block.kind):
+            blocks[element(block.kind).dimension].append(block)
+    lines, facets = blocks[1], [*blocks[2], *outside(blocks[3])]
+    if facets:
+        return _of_facets(shape.nodes, facets)
+    return _of_beams(shape, lines) if lines else _of_nodes(shape.nodes)
+
+
+def equivalent_sides(stretch: np.ndarray, about_y: np.ndarray, about_z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sides along y and z of rectangles with the stiffness of sections to stretch (N) and bending (N m2).
+
+    From ``EI_z = EA h_y^2 / 12`` and its like about y.
+
+    Examples
+    --------
+    >>> [float(side.round(12)) for side in equivalent_sides(np.array(6.0), np.array(4.5), np.array(2.0))]
+    [2.0, 3.0]
+    """
+    return np.sqrt(12.0 * about_z / stretch), np.sqrt(12.0 * about_y / stretch)
+
+
+def _of_facets(nodes: np.ndarray, facets: list[Cells]) -> Skin:
+    used = np.unique(np.concatenate([block.nodes.ravel() for block in facets]))
+    triangles, lines = [], []
+    for block in facets:
+        at = np.searchsorted(used, block.nodes)
+        triangles += [at[:, list(three)] for three in _HALVES[block.kind]]
+        rim = at[:, list(_RIMS[block.kind])]
+        lines.append(np.stack((rim, np.roll(rim, -1, axis=1)), axis=-1).reshape(-1, 2))
+    edges = np.unique(np.sort(np.concatenate(lines), axis=1), axis=0)
+    return Skin(used, None, nodes[used], np.concatenate(triangles), edges)
+
+
+def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
+    ends = np.concatenate([block.nodes[:, :2] for block in blocks])
+    axes, half = _sections(shape, ends)
+    across = np.einsum("cxa,ka,ca->ckx", axes[:, :, 1:], _CORNERS, half)  # (cells, corners, 3)
+    arms = np.concatenate((across, across), axis=1).reshape(-1, 3)
+    nodes = np.repeat(ends, 4, axis=1).ravel()
+    quads = (8 * np.arange(len(ends))[:, None, None] + _SIDES).reshape(-1, 4)
+    rim = np.stack((quads, np.roll(quads, -1, axis=1)), axis=-1).reshape(-1, 2)
+    triangles = np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))
+    lines = np.unique(np.sort(rim, axis=1), axis=0)
+    is_last = np.bincount(ends.ravel(), minlength=len(shape.nodes)) == 1
+    seen = (nodes[lines[:, 0]] != nodes[lines[:, 1]]) | is_last[nodes[lines[:, 0]]]
+    return Skin(nodes, arms, shape.nodes[nodes] + arms, triangles, lines, lines[seen])
+
+
+def _sections(shape: Meshed, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return axes (cells, 3, 3) and half the sides along y and z (cells, 2) of beams."""
+    size = float(np.linalg.norm(np.ptp(shape.nodes, axis=0))) or 1.0
+    half = np.full((len(ends), 2), 0.5 * THIN * size)
+    known = shape.elasticity
+    if known is not None and known.axes is not None and len(known.axes) == len(ends):
+        stiffness = np.diagonal(known.table, axis1=1, axis2=2)[known.of_cell]
+        with np.errstate(all="ignore"):
+            sides = 0.5 * np.column_stack(equivalent_sides(stiffness[:, 0], stiffness[:, 4], stiffness[:, 5]))
+        is_known = np.isfinite(sides) & (sides > 0.0) & (sides < size)
+        return known.axes, np.where(is_known, sides, half)
+    along = shape.nodes[ends[:, 1]] - shape.nodes[ends[:, 0]]
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
+    helper = np.where(np.abs(along[:, 2:]) < 0.9, np.array((0.0, 0.0, 1.0)), np.array((0.0, 1.0, 0.0)))
+    y = np.cross(helper, along)
+    y /= np.linalg.norm(y, axis=1)[:, None]
+    return np.stack((along, y, np.cross(along, y)), axis=-1), half
+
+
+def _of_nodes(nodes: np.ndarray) -> Skin:
+    chosen = np.unique(np.linspace(0, len(nodes) - 1, min(len(nodes), MOST_NODES)).round().astype(int))
+    share = THIN * max(1.0, FEW / len(chosen))
+    size = 0.5 * share * (float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0)
+    moving = np.repeat(chosen, len(_TIPS))
+    points = (nodes[chosen][:, None] + size * _TIPS).reshape(-1, 3)
+    triangles = (len(_TIPS) * np.arange(len(chosen))[:, None, None] + _OCTAHEDRON).reshape(-1, 3)
+    return Skin(moving, None, points, triangles, np.zeros((0, 2), dtype=int))
+
+
+def _rotations(shape: BodyShape, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Return the rotations of nodes in G, (r, len(nodes), 3) in rad, from coordinates (r, k)."""
+    found, width, basis = np.zeros((len(eta), len(nodes), 3)), len(shape.components), shape.basis
+    for axis, name in enumerate(("rx", "ry", "rz")):
+        if name in shape.components:
+            rows: Any = basis[nodes * width + shape.components.index(name)]
+            found[:, :, axis] = (rows @ eta.T).T
+    return found

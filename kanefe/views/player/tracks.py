@@ -1,0 +1,99 @@
+"""Where the frames of a run are at the times shown, and what room everything takes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import rotation_matrix
+from kanefe.results.reader import Reader
+from kanefe.views.cuboids import CORNERS
+
+GROUND = -1
+"""Number of the frame that does not move."""
+
+LOOKED_AT = 100
+"""Instants from which the room is taken."""
+
+
+class Tracks:
+    """The motion of frames, each read where it is first asked for.
+
+    Parameters
+    ----------
+    result : Reader
+    frames : ndarray of int, shape (S,)
+        Which output times are shown.
+
+    Attributes
+    ----------
+    poses : list of (ndarray (S, 3), ndarray (S, 4))
+        Position (m) and Euler parameters of each frame, from N.
+    """
+
+    def __init__(self, result: Reader, frames: np.ndarray) -> None:
+        self.result, self.frames = result, frames
+        self.poses: list[tuple[np.ndarray, np.ndarray]] = []
+        self._numbers: dict[tuple[str, str], int] = {}
+        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+
+    def number(self, body: str, interface: str = "") -> int:
+        """Return the number of a frame; "" is the ground.
+
+        Raises
+        ------
+        ModelError
+            If it is at no place at some time.
+        """
+        if not body:
+            return GROUND
+        key = (body, interface)
+        if key not in self._numbers:
+            place = self.result.position(body, interface or None)[self.frames]
+            turn = self.result.rotation(body, interface or None)[self.frames]
+            bad = ~(np.isfinite(place).all(axis=1) & np.isfinite(turn).all(axis=1))
+            if bad.any():
+                t = self.result.times[self.frames][bad][0]
+                raise ModelError(
+                    f"where body {body!r} is at t = {t:.6g} s is no finite number, so that it cannot be shown. "
+                    "Remedy: print(result.status)"
+                )
+            self._numbers[key] = len(self.poses)
+            self.poses.append((place, turn))
+        return self._numbers[key]
+
+    def placed(self, frame: int, points: np.ndarray, row: int = 0) -> np.ndarray:
+        """Return points (p, 3) of a frame in N, at one of the times shown."""
+        if frame == GROUND:
+            return points
+        place, turn = self.poses[frame]
+        return np.asarray(place[row] + points @ rotation_matrix(turn[row]).T)
+
+    def see(self, frame: int, points: np.ndarray) -> None:
+        """Take points (p, 3) that are fixed in a frame into the room."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        corners = 0.5 * (low + high) + 0.5 * CORNERS * (high - low)
+        some = np.unique(np.linspace(0, len(self.frames) - 1, LOOKED_AT).round().astype(int))
+        for row in some if frame != GROUND else [0]:
+            places = self.placed(frame, corners, int(row))
+            self._low = np.minimum(self._low, places.min(axis=0))
+            self._high = np.maximum(self._high, places.max(axis=0))
+
+    @property
+    def room(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner of what was seen, (3,) each, m."""
+        return self._low, self._high
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the room, m; 1 of a single point."""
+        return float(np.linalg.norm(self._high - self._low)) or 1.0
+
+
+def up_axis(result: Reader) -> list[float]:
+    """Return the axis that points up, (3,): against gravity where that is along one, else z."""
+    gravity = np.zeros(3) if result.run is None else np.asarray(result.run.model.gravity)
+    axis = int(np.argmax(np.abs(gravity)))
+    if abs(gravity[axis]) > 0.99 * np.linalg.norm(gravity) > 0.0:
+        return [float(x) for x in -np.sign(gravity[axis]) * np.eye(3)[axis]]
+    return [0.0, 0.0, 1.0]
