@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import kanefe as kf
-from kanefe_fem.sramss import spatial_gear, spatial_scene, state_at
+from kanefe_fem.sramss import spatial_gear, spatial_scene
 
 SPAN, ICE = 30.0, 0.03
 GAP, PROBE = 0.025, 0.25  # radial play, and height of the probe's end over the deck, m
@@ -28,20 +28,14 @@ heave = 0.6 * grown * np.sin(2.0 * math.pi * times / 8.0)
 turns = [kf.euler_angles("xyz", angles) for angles in zip(roll, pitch, 0.0 * roll, strict=True)]
 deck = kf.PoseTable(times, np.column_stack((0.0 * heave, 0.0 * heave, heave)), turns)
 
+scene = spatial_scene(gear, deck, mu=ICE)
+hole = kf.shapes.Cylinder(GAP, 0.6, axis="z", inside=True)
+trap = scene.add_surface("trap", scene.body("deck"), hole, at=(0.0, 0.0, PROBE))
+tip = scene.body("airframe").frame((0.0, 0.0, PROBE - 1.4))
+scene.add_contact("probe", tip, trap, normal=kf.KelvinVoigt(2e6, damping=1e4))
 
-def trapped(motion: kf.PoseTable | None) -> kf.System:
-    """Return the aircraft on the deck, with its probe in the trap."""
-    scene = spatial_scene(gear, motion, mu=ICE)
-    hole = kf.shapes.Cylinder(GAP, 0.6, axis="z", inside=True)
-    trap = scene.add_surface("trap", scene.body("deck") if motion else scene.ground, hole, at=(0.0, 0.0, PROBE))
-    probe = scene.body("airframe").frame((0.0, 0.0, PROBE - 1.4))
-    scene.add_contact("probe", probe, trap, normal=kf.KelvinVoigt(2e6, damping=1e4))
-    return scene
-
-
-rest = kf.equilibrium(trapped(None))
-scene = trapped(deck)
-result = scene.simulate((0.0, SPAN), start=state_at(scene, rest), rtol=1e-5, output_step=0.02)
+rest = kf.equilibrium(scene, steady=False)  # the deck still rests at the start
+result = scene.simulate((0.0, SPAN), start=rest.state, rtol=1e-5, output_step=0.02)
 print(result)
 probe = result.contact("probe")
 print(f"the probe pulls by up to {probe.normal.max():.0f} N, first at {result.events['probe touch'][0]:.2f} s")

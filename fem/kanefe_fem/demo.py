@@ -20,6 +20,7 @@ import kanefe as kf
 from kanefe_fem.beams.body import beam_body, beam_model
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.recovery.recovery import recover
 from kanefe_fem.solids.body import solid_body
 
 ALUMINIUM = Material(E=70e9, nu=0.33, rho=2700.0, name="aluminium")
@@ -161,7 +162,11 @@ def write_outputs(result: kf.Result, out: Path) -> list[str]:
     result.plot("coupling_force", "arm", "root", path=out / "root_force.png")
     result.to_vtk(out / "arm.pvd", every=5)
     result.save(out / "run.h5")
-    return ["overview.png", "energy.png", "root_force.png", "arm.pvd (open it in ParaView)", "run.h5"]
+    moduli = result.body("arm").elasticity
+    stress = [recover(result, "arm")] if moduli is not None and moduli.axes is None else []
+    result.to_html(out / "run.html", stress=stress, title="kanefe demo")
+    pages = ["arm.pvd (open it in ParaView)", "run.h5", "run.html (open it in a browser)"]
+    return ["overview.png", "energy.png", "root_force.png", *pages]
 
 
 def _print_body(arm: kf.FlexibleBody, is_known: bool) -> None:

@@ -22,7 +22,7 @@ def test_a_passage_of_some_seconds_tells_what_slips(tmp_path, monkeypatch, capsy
     said = capsys.readouterr().out
     assert "times real time" in said
     assert "largest pull of a lashing" in said
-    assert {path.name for path in tmp_path.iterdir()} >= {"ship_loose.png", "ship_lashed.png", "ship.pvd"}
+    assert {path.name for path in tmp_path.iterdir()} >= {"ship_loose.png", "ship_lashed.png", "ship.pvd", "ship.html"}
 
 
 def test_a_folder_that_cannot_be_made_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -85,9 +85,8 @@ def recover(
 class Recovery:
     """Fields of a flexible body at T output times of a run, made by `recover`.
 
-    Displacements are in m, stresses in Pa; both and the strains are components in the mesh frame G, in the order xx,
-    yy, zz, yz, xz, xy with engineering shear strains. A stress at a node is the mean over the cells that meet there of
-    the values carried there from the Gauss points.
+    Displacements are in m, stresses in Pa; all are components in the mesh frame G, xx, yy, zz, yz, xz, xy, with
+    engineering shear strains. A stress at a node is the mean over the cells that meet there, from the Gauss points.
 
     Parameters
     ----------
@@ -131,6 +130,10 @@ class Recovery:
     def stress_at_nodes(self) -> np.ndarray:
         """Return the stress at the nodes, shape (T, n, 6), Pa."""
         return self._tensor("stress", "nodes")
+
+    def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
+        """Return the stress at the nodes of any modal coordinates (r, k), shape (r, n, 6), Pa."""
+        return self._fields().evaluate("stress", "nodes", np.atleast_2d(eta), self.material)
 
     def strain_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:
         """Return the strain at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6)."""
@@ -252,8 +255,7 @@ class Recovery:
         Parameters
         ----------
         function : callable
-            ``function(terms) -> UFL expression``; `terms` has `u`, `x`, `strain`, `stress` and `ufl`, see
-            `kanefe_fem.recovery.expressions.ExpressionTerms`.
+            ``function(terms) -> UFL expression``; `terms` is a `kanefe_fem.recovery.expressions.ExpressionTerms`.
         at : {"nodes", "cells", "gauss"}
             At the nodes (means over the cells that meet there), the centres of the cells, or their Gauss points.
 
@@ -264,8 +266,7 @@ class Recovery:
 
         Examples
         --------
-        Density of the elastic energy:
-        ``fields.expression(lambda f: 0.5 * f.ufl.inner(f.stress, f.strain), at="cells")``
+        Elastic energy: ``fields.expression(lambda f: 0.5 * f.ufl.inner(f.stress, f.strain), at="cells")``, J/m3.
         """
         from kanefe_fem.recovery.expressions import evaluate_expression
 

@@ -22,6 +22,8 @@ Saddles = Literal["fixed", "hinged"]
 SKIDS = {"starboard": "starboard skid", "port": "port skid"}
 SADDLES = {"starboard": "starboard saddle", "port": "port saddle"}
 
+ALUMINIUM = Material(E=given.YOUNG, nu=0.33, rho=given.DENSITY)
+
 
 def gear_body(saddles: Saddles = "fixed", *, damping: Damping = None, is_planar: bool = True) -> FlexibleBody:
     """Return the gear with all its degrees of freedom, in axes of the airframe with the origin at its centre of mass.
@@ -51,7 +53,7 @@ def gear_body(saddles: Saddles = "fixed", *, damping: Damping = None, is_planar:
         np.array(nodes) if is_planar else np.column_stack((nodes, np.zeros(len(nodes)))),
         [(i, i + 1) for i in range(len(nodes) - 1)],
         Section(A=given.AREA, I_y=given.SECOND_MOMENT, I_z=given.SECOND_MOMENT, J=2.0 * given.SECOND_MOMENT),
-        Material(E=given.YOUNG, nu=0.33, rho=given.DENSITY),
+        ALUMINIUM,
         theory="euler-bernoulli",
         planar=is_planar,
         rotary_inertia=False,

@@ -155,12 +155,12 @@ def level_rest(saddles: Saddles = "fixed", lashed: float = 0.0, *, is_planar: bo
 
 def from_level(scene: System, rest: Equilibrium) -> np.ndarray:
     """Return the state of a scene that begins at the level rest in the middle of the deck, with loose anchors."""
-    state = state_at(scene, rest)
+    state = by_names(scene, rest)
     state[0] = 0.0
     return state
 
 
-def state_at(scene: System, rest: Equilibrium) -> np.ndarray:
+def by_names(scene: System, rest: Equilibrium) -> np.ndarray:
     """Return the start of a scene, with what a rest of another one has under the same names."""
     model, found = scene.freeze(), dict(zip(rest.model.state_names, rest.state, strict=True))
     named = zip(model.state_names, model.initial_state, strict=True)

@@ -16,17 +16,19 @@ from kanefe.contact import Coulomb, HuntCrossley
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import ModalDamping
+from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.joints import Free
 from kanefe.joints.given_pose import GivenPose
-from kanefe.linear import equilibrium
+from kanefe.linear import Equilibrium, equilibrium
 from kanefe.loads import Rope
 from kanefe.reduction import CraigBampton, flexible_body
 from kanefe.system import System
 from kanefe_fem.beams.from_mesh import beam_model_from_mesh
 from kanefe_fem.beams.sections import Tube
-from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.sramss import parameters as given
+from kanefe_fem.sramss.gear import ALUMINIUM
+from kanefe_fem.sramss.planar import by_names
 
 ROUNDS, CLOSE, LEAST_RATE = 20, 1e-9, 0.1
 """Of the search for the lengths of lashings: how often at most, how close, and what of a change helps at least."""
@@ -52,8 +54,7 @@ def spatial_gear(mesh: Mesh | str | Path, modes: int = 16) -> FlexibleBody:
         Normal modes with the saddles held.
     """
     tube = Tube(given.DIAMETER, given.WALL)
-    material = Material(E=given.YOUNG, nu=0.33, rho=given.DENSITY)
-    model = beam_model_from_mesh(mesh, {"cross tubes": tube, "skid tubes": tube}, material)
+    model = beam_model_from_mesh(mesh, {"cross tubes": tube, "skid tubes": tube}, ALUMINIUM)
     return flexible_body(
         model,
         dict.fromkeys(SADDLES, "clamped"),
@@ -90,18 +91,8 @@ def spatial_scene(
     """
     scene = System(gravity=(0.0, 0.0, -given.GRAVITY))
     deck = scene.add_frame("deck", joint=Free(motion=motion)) if motion is not None else scene.ground
-    # where the deck is at the start, the aircraft is on it
-    begun = None if motion is None else motion.at(0.0)
     place = np.array((*at, given.CG_HEIGHT))
-    start = Free(position=tuple(place))
-    if begun is not None:
-        start = Free(
-            position=tuple(begun.position + begun.axes @ place),
-            orientation=begun.axes,
-            velocity=tuple(begun.velocity + begun.axes @ np.cross(begun.angular_velocity, place)),
-            angular_velocity=tuple(begun.angular_velocity),
-        )
-    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, INERTIA, joint=start)
+    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, INERTIA, joint=started_on(motion, place))
     member = scene.add_flexible_body("gear", gear, parent=airframe)
     surface = scene.add_surface("deck", deck, Plane("z"))
     share = 4.0  # shoes of a skid
@@ -121,6 +112,54 @@ def spatial_scene(
     if lift:
         scene.add_force(airframe, (0.0, 0.0, lift), follows=True)
     return scene
+
+
+def resting_on(scene: System, rest: Equilibrium, motion: GivenPose) -> np.ndarray:
+    """Return the start of a scene whose aircraft rests on the deck as it does on a level one, and moves with it.
+
+    Parameters
+    ----------
+    scene : System
+        With a deck that moves.
+    rest : Equilibrium
+        Of the same aircraft on a deck that stays.
+    motion : GivenPose
+        Of the deck.
+    """
+    state, begun = by_names(scene, rest), motion.at(0.0)
+    names = scene.freeze().state_names
+    first, rates = names.index("airframe: x [m]"), names.index("airframe: vx [m/s]")
+    place, turn = state[first : first + 3].copy(), rotation_matrix(state[first + 3 : first + 7])
+    spin = begun.axes @ begun.angular_velocity
+    state[first : first + 3] = begun.position + begun.axes @ place
+    state[first + 3 : first + 7] = euler_parameters_from_matrix(begun.axes @ turn)
+    state[rates : rates + 3] = begun.velocity + np.cross(spin, begun.axes @ place)
+    state[rates + 3 : rates + 6] = turn.T @ begun.angular_velocity
+    return state
+
+
+def started_on(motion: GivenPose | None, place: np.ndarray, sink: float = 0.0) -> Free:
+    """Return the joint of an airframe that starts at a place over the deck, moves with it, and sinks towards it.
+
+    Parameters
+    ----------
+    motion : GivenPose or None
+        Of the deck; None: it stays.
+    place : ndarray, shape (3,)
+        Of the airframe's centre of mass, in axes of the deck, m.
+    sink : float
+        Speed towards the deck, m/s.
+    """
+    down = np.array((0.0, 0.0, -sink))
+    if motion is None:
+        return Free(position=tuple(place), velocity=tuple(down))
+    begun = motion.at(0.0)
+    return Free(
+        position=tuple(begun.position + begun.axes @ place),
+        orientation=begun.axes,
+        velocity=tuple(begun.velocity + begun.axes @ (np.cross(begun.angular_velocity, place) + down)),
+        angular_velocity=tuple(begun.angular_velocity),
+    )
 
 
 def _out(point: np.ndarray) -> np.ndarray:

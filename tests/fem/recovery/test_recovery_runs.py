@@ -12,12 +12,16 @@ from fem_meshes import STEEL, box
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
+from kanefe.views.player.drawn_modes import von_mises
+from kanefe.views.player.page import page_of
+from kanefe.views.player.skins import skin_of
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.recovery.expressions import _Evaluator
 from kanefe_fem.recovery.recovery import recover
 from kanefe_fem.recovery.strain_fields import StrainFields
 from kanefe_fem.solids.body import solid_body
+from player_pages import body_of, placed, read_page
 from vtk_files import read_grid, read_series
 
 pytestmark = pytest.mark.fenicsx
@@ -183,3 +187,19 @@ def test_a_picture_shows_the_colours_of_the_stress(tmp_path):
     assert image[0, 0].tolist() == [255, 255, 255]
     fields.picture(tmp_path / "frame.png", "max_principal", frame=2)
     assert (tmp_path / "frame.png").stat().st_size > 5000
+
+
+def test_a_page_has_the_stress_of_the_recovery():
+    # more coordinates than a page draws by: those of the motion
+    result = spinning_bar()
+    fields = recover(result, "bar")
+    told = read_page(page_of(result, stress=fields).html)
+    part = body_of(told, "bar")["parts"][0]
+    assert len(part["factors"]) < 4
+    stress = np.tensordot(part["amplitudes"][1] * part["stress_factors"], part["stresses"].astype(float), axes=1)
+    nodes = skin_of(result.body("bar")).nodes
+    expected = fields.von_mises[1, nodes]
+    np.testing.assert_allclose(von_mises(stress), expected, atol=1e-3 * expected.max())
+    moved = placed(told, part, 1) - result.nodal_positions("bar", frames=1, nodes=nodes)
+    # digits of places in a room of some metres
+    assert np.abs(moved).max() < 1e-6

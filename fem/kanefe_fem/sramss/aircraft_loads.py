@@ -1,0 +1,133 @@
+"""What acts on the helicopter besides its gear: rotors, wind, a haul-down cable. All numbers are assumed.
+
+Axes of aircraft and deck: x forward, y to port, z up; the airframe's origin is its centre of mass.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.loads import Aerodynamics, PeriodicLoad, Winch, Wind
+from kanefe.scene.scene import Frame
+from kanefe.system import System
+
+MAIN_HUB, MAIN_RATE, MAIN_BLADES = (0.0, 0.0, 1.6), 40.0, 4
+"""From the centre of mass, m; rad/s, against the clock as seen from above."""
+
+TORQUE_ARM = 0.35
+"""Torque of the main rotor over its thrust, m."""
+
+BLADE_SHARE, TRACK_SHARE = 0.03, 0.01
+"""Of the thrust: its harmonic of b per turn along z, and that of one per turn in the plane of blades out of track."""
+
+TAIL_HUB, TAIL_GEAR, TAIL_BLADES = (-5.6, 0.0, 0.9), 5.25, 2
+"""From the centre of mass, m; its rate over that of the main rotor."""
+
+FUSELAGE = np.array((0.0, 0.0, 0.3))
+"""Where the forces of the wind are told, from the centre of mass, m."""
+
+LENGTH, FRONT, SIDE, FLAT, LIFT = 6.0, 1.2, 5.0, 4.5, 0.5
+"""Of the fuselage, m; drag areas along x, across and along z, and the largest lift area, m2."""
+
+YAW_SHARE = 0.12
+"""Of the length: how far aft of the centre of mass the side force of wind from ahead acts, at most."""
+
+
+def add_rotors(scene: System, thrust: float, *, rate: float = MAIN_RATE, share: Any = None) -> None:
+    """Add thrust and torque of the main rotor, and the tail rotor that holds against them, with their harmonics.
+
+    Loads "main rotor" and "tail rotor". At full rate 1 and b per turn of the main rotor are 6.4 and 25 Hz; on its
+    gear the airframe rolls at about 7 Hz.
+
+    Parameters
+    ----------
+    scene : System
+        With a body "airframe", as of `spatial_scene` and `wheeled_scene`.
+    thrust : float
+        Of the main rotor along the airframe's z, N.
+    rate : float
+        Of the main rotor, rad/s; the tail rotor turns with it.
+    share : (times, values), optional
+        How much of it acts when: see `kanefe.PeriodicLoad`.
+    """
+    airframe = scene.body("airframe")
+    torque = TORQUE_ARM * thrust
+    mean = (0.0, 0.0, thrust, 0.0, 0.0, -torque)
+    shakes: dict[int, Any] = {
+        1: ((TRACK_SHARE * thrust, 0, 0, 0, 0, 0), (0, TRACK_SHARE * thrust, 0, 0, 0, 0)),
+        MAIN_BLADES: ((0, 0, BLADE_SHARE * thrust, 0, 0, 0), np.zeros(6)),
+    }
+    scene.add(PeriodicLoad("main rotor", airframe.frame(MAIN_HUB), rate, mean, shakes, share=share))
+    push = torque / TAIL_HUB[0]  # its moment about z is the arm along x by the force along y
+    shakes = {TAIL_BLADES: ((0, BLADE_SHARE * push, 0, 0, 0, 0), np.zeros(6))}
+    mean = (0.0, push, 0.0, 0.0, 0.0, 0.0)
+    scene.add(PeriodicLoad("tail rotor", airframe.frame(TAIL_HUB), TAIL_GEAR * rate, mean, shakes, share=share))
+
+
+def fuselage_areas(count: int = 13) -> tuple[np.ndarray, np.ndarray]:
+    """Return angles of the wind from ahead (0) over port to astern (pi), rad, and the areas there, m2 and m3.
+
+    Drag and side force of a slender body, lift that is largest abeam, and a yawing moment that turns its tail downwind.
+    """
+    angles = np.linspace(0.0, math.pi, count)
+    along, across = np.cos(angles), np.sin(angles)
+    areas = np.zeros((count, 6))
+    areas[:, 0], areas[:, 1], areas[:, 2] = -FRONT * along, -SIDE * across, LIFT * across**2
+    areas[:, 5] = YAW_SHARE * LENGTH * SIDE * across * along
+    return angles, areas
+
+
+def add_wind(scene: System, wind: Wind) -> None:
+    """Add the wind on the fuselage: a load "fuselage".
+
+    Parameters
+    ----------
+    scene : System
+        With a body "airframe".
+    wind : Wind
+        Relative to the deck at rest: of a ship that moves, as it is felt on board.
+    """
+    angles, areas = fuselage_areas()
+    at = scene.body("airframe").frame(tuple(FUSELAGE))
+    scene.add(Aerodynamics("fuselage", at, wind, angles=angles, areas=areas, is_symmetric=True, flat_area=FLAT))
+
+
+PROBE = (0.0, 0.0, -0.9)
+"""Where the cable holds the airframe, from its centre of mass, m."""
+
+CABLE_STIFFNESS, CABLE_DAMPING, CABLE_SPEED, CABLE_BELOW = 4e5, 800.0, 3.0, 2.0
+"""N/m; N s/m; m/s; and how far below the deck the winch is, m."""
+
+
+def add_haul_down(
+    scene: System, tension: Any, *, at: tuple[float, float] = (0.0, 0.0), breaking_load: float | None = None
+) -> None:
+    """Add a cable from a winch below the deck through a hole in it to the airframe: a load "haul-down".
+
+    Parameters
+    ----------
+    scene : System
+        With a body "airframe" and the deck, a body "deck" or the ground.
+    tension : float or (times, tensions)
+        That the winch holds, N: see `kanefe.Winch`.
+    at : (float, float)
+        x and y of the hole on the deck, m.
+    breaking_load : float, optional
+        N.
+    """
+    deck = _deck(scene)
+    way = deck.frame((*at, -CABLE_BELOW)), deck.frame((*at, 0.0)), scene.body("airframe").frame(PROBE)
+    cable = {"stiffness": CABLE_STIFFNESS, "damping": CABLE_DAMPING, "speed": CABLE_SPEED}
+    scene.add(Winch("haul-down", way, tension=tension, breaking_load=breaking_load, **cable))
+
+
+def _deck(scene: System) -> Frame:
+    """Return the deck of a scene, which is the ground where it does not move."""
+    try:
+        return scene.body("deck")
+    except ModelError:
+        return scene.ground

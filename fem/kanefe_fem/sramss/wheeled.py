@@ -1,0 +1,162 @@
+"""A helicopter on wheels: three legs with oleo struts and tyres, on a deck that moves. All parameters are assumed.
+
+Axes of aircraft and deck: x forward, y to port, z up.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.contact import Coulomb, KelvinVoigt
+from kanefe.contact.shapes import Box, Plane, Sphere, Torus
+from kanefe.contact.surface import Surface
+from kanefe.joints import CoordinateForce, Free, Prismatic, Revolute
+from kanefe.joints.given_pose import GivenPose
+from kanefe.loads import Oleo
+from kanefe.scene.scene import Frame
+from kanefe.system import System
+from kanefe_fem.sramss import parameters as given
+from kanefe_fem.sramss.spatial import INERTIA, started_on
+
+
+class Leg(NamedTuple):
+    """A leg: where it stands (x and y, m), piston (m2), gas at full extension (m3), oil (N s2/m2) and brake (N m)."""
+
+    x: float
+    y: float
+    area: float
+    volume: float
+    compression: float
+    rebound: float
+    brake: float
+
+
+LEGS = {
+    "nose": Leg(1.9, 0.0, 1.4e-3, 4.0e-4, 1200.0, 4000.0, 0.0),
+    "starboard": Leg(-0.5, -1.1, 2.5e-3, 7.2e-4, 2500.0, 8000.0, 1500.0),
+    "port": Leg(-0.5, 1.1, 2.5e-3, 7.2e-4, 2500.0, 8000.0, 1500.0),
+}
+
+PRESSURE, EXPONENT = 7e5, 1.3
+"""Of the gas at full extension, absolute, Pa."""
+
+STROKE, STOP_STIFFNESS, STOP_DAMPING = 0.24, 1e7, 1e4
+"""m; N/m and N s/m at both its ends."""
+
+SEAL_FRICTION = 150.0
+"""Of a strut, N."""
+
+PISTON_MASS, WHEEL_MASS, WHEEL_INERTIA = 12.0, 8.0, (0.1, 0.18, 0.1)
+"""kg; kg m2."""
+
+RING, TUBE = 0.15, 0.07
+"""Of a tyre: radius of the circle of centres, and of the cross-section, m."""
+
+TYRE_STIFFNESS, TYRE_DAMPING, GRIP_STIFFNESS, GRIP_DAMPING = 3.5e5, 1500.0, 3e5, 1e3
+"""Down, and of the tread along and across, N/m and N s/m."""
+
+CYLINDER = 0.9
+"""From the axle to where the strut holds the airframe, extended, m."""
+
+CHOCK, CHOCK_GAP = (0.10, 0.30, 0.12), 2e-3
+"""Length, breadth and height of a chock, and how far it is from its tyre, m."""
+
+
+def wheeled_scene(
+    motion: GivenPose | None = None,
+    *,
+    mu: float = 0.6,
+    at: tuple[float, float] = (0.0, 0.0),
+    height: float = 0.0,
+    sink: float = 0.0,
+    lift: float = 0.0,
+    brakes: bool = True,
+    chocks: bool = False,
+) -> System:
+    """Return the aircraft on three wheels over a spot of the deck, its struts extended and its tyres just on it.
+
+    Bodies "airframe", and "nose piston", "nose wheel" and so on; loads "nose oleo", contacts "nose tyre", and with
+    chocks "port chock aft" and so on. The wheels do not swivel.
+
+    Parameters
+    ----------
+    motion : GivenPose, optional
+        Of the deck: `kanefe.PoseTable`, or what a ship gives. None: it stays.
+    mu : float
+        Of tyres on the deck and on chocks.
+    at : (float, float)
+        x and y of the spot, m.
+    height, sink : float
+        Of the tyres over the deck at the start (m), and the speed at which the aircraft comes down on it (m/s).
+    lift : float
+        Of the rotor, along the airframe's z, N.
+    brakes : bool
+        Whether the brakes of the main wheels are set.
+    chocks : bool
+        Whether there are chocks before and behind the main wheels.
+    """
+    scene = System(gravity=(0.0, 0.0, -given.GRAVITY))
+    deck = scene.add_frame("deck", joint=Free(motion=motion)) if motion is not None else scene.ground
+    place = np.array((*at, given.CG_HEIGHT + height))
+    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, INERTIA, joint=started_on(motion, place, sink))
+    surface = scene.add_surface("deck", deck, Plane("z"))
+    for name, leg in LEGS.items():
+        wheel = _add_leg(scene, name, leg, airframe, surface, mu, brakes)
+        if chocks and leg.brake:
+            _add_chocks(scene, name, leg, wheel, deck, at, mu)
+    if lift:
+        scene.add_force(airframe, (0.0, 0.0, lift), follows=True)
+    return scene
+
+
+def _add_leg(scene: System, name: str, leg: Leg, airframe: Frame, surface: Surface, mu: float, brakes: bool) -> Frame:
+    """Add piston, wheel, oleo strut and tyre of a leg; return the wheel."""
+    axle = (leg.x, leg.y, RING + TUBE - given.CG_HEIGHT)
+    ends = CoordinateForce(
+        limits=(0.0, STROKE), limit_stiffness=STOP_STIFFNESS, limit_damping=STOP_DAMPING, friction=SEAL_FRICTION
+    )
+    inertia = PISTON_MASS * np.array((0.1, 0.1, 0.01))
+    piston = scene.add_rigid_body(
+        f"{name} piston",
+        PISTON_MASS,
+        inertia,
+        parent=airframe,
+        at=axle,
+        joint=Prismatic("z", forces=ends),
+    )
+    top = (axle[0], axle[1], axle[2] + CYLINDER)
+    gas = {"area": leg.area, "volume": leg.volume, "pressure": PRESSURE, "exponent": EXPONENT}
+    oil = {"orifice": leg.compression, "rebound": leg.rebound}
+    scene.add(Oleo(f"{name} oleo", (airframe.frame(top), piston), extended=CYLINDER, **gas, **oil))
+    brake = CoordinateForce(friction=leg.brake) if brakes and leg.brake else None
+    wheel = scene.add_rigid_body(
+        f"{name} wheel", WHEEL_MASS, WHEEL_INERTIA, parent=piston, joint=Revolute("y", forces=brake)
+    )
+    tyre = scene.add_surface(f"{name} tyre", wheel, Torus(RING, TUBE, axis="y"))
+    grip = Coulomb(mu, stiffness=GRIP_STIFFNESS, damping=GRIP_DAMPING)
+    scene.add_contact(f"{name} tyre", tyre, surface, normal=KelvinVoigt(TYRE_STIFFNESS, TYRE_DAMPING), friction=grip)
+    return wheel
+
+
+def _add_chocks(
+    scene: System, name: str, leg: Leg, wheel: Frame, deck: Frame, at: tuple[float, float], mu: float
+) -> None:
+    """Add boxes on the deck before and behind a wheel; a ball that has the tyre's outline from the side meets them."""
+    length, _, height = CHOCK
+    radius = RING + TUBE
+    # the edge of the box nearly touches a circle that stands on the deck
+    away = math.sqrt(radius**2 - (radius - height) ** 2) + CHOCK_GAP + 0.5 * length
+    ball = scene.add_surface(f"{name} ball", wheel, Sphere(radius))
+    for where, sign in (("aft", -1.0), ("forward", 1.0)):
+        place = (at[0] + leg.x + sign * away, at[1] + leg.y, 0.5 * height)
+        box = scene.add_surface(f"{name} chock {where}", deck, Box(CHOCK), at=place)
+        scene.add_contact(
+            f"{name} chock {where}",
+            ball,
+            box,
+            normal=KelvinVoigt(TYRE_STIFFNESS, TYRE_DAMPING),
+            friction=Coulomb(mu, stiffness=GRIP_STIFFNESS, damping=GRIP_DAMPING),
+        )
