@@ -1,0 +1,30 @@
+"""Run an example as a user does, and draw it where it does not draw itself.
+
+Called as `run_example.py SCRIPT FOLDER STEM`: what it prints, its checked number and its picture go to FOLDER.
+"""
+
+import contextlib
+import io
+import json
+import runpy
+import shutil
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+from drawings import DRAWN, OWN, PLAYED
+
+folder, stem = Path(sys.argv[2]), sys.argv[3]
+printed = io.StringIO()
+with contextlib.redirect_stdout(printed):
+    names = runpy.run_path(str(Path("examples") / f"{stem}.py"))
+picture = folder / "picture.png"
+if stem in OWN:
+    shutil.copy(Path("out") / OWN[stem], picture)
+else:
+    DRAWN[stem](names).savefig(picture, dpi=110)
+if stem in PLAYED:
+    names["result"].to_html(folder / "run.html", fps=50, title=" ".join(stem.split("_")[1:]))
+value, reference, tolerance = names["checked"]
+done = {"printed": printed.getvalue(), "checked": [float(value), float(reference), float(tolerance)]}
+(folder / "done.json").write_text(json.dumps(done), encoding="utf-8")
