@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup kernels demo test test-latest bench-engine bench-fem lint clean
+.PHONY: help setup kernels demo test test-latest docs bench-engine bench-fem player lint clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -16,16 +16,22 @@ demo: setup      ## set up, then run the demo (files under out/)
 	@bash .ci/in-env .venv kanefe demo
 
 test: kernels    ## set up, then run all the tests, on two cores
-	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
+	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
 
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest
+
+docs: kernels    ## the documents as a site, build/docs/html; runs their snippets and all examples
+	@bash .ci/docs
 
 bench-engine: kernels  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/peer_engine.py $(OPTIONS)
 
 bench-fem: kernels  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/fe_pipeline.py $(OPTIONS)
+
+player:          ## build the page that shows runs from its source and three.js of npm (needs node)
+	@bash .ci/player
 
 lint: setup      ## ruff, mypy and the contracts of the layers
 	@bash .ci/setup.sh dev
@@ -34,6 +40,7 @@ lint: setup      ## ruff, mypy and the contracts of the layers
 	@bash .ci/in-env .venv lint-imports --no-cache
 
 clean:           ## remove the environments, caches and results
-	rm -rf .venv .venv-latest .venv.lock out build *.egg-info fem/*.egg-info
+	rm -rf .venv .venv-latest .venv-docs .venv.lock out build *.egg-info fem/*.egg-info
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
-	find kanefe fem tests examples meshes -name __pycache__ -type d -prune -exec rm -rf {} +
+	rm -rf docs/_generated docs/gallery docs/reference/generated
+	find kanefe fem docs tests examples meshes -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -73,7 +73,11 @@ if TYPE_CHECKING:
     from kanefe.reduction import flexible_body as flexible_body
     from kanefe.result import Result as Result
     from kanefe.result import load_result as load_result
+    from kanefe.robots import *  # noqa: F403
     from kanefe.scene.scene import Frame as Frame
+    from kanefe.screening import ScreenedRun as ScreenedRun
+    from kanefe.screening import screen as screen
+    from kanefe.stepping.simulation import Simulation as Simulation
     from kanefe.studies.study import Study as Study
     from kanefe.studies.table import StudyTable as StudyTable
     from kanefe.system import System as System

@@ -15,10 +15,10 @@ from kanefe.equations.start import model_at_start
 from kanefe.scene.bodies import BodyMethods
 from kanefe.scene.constraints import ConstraintMethods
 from kanefe.scene.contacts import ContactMethods
-from kanefe.scene.controllers import ControllerMethods
 from kanefe.scene.field_loads import FieldLoadMethods
+from kanefe.scene.held_inputs import HeldInputMethods
 from kanefe.scene.scene import three
-from kanefe.scene.tree_text import tree_text
+from kanefe.scene.tree_text import body_rows, tree_text
 from kanefe.tree.freeze import build_model
 from kanefe.tree.stiffening_check import warn_of_loads_that_do_not_stiffen
 
@@ -26,9 +26,11 @@ if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.integrate.events import Event
     from kanefe.result import Result
+    from kanefe.scene.targets import Named
+    from kanefe.stepping.simulation import Simulation
 
 
-class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, ControllerMethods):
+class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, HeldInputMethods):
     """A scene of rigid and flexible bodies in a tree.
 
     Parameters
@@ -64,6 +66,24 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, C
 
     def __str__(self) -> str:
         return tree_text(self._entries, self._constraints, self._loads, self._controllers, self.gravity.tolist())
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of the scene."""
+        from kanefe.views.scene_card import scene_card
+
+        title = str(self).splitlines()[0]
+        return scene_card(title, body_rows(self._entries), self._acting())
+
+    def _acting(self) -> list[tuple[str, str]]:
+        """Return kind and description of what acts between and on the bodies."""
+        of_bodies = [
+            ("load", load.label)
+            for entry in self._entries
+            for load in (*(load for load, _ in entry.loads), *entry.joint_loads, *entry.field_loads)
+        ]
+        between = [(load.kind, f"{load.name}: {' and '.join(end.label for end in load.ends)}") for load in self._loads]
+        constraints = [("constraint", constraint.title) for constraint in self._constraints]
+        return [*of_bodies, *between, *constraints, *(("controller", str(one)) for one in self._controllers)]
 
     @property
     def gravity(self) -> np.ndarray:
@@ -104,7 +124,14 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, C
         StiffeningWarning
             If a body with stiffening="inertial" carries bodies, loads or loops, which should stiffen it too.
         """
-        data = build_model(self._entries, self.gravity, self.slopes, self._constraints, self._controllers)
+        data = build_model(
+            self._entries,
+            self.gravity,
+            self.slopes,
+            self._constraints,
+            self._controllers,
+            self._surfaces_on_markers(),
+        )
         model = model_at_start(data, self._loads, t, start)
         check_planar_inertias(model, t)
         warn_of_loads_that_do_not_stiffen(model)
@@ -238,3 +265,130 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, C
         )
         model = self.freeze(options.span[0], start)
         return Result(model, accounted(model, run(model, options)))
+
+    def start(
+        self,
+        t: float = 0.0,
+        *,
+        start: Start = None,
+        inputs: Named | None = None,
+        outputs: Named | None = None,
+        every: float = 0.01,
+        duration: float | None = None,
+        method: str = "auto",
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        events: Sequence[Event] | Event = (),
+    ) -> Simulation:
+        """Return a simulation of the scene that goes on by steps: ``sim.step(0.01, {"motor hub": 3.0})``.
+
+        For controllers and optimisers that call the scene, and for co-simulation. The scene itself stays open. Steps
+        are those of `simulate` with inputs that are constant from step to step; where inputs change a method begins
+        anew there, with the step that it had found.
+
+        Parameters
+        ----------
+        t : float
+            Where the simulation begins, s.
+        start : state, optional
+            As for `simulate`: ``sim.state`` of another simulation too.
+        inputs : str, sequence or mapping of str
+            What each step may give: ``"motor hub"`` (N m along an angle, N along a distance), ``"force tip x"``,
+            ``"torque arm/tip z'"``, which add to the loads that there are and begin with zero; ``"load NAME"``, the
+            value of a load of the scene by the name that `linearise` gives it; ``"drive hub"``, the acceleration of a
+            joint that a `Motion` drives, whose place goes on from there. A mapping gives names of one's own.
+        outputs : str, sequence or mapping of str
+            As what controllers read (see `add_controller`), and ``"coupling_force arm/root force_x"``,
+            ``"joint_reaction tip"``, ``"driving_force hub"``, ``"loop_force pin"``, ``"load rope tension"``. Default:
+            free coordinates and speeds of joints, and place and rotation of what floats.
+        every : float
+            About how long a step is, s: what method="auto" goes by.
+        duration : float, optional
+            About how long the simulation is, s: the same, and to what part of it events are located. Default a hundred
+            steps, but at least 1 s. It may be longer.
+        method, rtol, atol, step, events
+            As for `simulate`. Solvers of other packages, which remember earlier steps, are refused.
+
+        Raises
+        ------
+        ModelError
+            If the scene, its start or an option makes no sense, or there is no such input or output.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> cart = scene.add_rigid_body("cart", 2.0, joint=kf.Prismatic("x"))
+        >>> sim = scene.start(inputs="motor cart", outputs=("joint_coordinates cart", "joint_speeds cart"))
+        >>> sim.step(0.5, {"motor cart": 8.0})
+        >>> {name: round(value, 9) for name, value in sim.outputs.items()}
+        {'joint_coordinates cart': 0.5, 'joint_speeds cart': 2.0}
+        """
+        from kanefe.integrate.options import RunOptions
+        from kanefe.stepping.simulation import Asked, started, stretch
+
+        options = RunOptions(
+            t_span=stretch(t, every, duration), method=method, rtol=rtol, atol=atol, step=step, events=events
+        )
+        return started(self, Asked(start, inputs, outputs, every, options))
+
+    def to_fmu(
+        self,
+        path: str | Path,
+        *,
+        fmi: str = "2.0",
+        t: float = 0.0,
+        start: Start = None,
+        inputs: Named | None = None,
+        outputs: Named | None = None,
+        every: float = 0.01,
+        duration: float | None = None,
+        method: str = "auto",
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+    ) -> Path:
+        """Write the scene as a functional mock-up unit for co-simulation; return its path.
+
+        A thin skin over what `start` returns, with the same numbers: inputs are held over a communication step, states
+        can be got, set and serialised. It brings the compiled kernels and needs no Python. With functions in Python,
+        events, contacts, or forces as outputs it is a unit that needs kanefe where it runs, and keeps no states: a
+        warning and its description say so. A linear model for exchange is what `Linearisation.to_fmu` writes.
+
+        Parameters
+        ----------
+        path : path
+            Of the .fmu file; its stem is the name of the model.
+        fmi : "2.0" or "3.0"
+            Version of the standard.
+        every : float
+            How far a communication step usually goes, s.
+        t, start, inputs, outputs, duration, method, rtol, atol, step
+            As for `start`. Where "auto" would hand over from one method to another, the other is taken at once.
+
+        Raises
+        ------
+        ModelError
+            If an argument makes no sense, there is no C compiler, or functions cannot be sent to another process.
+        FileError
+            If the file cannot be written.
+
+        Warns
+        -----
+        SimulationWarning
+            If the unit needs kanefe, and why.
+
+        Examples
+        --------
+        ``scene.to_fmu("arm.fmu", inputs="motor hub", outputs=("joint_coordinates hub", "position arm/tip"))``
+        """
+        from kanefe.fmu.export import write_scene
+        from kanefe.integrate.handing_over import HandingOver
+
+        common = {"start": start, "inputs": inputs, "outputs": outputs, "every": every, "duration": duration}
+        common |= {"rtol": rtol, "atol": atol, "step": step}
+        sim = self.start(t, method=method, **common)  # type: ignore[arg-type]
+        if isinstance(sim.stepper, HandingOver):
+            sim = self.start(t, method=sim.stepper.second_name, **common)  # type: ignore[arg-type]
+        return write_scene(sim, path, fmi, every)

@@ -6,7 +6,7 @@ import os
 import pytest
 
 # marker -> the module that its tests import
-NEEDS = {"fenicsx": "dolfinx", "gmsh": "gmsh", "dask": "distributed"}
+NEEDS = {"fenicsx": "dolfinx", "gmsh": "gmsh", "dask": "distributed", "urdf": "yourdfpy", "mjcf": "mujoco"}
 
 # Set by `make test` and `make test-latest`, whose set-up brings these packages: a skip would hide a broken set-up.
 REQUIRED = os.environ.get("KANEFE_TEST_REQUIRE", "").split()

@@ -29,7 +29,8 @@ def test_beam_demo_writes_its_files_and_prints_its_table(tmp_path, capsys):
     for row in ("mass", "first frequencies", "energy balance", "root coupling force", "time"):
         assert row in printed
     names = {path.name for path in tmp_path.iterdir()}
-    assert {"overview.png", "energy.png", "root_force.png", "arm.pvd", "run.h5"} <= names
+    assert {"overview.png", "energy.png", "root_force.png", "arm.pvd", "run.h5", "run.html"} <= names
+    assert "run.html (open it in a browser)" in printed
     loaded = kf.load_result(tmp_path / "run.h5")
     # the hub stops where a rigid arm would, but for bending (some 1e-5 rad)
     assert loaded.joint_coordinates("hub")[-1, 0] == pytest.approx(0.7045, abs=0.01)

@@ -35,15 +35,17 @@ DOORS = {
     "pyyeti": {"kanefe/imports/_pyyeti.py"},
     "mapdl_archive": {"kanefe/imports/_mapdl.py"},
     "control": {"kanefe/linear/_control.py"},
-    "xarray": {"kanefe/environment/_xarray.py"},
+    "xarray": {"kanefe/environment/_xarray.py", "kanefe/studies/_xarray.py"},
     "h5netcdf": {"kanefe/environment/_xarray.py"},
     "wavespectra": {"kanefe/environment/_wavespectra.py"},
     "netCDF4": set(),
     "capytaine": set(),
     "sksundae": {"kanefe/integrate/methods/_sundials.py"},
+    "yourdfpy": {"kanefe/robots/_yourdfpy.py"},
+    "mujoco": {"kanefe/robots/_mujoco.py"},
     "distributed": {"kanefe/studies/_dask.py"},
     "pandas": {"kanefe/studies/_pandas.py"},
-    "cloudpickle": {"kanefe/studies/pools.py"},
+    "cloudpickle": {"kanefe/storage/functions_by_value.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])
 

@@ -14,9 +14,9 @@ from repository import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
-FOLDERS = {"kanefe", "meshes", "fem", "tests", "examples", ".ci"}
+FOLDERS = {"kanefe", "meshes", "fem", "tests", "examples", "docs", ".ci"}
 FILES = {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "Makefile"}
-FILES |= {"MANIFEST.in"}
+FILES |= {"MANIFEST.in", "NOTICE.md", "CITATION.cff"}
 
 
 def entry_points() -> list[EntryPoint]:
@@ -28,6 +28,31 @@ def test_the_version_has_one_source():
     assert PROJECT["project"]["dynamic"] == ["version"]
     assert PROJECT["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "kanefe.__version__"}
     assert distribution("kanefe").version == kanefe.__version__
+    # a copy, for those who cite without installing
+    cited = re.findall(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert cited == [kanefe.__version__]
+
+
+def test_the_notice_names_what_is_not_code_of_ours():
+    notice = (ROOT / "NOTICE.md").read_text(encoding="utf-8")
+    kinds = {".csv", ".json", ".msh", ".urdf", ".three"}
+    not_ours = [p for p in tracked_files() if Path(p).suffix in kinds and not p.startswith("docs/")]
+    # figures of the documents, the public interface, and the tools that make the page of a run are no data
+    rest = {"tests/package/public_api.json", "package.json", "package-lock.json"}
+    for path in not_ours:
+        assert f"`{path}`" in notice or path in rest or Path(path).name in rest, f"{path} is not in NOTICE.md"
+    for path in re.findall(r"`([\w./]+\.\w+)`", notice):
+        assert (ROOT / path).is_file(), path
+    assert set(PROJECT["project"]["license-files"]) >= {"LICENSE", "NOTICE.md"}
+
+
+def test_the_notice_has_the_version_of_what_is_bundled():
+    import json
+
+    made_of = json.loads((ROOT / "kanefe/views/player/web/package.json").read_text(encoding="utf-8"))
+    notice = (ROOT / "NOTICE.md").read_text(encoding="utf-8")
+    assert f"three.js {made_of['dependencies']['three']}" in notice
+    assert f"esbuild {made_of['devDependencies']['esbuild']}" in notice
 
 
 @pytest.mark.parametrize("point", entry_points(), ids=lambda point: f"{point.group}:{point.name}")
