@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError, SingularStiffness
+from kanefe.storage import hdf5
 from kanefe_fem.memory import free_memory, rough_size, warn_of_memory
 
 SMALL = 10_000
@@ -37,10 +38,12 @@ def start_mpi() -> None:
     """Make the first import of MPI safe in a process without mpirun.
 
     OpenMPI else looks for a helper program on the PATH and aborts the interpreter when it is not there; and the wheel
-    of dolfinx finds its MPI library only after its own package was imported.
+    of dolfinx finds its MPI library only after its own package was imported. That wheel's PETSc shows its HDF5 to all
+    libraries loaded later, with which h5py of another version does not start: h5py goes first.
     """
     os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
     if importlib.util.find_spec("dolfinx_solver") is not None:
+        hdf5.come_first()
         importlib.import_module("dolfinx_solver")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 from collections.abc import Mapping
@@ -17,6 +18,12 @@ SMALLEST_COMPRESSED = 1024
 
 MOST_COMPRESSED = 1100
 """Times that an array can be larger than its bytes in the file: deflate makes at most 1032 of one."""
+
+
+def come_first() -> None:
+    """Load h5py, if it is there, ahead of a library that shows an HDF5 of its own to all that is loaded after it."""
+    with contextlib.suppress(MissingDependency, FileError):
+        _h5py("kanefe.storage")
 
 
 def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str]]) -> memoryview:
@@ -86,6 +93,11 @@ def _h5py(needed_by: str) -> Any:
         import h5py
     except ImportError as error:
         raise MissingDependency("h5py", needed_by, "pip install h5py") from error
+    except ValueError as error:
+        raise FileError(
+            f"{needed_by}: h5py does not start beside the HDF5 of another library of this program ({error}). "
+            "Remedy: import h5py at its head, before dolfinx and petsc4py"
+        ) from error
     return h5py
 
 

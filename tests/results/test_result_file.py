@@ -188,15 +188,22 @@ def test_a_file_that_lacks_a_mesh_is_named(saved):
         kf.load_result(saved)
 
 
-def test_without_h5py_the_remedy_is_named(monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ("problem", "error", "message"),
+    [
+        (ImportError("h5py"), kf.MissingDependency, r"Result.save needs h5py.*pip install"),
+        (ValueError("Not a datatype"), kf.FileError, r"Result.save: h5py does not start.*import h5py at its head"),
+    ],
+)
+def test_without_h5py_the_remedy_is_named(monkeypatch, tmp_path, problem, error, message):
     real = builtins.__import__
 
     def missing(name: str, *rest: object, **named: object) -> object:
         if name == "h5py":
-            raise ImportError(name)
+            raise problem
         return real(name, *rest, **named)
 
     monkeypatch.setattr(builtins, "__import__", missing)
-    with pytest.raises(kf.MissingDependency, match=r"Result.save needs h5py.*pip install"):
+    with pytest.raises(error, match=message):
         pendulum().save(tmp_path / "run.h5")
     assert list(tmp_path.iterdir()) == []
