@@ -208,12 +208,13 @@ class Result(Reader):
         path : path
             Ends in .html; its folder is made.
         colour : str, optional
-            With which colours of flexible bodies it begins: "displacement", "stress" (von Mises) or "none". Default:
-            stress where it is given.
+            With which colours of flexible bodies it begins: "displacement", "stress" (von Mises; of beams the normal
+            stress of stretch and bending) or "none". Default: stress where it is given.
         stress : StressField or sequence of them
             What ``kanefe_fem.recover(result, name)`` returns, of bodies whose stress is shown.
         forces : bool
-            Show reactions of joints too, as arrows; they take time. Forces of contacts always are.
+            Show reactions of joints too, as arrows. They are computed at each output time: seconds, where there are
+            contacts. Forces of contacts are always shown.
         fps : float, optional
             Instants for a second of the run's time (the nearest output times).
         every : int, optional

@@ -257,11 +257,15 @@ class Elasticity:
         A_GL of beams, axes of each element as columns: x along it, y and z across. The table then holds the stiffness
         of sections to stretch, shear along y and z, twist, and bending about y and z: N for the first three, N m2 for
         the others; infinite where a theory has no shear strain. None: a solid or plane body.
+    fibres : ndarray, shape (m, p, 3), or None
+        Of the sections of beams in the table: fibres around the outline by their y and z (m) and Young's modulus (Pa);
+        zeros where the shape of a section is not known.
     """
 
     table: np.ndarray
     of_cell: np.ndarray
     axes: np.ndarray | None = None
+    fibres: np.ndarray | None = None
 
 
 CELL_TYPES = {

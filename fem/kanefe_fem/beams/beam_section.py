@@ -46,6 +46,10 @@ class BeamSection(ABC):
     def stiffness_of(self, material: Material | None, *, planar: bool) -> np.ndarray:
         """Return the section's stiffness (N, V_y, V_z, T, M_y, M_z), shape (6, 6); ``inf`` where shear is rigid."""
 
+    def fibres_of(self, material: Material | None) -> np.ndarray | None:
+        """Return fibres around the outline, y and z (m) and Young's modulus (Pa), (p, 3); None if unknown."""
+        return None
+
     @abstractmethod
     def mass_of(self, material: Material | None) -> LineMass:
         """Return the section's mass."""

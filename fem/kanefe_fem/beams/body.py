@@ -138,7 +138,7 @@ def beam_model(
             name: line_pattern(numbers, points[connectivity], properties, axes, dofs, planar, size)
             for name, numbers in spans.items()
         },
-        elasticity=section_elasticity(of_sections, axes),
+        elasticity=section_elasticity(of_sections, axes, _fibres(sections, materials)),
         stress_stiffness=stress_stiffness,
         provenance={
             "source": "kanefe_fem.beam_model",
@@ -299,6 +299,15 @@ def _section_stiffness(
         table[:, 1:3, :] = table[:, :, 1:3] = 0.0
         table[:, [1, 2], [1, 2]] = np.inf
     return table
+
+
+def _fibres(sections: list[BeamSection], materials: list[Material | None]) -> list[np.ndarray | None]:
+    """Return the fibres of each element's section, made once for each pair of section and material."""
+    made: dict[tuple[int, int], np.ndarray | None] = {}
+    for pair in zip(sections, materials, strict=True):
+        if (id(pair[0]), id(pair[1])) not in made:
+            made[id(pair[0]), id(pair[1])] = pair[0].fibres_of(pair[1])
+    return [made[id(section), id(material)] for section, material in zip(sections, materials, strict=True)]
 
 
 def _assemble_stiffness(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,10 +79,20 @@ def of_matrices(length: np.ndarray, stiffness: np.ndarray) -> ElementProperties:
     )
 
 
-def section_elasticity(stiffness: np.ndarray, axes: np.ndarray) -> Elasticity:
-    """Return the stiffness of sections (m, 6, 6) as a body keeps it, with the axes A_GL (m, 3, 3) of the elements."""
-    different, of_cell = np.unique(stiffness.reshape(-1, 36), axis=0, return_inverse=True)
-    return Elasticity(different.reshape(-1, 6, 6), of_cell.reshape(-1), axes)
+def section_elasticity(
+    stiffness: np.ndarray, axes: np.ndarray, fibres: Sequence[np.ndarray | None] | None = None
+) -> Elasticity:
+    """Return the stiffness of sections (m, 6, 6) as a body keeps it, with the axes A_GL (m, 3, 3) of the elements.
+
+    Of each element `fibres` (p, 3) are those of its section, or None; see `Elasticity`.
+    """
+    count = max((len(one) for one in fibres or () if one is not None), default=0)
+    none = np.zeros((count, 3))
+    around = np.array([none if one is None else one for one in fibres or [None] * len(stiffness)])
+    both = np.column_stack((stiffness.reshape(-1, 36), around.reshape(len(stiffness), 3 * count)))
+    different, of_cell = np.unique(both, axis=0, return_inverse=True)
+    outlines = different[:, 36:].reshape(len(different), count, 3)
+    return Elasticity(different[:, :36].reshape(-1, 6, 6), of_cell.reshape(-1), axes, outlines if count else None)
 
 
 def properties_of(elasticity: Elasticity, length: np.ndarray) -> ElementProperties:

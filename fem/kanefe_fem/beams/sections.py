@@ -21,12 +21,10 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
+from kanefe_fem.beams.section_shapes import box_shear_factor, box_torsion, circle, rectangle, rectangle_torsion
 
 if TYPE_CHECKING:
     from kanefe_fem.beams.stiffness_section import StiffnessSection
-
-ZETA_OF_5 = 1.03692775514337
-"""Riemann's function: the sum of n^-5."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +70,15 @@ class CrossSection(BeamSection):
         """Return the mass, whose centre is on the axis."""
         rho = material.rho
         return LineMass(rho * self.A, np.zeros(2), np.diag([rho * self.I_z, rho * self.I_y]))
+
+    def fibres_of(self, material: Any) -> np.ndarray | None:
+        """Return the fibres of the outline, all of one material."""
+        outline = self._outline()
+        return None if outline is None else np.column_stack((outline, np.full(len(outline), float(material.E))))
+
+    def _outline(self) -> np.ndarray | None:
+        """Return points around the outline, y and z in m, (FIBRES, 2); None if it has no shape."""
+        return None
 
     def _set(self, A: float, I_y: float, I_z: float, J: float, shear_y: float, shear_z: float) -> None:
         """Store the numbers of a frozen shape."""
@@ -227,6 +234,9 @@ class SolidCircle(CrossSection):
         area = math.pi * self.diameter**2 / 4.0
         self._set(area, second_moment, second_moment, 2.0 * second_moment, shear, shear)
 
+    def _outline(self) -> np.ndarray:
+        return circle(self.diameter)
+
 
 @dataclass(frozen=True)
 class Tube(CrossSection):
@@ -273,6 +283,9 @@ class Tube(CrossSection):
         shear /= (7.0 + 6.0 * self.nu) * square + (20.0 + 12.0 * self.nu) * ratio
         self._set(area, second_moment, second_moment, 2.0 * second_moment, shear, shear)
 
+    def _outline(self) -> np.ndarray:
+        return circle(self.outer_diameter)
+
 
 @dataclass(frozen=True)
 class Rectangle(CrossSection):
@@ -305,7 +318,10 @@ class Rectangle(CrossSection):
         self._require_poisson(self.nu)
         b, h = self.width, self.height
         shear = 10.0 * (1.0 + self.nu) / (12.0 + 11.0 * self.nu)
-        self._set(b * h, b * h**3 / 12.0, h * b**3 / 12.0, _rectangle_torsion(max(b, h), min(b, h)), shear, shear)
+        self._set(b * h, b * h**3 / 12.0, h * b**3 / 12.0, rectangle_torsion(max(b, h), min(b, h)), shear, shear)
+
+    def _outline(self) -> np.ndarray:
+        return rectangle(self.width, self.height)
 
 
 @dataclass(frozen=True)
@@ -356,38 +372,10 @@ class Box(CrossSection):
             A=2.0 * (mid_b + mid_h) * t,
             I_y=(b * h**3 - hole_b * hole_h**3) / 12.0,
             I_z=(h * b**3 - hole_h * hole_b**3) / 12.0,
-            J=_box_torsion(mid_b, mid_h, t),
-            shear_y=_box_shear_factor(mid_b, mid_h, self.nu),
-            shear_z=_box_shear_factor(mid_h, mid_b, self.nu),
+            J=box_torsion(mid_b, mid_h, t),
+            shear_y=box_shear_factor(mid_b, mid_h, self.nu),
+            shear_z=box_shear_factor(mid_h, mid_b, self.nu),
         )
 
-
-def _rectangle_torsion(long: float, short: float) -> float:
-    """Return Saint-Venant's series for the torsion constant of a rectangle in m4."""
-    # sum over odd n of tanh(n pi a / 2 b) / n^5: the part with tanh = 1 is 31/32 zeta(5), and what is left falls
-    # like exp(-n pi), so that seven terms are exact in double precision.
-    total = 31.0 / 32.0 * ZETA_OF_5
-    for n in range(1, 14, 2):
-        total += (math.tanh(n * math.pi * long / (2.0 * short)) - 1.0) / n**5
-    return long * short**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * short / long * total)
-
-
-def _box_torsion(b: float, h: float, t: float) -> float:
-    """Return the torsion constant of a box with sharp corners in m4; mid-line lengths and wall."""
-    # Prandtl's stress function is c phi_1 + phi_0: phi_1 is harmonic, 1 in the hole and 0 outside; phi_0 has
-    # -Laplacian 2 and vanishes on both. Straight walls give Bredt's term and perimeter t^3/3. Each L-shaped corner
-    # changes the flux of phi_1, its integral and that of phi_0 by a constant: 2 ln 2 / pi exactly, and the other two
-    # from solving Laplace's and Poisson's equations on the L (160 elements across the wall, extrapolated).
-    perimeter = 2.0 * (b + h)
-    area = b * h - 4.0 * 0.1052 * t**2
-    flux = perimeter / t - 4.0 * 2.0 * math.log(2.0) / math.pi
-    return 4.0 * area**2 / flux + perimeter * t**3 / 3.0 + 4.0 * 0.0725 * t**4
-
-
-def _box_shear_factor(web: float, flange: float, nu: float) -> float:
-    """Return Cowper's factor of a thin-walled box of uniform wall; mid-line lengths, the web along the force."""
-    m = flange / web
-    stretch = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3
-    poisson = 11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3
-    flanges = 10.0 * m**2 * ((3.0 + nu) * m + 3.0 * m**2)
-    return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / (stretch + nu * poisson + flanges)
+    def _outline(self) -> np.ndarray:
+        return rectangle(self.width, self.height)

@@ -21,6 +21,7 @@ from kanefe.results.selection import Frames, frame_index
 from kanefe_fem.recovery import envelope as measures
 from kanefe_fem.recovery.choices import material_row, nearest_frames
 from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, envelope_of
+from kanefe_fem.recovery.fibre_stress import fibre_stress
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, checked_elasticity
 
@@ -119,6 +120,12 @@ class Recovery:
         """Times of the fields, shape (T,), s."""
         return self.result.times[self.frames]
 
+    @property
+    def is_of_beams(self) -> bool:
+        """Whether the body is made of beams, which have section forces and, of shapes, stresses of fibres."""
+        elasticity = self.result.body(self.name).elasticity
+        return elasticity is not None and elasticity.axes is not None
+
     def displacement(self) -> np.ndarray:
         """Return the displacement of the nodes, shape (T, n, 3), m."""
         return self.result.nodal_displacements(self.name, self.frames)
@@ -132,7 +139,12 @@ class Recovery:
         return self._tensor("stress", "nodes")
 
     def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
-        """Return the stress at the nodes of any modal coordinates (r, k), shape (r, n, 6), Pa."""
+        """Return the stress at the nodes of any modal coordinates (r, k), shape (r, n, 6), Pa.
+
+        Of m beams in p outer fibres at both ends of each, (r, m 2 p, 6); see `kanefe_fem.recovery.fibre_stress`.
+        """
+        if self.is_of_beams:
+            return fibre_stress(self.result.body(self.name), np.atleast_2d(eta))
         return self._fields().evaluate("stress", "nodes", np.atleast_2d(eta), self.material)
 
     def strain_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:

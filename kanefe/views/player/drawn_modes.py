@@ -36,7 +36,10 @@ class StressField(Protocol):
         ...
 
     def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
-        """Return the stress at the nodes (r, n, 6), xx, yy, zz, yz, xz, xy, Pa, of coordinates (r, k)."""
+        """Return the stress at the nodes (r, n, 6), xx, yy, zz, yz, xz, xy, Pa, of coordinates (r, k).
+
+        Of m beams it is that of p fibres around their sections, at both ends of each, (r, m 2 p, 6).
+        """
         ...
 
 
@@ -74,7 +77,7 @@ def drawn_modes(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressFie
     else:
         amplitudes, rows = eta, np.eye(eta.shape[1])
     shapes = skin.motion(shape, rows)
-    stresses = None if stress is None else stress.stress_of(rows)[:, skin.nodes]
+    stresses = None if stress is None else stress.stress_of(rows)[:, slice(None) if skin.fibres else skin.nodes]
     kept = _seen(amplitudes, shapes)
     if stresses is not None:
         kept |= _seen(amplitudes, np.nan_to_num(stresses))

@@ -78,6 +78,7 @@ def page_of(
         raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
     data = SceneData(result, spread_frames(result.times, fps, every, MOST_FRAMES), fields, forces)
     told = data.told | {"title": title or "kanefe", "colour": first, "scale": float(scale)}
+    told["stress_name"] = _stress_name(data)
     return Page(_filled(told["title"], json.dumps(told, separators=(",", ":")), data.arrays.encoded()))
 
 
@@ -121,6 +122,13 @@ def _checked_stresses(result: Reader, stress: StressField | Sequence[StressField
         if field.result is not result:
             raise ModelError(f"the stress of {field.name!r} is of another run. Remedy: recover(...) of this one")
     return {field.name: field for field in given}
+
+
+def _stress_name(data: SceneData) -> str:
+    """Return what the colours of stress are: of beams the normal stress alone is known."""
+    if not data.beams_stressed:
+        return "von Mises stress"
+    return "normal stress" if data.beams_stressed == data.stressed else "stress, normal in beams"
 
 
 def _filled(title: str, told: str, arrays: str) -> str:

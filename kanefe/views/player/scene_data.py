@@ -45,6 +45,8 @@ class SceneData:
     told : dict
         Json-able; arrays are places in `arrays`.
     arrays : Arrays
+    stressed, beams_stressed : set of str
+        Bodies whose stress is told, and which of them are made of beams.
     """
 
     def __init__(
@@ -63,6 +65,8 @@ class SceneData:
             if shape.mass > 0.0 and not shape.is_flexible
         }
         self.largest = {"displacement": 0.0, "stress": 0.0}
+        self.stressed = {name for name in stresses if name in self._skins}
+        self.beams_stressed = {name for name in self.stressed if self._skins[name].fibres}
         bodies = [self._body(shape, stresses.get(shape.name)) for shape in self._shapes]
         if fixed := [self._surface(surface) for surface in self._on("")]:
             bodies.append({"name": "ground", "frame": GROUND, "kind": "ground", "parts": fixed})

@@ -1,7 +1,8 @@
 """The skin of a flexible body as points that move by its coordinates, and triangles between them.
 
-Of a solid the points are nodes; a beam is drawn as boxes whose sections have the area and the bending stiffness of its
-own, as far as rectangles can (see `equivalent_sides`); nodes without cells are drawn as small octahedra.
+Of a solid the points are nodes. A beam is drawn with the outline of its sections where that is known, else as boxes
+with their stiffness to stretch and bending, as far as rectangles can (see `equivalent_sides`). Nodes without cells are
+drawn as small octahedra.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from kanefe.fe_model.shapes import is_supported
 from kanefe.fe_model.shapes import shape as element
 from kanefe.fe_model.skin import skin as outside
 from kanefe.results.body_shape import BodyShape
+from kanefe.views.player.creases import SMOOTH
 
 THIN = 0.01
 """Side of a beam whose section is not known, and size of a node without cells, as a share of the body's size."""
@@ -45,7 +47,6 @@ _RIMS: dict[str, tuple[int, ...]] = {
 """Nodes around a facet."""
 
 _CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
-_SIDES = np.array([(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (3, 2, 1, 0), (4, 5, 6, 7)])
 _TIPS = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
 _OCTAHEDRON = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
 
@@ -67,7 +68,9 @@ class Skin:
     lines : ndarray of int, shape (e, 2)
         Edges of the cells.
     creases : ndarray of int, shape (c, 2), or None
-        Edges of the body, where they are known: of beams, which are boxes in a row.
+        Edges of the body, where they are known: of beams, which are pieces in a row.
+    fibres : int
+        Points of each section of a beam, which come element by element, first those of its first end; 0 of the rest.
     """
 
     nodes: np.ndarray
@@ -76,6 +79,7 @@ class Skin:
     triangles: np.ndarray
     lines: np.ndarray
     creases: np.ndarray | None = None
+    fibres: int = 0
 
     def motion(self, shape: BodyShape, eta: np.ndarray) -> np.ndarray:
         """Return the displacements of the points in G, (r, p, 3) in m, from coordinates (r, k)."""
@@ -149,36 +153,58 @@ def _of_facets(nodes: np.ndarray, facets: list[Cells]) -> Skin:
 
 def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
     ends = np.concatenate([block.nodes[:, :2] for block in blocks])
-    axes, half = _sections(shape, ends)
-    across = np.einsum("cxa,ka,ca->ckx", axes[:, :, 1:], _CORNERS, half)  # (cells, corners, 3)
+    axes, outlines = _sections(shape, ends)
+    count = outlines.shape[1]
+    across = np.einsum("cxa,cka->ckx", axes[:, :, 1:], outlines)  # (cells, points, 3)
     arms = np.concatenate((across, across), axis=1).reshape(-1, 3)
-    nodes = np.repeat(ends, 4, axis=1).ravel()
-    quads = (8 * np.arange(len(ends))[:, None, None] + _SIDES).reshape(-1, 4)
-    rim = np.stack((quads, np.roll(quads, -1, axis=1)), axis=-1).reshape(-1, 2)
-    triangles = np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))
-    lines = np.unique(np.sort(rim, axis=1), axis=0)
+    nodes = np.repeat(ends, count, axis=1).ravel()
+    around = np.arange(count)
+    after = np.roll(around, -1)
+    sides = np.column_stack((around, after, after + count, around + count))
+    fan = np.column_stack((np.zeros(count - 2, dtype=int), around[1:-1], around[2:]))
+    piece = np.concatenate((sides[:, [0, 1, 2]], sides[:, [0, 2, 3]], fan[:, ::-1], fan + count))
+    first = 2 * count * np.arange(len(ends))[:, None, None]
+    rings = np.concatenate([np.column_stack((around, after)) + start for start in (0, count)])
+    corners = around[_turns(outlines[0])]
+    along = np.column_stack((corners, corners + count))
+    lines = (first + np.concatenate((rings, along))).reshape(-1, 2)
     is_last = np.bincount(ends.ravel(), minlength=len(shape.nodes)) == 1
     seen = (nodes[lines[:, 0]] != nodes[lines[:, 1]]) | is_last[nodes[lines[:, 0]]]
-    return Skin(nodes, arms, shape.nodes[nodes] + arms, triangles, lines, lines[seen])
+    triangles = (first + piece).reshape(-1, 3)
+    return Skin(nodes, arms, shape.nodes[nodes] + arms, triangles, lines, lines[seen], count)
+
+
+def _turns(outline: np.ndarray) -> np.ndarray:
+    """Return at which points (p, 2) of an outline there is a corner, (p,) of bool."""
+    before, after = outline - np.roll(outline, 1, axis=0), np.roll(outline, -1, axis=0) - outline
+    lengths = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
+    return np.asarray((before * after).sum(axis=1) < SMOOTH * lengths)
 
 
 def _sections(shape: Meshed, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return axes (cells, 3, 3) and half the sides along y and z (cells, 2) of beams."""
+    """Return axes (cells, 3, 3) of beams and outlines of their sections, y and z (cells, p, 2)."""
     size = float(np.linalg.norm(np.ptp(shape.nodes, axis=0))) or 1.0
-    half = np.full((len(ends), 2), 0.5 * THIN * size)
     known = shape.elasticity
     if known is not None and known.axes is not None and len(known.axes) == len(ends):
         stiffness = np.diagonal(known.table, axis1=1, axis2=2)[known.of_cell]
         with np.errstate(all="ignore"):
             sides = 0.5 * np.column_stack(equivalent_sides(stiffness[:, 0], stiffness[:, 4], stiffness[:, 5]))
         is_known = np.isfinite(sides) & (sides > 0.0) & (sides < size)
-        return known.axes, np.where(is_known, sides, half)
+        boxes = _CORNERS * np.where(is_known, sides, 0.5 * THIN * size)[:, None]
+        if known.fibres is None:
+            return known.axes, boxes
+        outlines = known.fibres[known.of_cell]
+        share = (4.0 / outlines.shape[1] * np.arange(outlines.shape[1]))[:, None]
+        corner, rest = share.astype(int).ravel(), share - np.floor(share)
+        boxes = (1.0 - rest) * boxes[:, corner % 4] + rest * boxes[:, (corner + 1) % 4]
+        return known.axes, np.where(outlines[:, :, 2:] > 0.0, outlines[:, :, :2], boxes)
     along = shape.nodes[ends[:, 1]] - shape.nodes[ends[:, 0]]
     along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
     helper = np.where(np.abs(along[:, 2:]) < 0.9, np.array((0.0, 0.0, 1.0)), np.array((0.0, 1.0, 0.0)))
     y = np.cross(helper, along)
     y /= np.linalg.norm(y, axis=1)[:, None]
-    return np.stack((along, y, np.cross(along, y)), axis=-1), half
+    boxes = np.repeat(_CORNERS[None] * 0.5 * THIN * size, len(ends), axis=0)
+    return np.stack((along, y, np.cross(along, y)), axis=-1), boxes
 
 
 def _of_nodes(nodes: np.ndarray) -> Skin:

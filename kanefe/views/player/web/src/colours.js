@@ -9,7 +9,7 @@ const STOPS = {
   displacement: ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"],
   stress: ["#30123b", "#4458cb", "#3e9bfe", "#18d5cc", "#46f783", "#a4fc3c", "#e1dc37", "#fda531", "#ef5a11", "#c42502", "#7a0402"],
 };
-const UNITS = { displacement: ["displacement", "m"], stress: ["von Mises stress", "Pa"] };
+const UNITS = { displacement: "m", stress: "Pa" };
 const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 
 function linear(hex) {
@@ -37,11 +37,11 @@ export function withUnit(value, unit) {
   return `${(value / factor).toPrecision(3)} ${prefix}${unit}`;
 }
 
-export function drawBar(field, largest) {
+export function drawBar(field, name, largest) {
   const bar = document.getElementById("bar");
   bar.hidden = !(field in STOPS) || !(largest > 0);
   if (bar.hidden) return;
-  const [name, unit] = UNITS[field];
+  const unit = UNITS[field];
   const [factor, prefix] = PREFIXES.find(([size]) => largest >= size) ?? PREFIXES.at(-1);
   document.getElementById("bar-title").textContent = `${name} [${prefix}${unit}]`;
   const canvas = document.getElementById("bar-colours");

@@ -144,7 +144,7 @@ async function main() {
   function fillSelects() {
     const colours = ["displacement", "stress"].filter((field) => told.largest[field] > 0);
     if (!colours.includes(view.colour)) view.colour = "none";
-    select($("colour"), [...colours, "none"].map((name) => [name, name === "stress" ? "von Mises" : name]), view.colour);
+    select($("colour"), [...colours, "none"].map((name) => [name, name]), view.colour);
     $("colour").parentElement.hidden = colours.length === 0;
     select($("follow"), [["", "nothing"], ...actors.bodies.filter((b) => b.frame >= 0).map((b) => [b.name, b.name])], "");
     const length = last - first || 1;
@@ -153,7 +153,7 @@ async function main() {
     function far(speed) { return Math.abs(Math.log(length / speed / WANTED_LENGTH)); }
     clock.speed = options.has("speed") ? Number(options.get("speed")) : asIs ? 1 : nearest;
     select($("speed"), SPEEDS.map((speed) => [String(speed), `${speed} ×`]), String(clock.speed));
-    drawBar(view.colour, told.largest[view.colour] ?? 0);
+    showBar();
   }
 
   function fillChecks() {
@@ -181,13 +181,17 @@ async function main() {
     if (longest > 0) $("force-value").textContent = `longest ${withUnit(longest, "N")}`;
   }
 
+  function showBar() {
+    drawBar(view.colour, view.colour === "stress" ? told.stress_name : view.colour, told.largest[view.colour] ?? 0);
+  }
+
   function bindControls() {
     $("play").addEventListener("click", () => play(!clock.isPlaying));
     $("time").addEventListener("input", () => { play(false); setTime(first + Number($("time").value) * (last - first)); });
     $("speed").addEventListener("change", () => (clock.speed = Number($("speed").value)));
     $("colour").addEventListener("change", () => {
       view.colour = $("colour").value;
-      drawBar(view.colour, told.largest[view.colour] ?? 0);
+      showBar();
       touch();
     });
     const scale = $("scale");
