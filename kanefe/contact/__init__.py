@@ -2,6 +2,7 @@
 
 from kanefe.contact import shapes as shapes
 from kanefe.contact.bristles import LuGre as LuGre
+from kanefe.contact.compiled_law import CompiledLaw as CompiledLaw
 from kanefe.contact.friction_laws import Coulomb as Coulomb
 from kanefe.contact.normal_laws import Hertz as Hertz
 from kanefe.contact.normal_laws import HuntCrossley as HuntCrossley

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from kanefe.contact.bristles import LuGre
+from kanefe.contact.compiled_law import CompiledLaw
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rest import Rest
@@ -58,6 +59,7 @@ class Numbered(Protocol):
 def kernel_of(contact: Numbered) -> LoadKernel:
     """Return the kernel of a contact, with its numbers."""
     from kanefe.kernels.force_elements import contact as kernels
+    from kanefe.kernels.force_elements import contact_places as places
 
     law, rest = contact.normal, contact.rest
     kind, of_friction = _of_friction(contact.friction)
@@ -72,20 +74,23 @@ def kernel_of(contact: Numbered) -> LoadKernel:
     ]  # fmt: skip
     parts = [np.array(head, dtype=float), np.ravel(probes)]
     if rest is not None:
-        parts[0][kernels.RESTS_AT] = sum(map(len, parts))
+        parts[0][places.RESTS_AT] = sum(map(len, parts))
         parts.append(np.hstack((rest.material, rest.marks, rest.turns.reshape(-1, 9))).ravel())
-    parts[0][kernels.SHAPE] = sum(map(len, parts))
+    parts[0][places.SHAPE] = sum(map(len, parts))
     parts += [np.array((float(contact.shape.kind),)), contact.shape.numbers]
     if isinstance(law, TableLaw):  # where its pieces are, in the place of an exponent
-        parts[0][kernels.EXPONENT] = sum(map(len, parts))
+        parts[0][places.EXPONENT] = sum(map(len, parts))
         parts += [np.array((float(len(law.pieces)),)), law.pieces.ravel()]
+    if isinstance(law, CompiledLaw):  # where it is, likewise
+        parts[0][places.EXPONENT] = sum(map(len, parts))
+        parts += [np.array((float(law.address), float(law.has_slopes))), law.constants]
     numbers = np.concatenate(parts)
     return LoadKernel(kernels.contact, numbers, kernels.contact, kernels.contact_watch)
 
 
 def _of_friction(law: Coulomb | LuGre | None) -> tuple[float, list[float]]:
     """Return the kind of friction, and its numbers."""
-    from kanefe.kernels.force_elements.contact import ANCHORED, BRISTLES
+    from kanefe.kernels.force_elements.contact_places import ANCHORED, BRISTLES
 
     if law is None:
         return 0.0, [0.0] * 11

@@ -96,7 +96,13 @@ def by_address(in_python: Function) -> Function:
 
     `in_python` does the same where nothing is compiled.
     """
-    in_python.calls_by_address = True  # type: ignore[attr-defined]
+    in_python.calls_by_address = _call_by_address  # type: ignore[attr-defined]
+    return in_python
+
+
+def law_by_address(in_python: Function) -> Function:
+    """Mark the function that kernels call a law of the user by its address with: see `kanefe.kernels.calls`."""
+    in_python.calls_by_address = _law_by_address  # type: ignore[attr-defined]
     return in_python
 
 
@@ -112,7 +118,7 @@ def _seen_by(module: str) -> dict[str, Any]:
             if hasattr(value, "kernel_options"):
                 seen[name] = dispatcher(value)
             elif hasattr(value, "calls_by_address"):
-                seen[name] = _call_by_address()
+                seen[name] = value.calls_by_address()
     return _seen[module]
 
 
@@ -161,6 +167,39 @@ def _call_by_address() -> Any:
         return types.void(address, arguments), build
 
     return call_address
+
+
+@cache
+def _law_by_address() -> Any:
+    """Return what calls a law by its address, which writes five numbers, and returns these."""
+    from llvmlite import ir
+    from numba import types
+    from numba.core import cgutils
+    from numba.core.errors import TypingError
+    from numba.extending import intrinsic
+
+    given = (types.int64, types.float64, types.float64, types.CPointer(types.float64), types.int64)
+    written = types.UniTuple(types.float64, 5)
+
+    @intrinsic
+    def call_law(typing: Any, address: Any, depth: Any, rate: Any, numbers: Any, at: Any) -> Any:
+        if (address, depth, rate, numbers, at) != given:
+            raise TypingError(f"call_law takes {given}, not {(address, depth, rate, numbers, at)}")
+
+        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            real = ir.DoubleType()
+            room = cgutils.alloca_once(builder, real, size=5)
+            places = [builder.gep(room, [ir.IntType(32)(i)]) for i in range(5)]
+            for place in places:
+                builder.store(real(0.0), place)
+            own = [values[1], values[2], builder.gep(values[3], [values[4]]), room]
+            function = ir.FunctionType(ir.VoidType(), [value.type for value in own]).as_pointer()
+            builder.call(builder.inttoptr(values[0], function), own)
+            return context.make_tuple(builder, written, [builder.load(place) for place in places])
+
+        return written(*given), build
+
+    return call_law
 
 
 def compiled(function: Callable[[float], float], label: str) -> Callable[[float], float]:

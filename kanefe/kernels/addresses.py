@@ -105,3 +105,20 @@ def call_in_python(address: int, arguments: tuple[Any, ...]) -> None:
             kinds.append(ctypes.c_int64 if isinstance(argument, (int, np.integer)) else ctypes.c_double)
             given.append(argument)
     ctypes.CFUNCTYPE(None, *kinds)(int(address))(*given)
+
+
+LAW_NUMBERS = 5
+"""Numbers that a law of the user writes: see `kanefe.contact.compiled_law.CompiledLaw`."""
+
+
+def law_in_python(address: int, depth: float, rate: float, numbers: Any, at: int) -> tuple[float, ...]:
+    """Do in Python what `kanefe.kernels.calls.call_law` does in compiled code."""
+    written = np.zeros(LAW_NUMBERS)
+    own = np.ascontiguousarray(numbers[at:])
+    _law_at(int(address))(depth, rate, own.ctypes.data, written.ctypes.data)
+    return tuple(written.tolist())
+
+
+@cache
+def _law_at(address: int) -> Callable[..., None]:
+    return ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)(address)

@@ -10,6 +10,43 @@ from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.contact_boxes import box_slot, boxes_meet
+from kanefe.kernels.force_elements.contact_laws import pressed
+from kanefe.kernels.force_elements.contact_places import (
+    ALONG,
+    ANCHOR_DAMPING,
+    ANCHOR_STIFFNESS,
+    ANCHORED,
+    AXIS,
+    BELT,
+    BRISTLES,
+    END,
+    ENDS,
+    HAS_FRICTION,
+    HAS_MEMORY,
+    HAS_RESTITUTION,
+    MU_ACROSS,
+    MU_ALONG,
+    POINT,
+    PROBE,
+    PROBE_NUMBERS,
+    PROBES,
+    RADIUS,
+    REST_NUMBERS,
+    RESTS_AT,
+    RING,
+    ROLLING,
+    SHAPE,
+    SHARE,
+    SLIP,
+    SOFTNESS,
+    STATIC_RATIO,
+    STIFFNESS,
+    STRIBECK_SPEED,
+    TORSIONAL,
+    TURNED,
+    VISCOUS,
+    WORK,
+)
 from kanefe.kernels.force_elements.contact_shapes import PLANE, distance, norm
 from kanefe.kernels.force_elements.contact_turning import braked, put_rolling, spins, turned_since
 from kanefe.kernels.force_elements.places import (
@@ -28,28 +65,6 @@ from kanefe.kernels.force_elements.places import (
 )
 from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 
-# Numbers of a contact: see `kanefe.contact.contact.Contact.kernel`
-(
-    PROBES, ENDS, SHAPE, HAS_FRICTION, HAS_MEMORY, HAS_RESTITUTION, RESTS_AT, SOFTNESS,
-    LAW, STIFFNESS, EXPONENT, DAMPING,
-    MU_ALONG, MU_ACROSS, STATIC_RATIO, STRIBECK_SPEED, ANCHOR_STIFFNESS, ANCHOR_DAMPING, TORSIONAL, ROLLING,
-    ALONG,
-) = range(21)  # fmt: skip
-VISCOUS = TORSIONAL  # of bristles, which do not hold against turning
-BELT = ALONG + 3
-PROBE = BELT + 3
-# Kinds of normal laws, and numbers of a piece of a table
-KELVIN_VOIGT, TABLE, PIECE = 1.0, 2.0, 6
-# Kinds of friction
-ANCHORED, BRISTLES = 1.0, 2.0
-# Numbers of a probe
-END, POINT, RADIUS, SHARE, RING, AXIS = 0, 1, 4, 5, 6, 7
-PROBE_NUMBERS = 10
-# Numbers of a probe at rest: where it was in contact, of both sides, and how it was turned
-REST_NUMBERS, TURNED = 15, 6
-
-# Internal states: slip, work of friction, lambda of a restitution; then of each probe its anchor and whether it sticks
-SLIP, WORK, IMPACT = range(3)
 MOST_TRIALS = 60
 
 
@@ -304,49 +319,6 @@ def pulled(
     carried = minus(belt, times(dot(belt, normal), normal))
     along = minus(plus(v, times(rate, normal)), carried)
     return along, carried, plus(times(k, minus(w, times(dot(w, normal), normal))), times(c, along))
-
-
-@inlined
-def pressed(numbers: Any, share: float, depth: Any, rate: Any, states: Any) -> Any:
-    """Return the normal force, its elastic part and the energy of that."""
-    n, damping = numbers[EXPONENT], 0.0 * depth + numbers[DAMPING]
-    softness = numbers[SOFTNESS]
-    if softness > 0.0:  # ln(1 + exp(x)), without overflow
-        x = depth / softness
-        depth = softness * (x + np.log(1.0 + np.exp(-x)) if x.real > 0.0 else np.log(1.0 + np.exp(x)))
-    if numbers[HAS_RESTITUTION] > 0.0:
-        damping = damping + states[IMPACT if numbers[HAS_FRICTION] > 0.0 else 0]
-    if numbers[LAW] == TABLE:
-        elastic, energy = of_table(numbers, int(n), share, depth)
-    else:
-        if n == 1.0:
-            power = depth
-        elif n == 1.5:
-            power = depth * np.sqrt(depth)
-        else:
-            power = np.exp(n * np.log(depth))
-        elastic = share * numbers[STIFFNESS] * power
-        energy = elastic * depth / (n + 1.0)
-    if numbers[LAW] == KELVIN_VOIGT:
-        force = elastic + share * damping * rate
-    else:
-        force = elastic * (1.0 + damping * rate)
-    if force.real < 0.0:
-        force = 0.0 * force
-    return force, elastic, energy
-
-
-@kernel
-def of_table(numbers: Any, at: int, share: float, depth: Any) -> Any:
-    """Return the elastic force and its energy by a table: see `kanefe.contact.table_law.TableLaw`."""
-    piece, last = at + 1, at + 1 + PIECE * (int(numbers[at]) - 1)
-    while piece < last and depth.real > numbers[piece + PIECE]:
-        piece += PIECE
-    f0, a, b, c = numbers[piece + 1], numbers[piece + 2], numbers[piece + 3], numbers[piece + 4]
-    s = depth - numbers[piece]
-    force = f0 + s * (a + s * (b + s * c))
-    energy = numbers[piece + 5] + s * (f0 + s * (0.5 * a + s * (b / 3.0 + 0.25 * s * c)))
-    return share * force, share * energy
 
 
 @inlined
