@@ -10,19 +10,33 @@ from itertools import groupby
 from kanefe.report.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 2rem auto; max-width: 64rem;
-       padding: 0 1.2rem; }
-h1 { font-size: 1.6rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .6rem; border-bottom: 1px solid #d5d9de; }
-table { border-collapse: collapse; font-size: .88rem; margin: .6rem 0; display: block; overflow-x: auto; }
-td, th { padding: .16rem .7rem; text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-th { border-bottom: 1px solid #888; font-weight: 600; } tr:nth-child(even) td { background: #f5f6f8; }
+:root { color-scheme: light dark; --ink: #222; --paper: #fff; --line: #d5d9de; --band: #f5f6f8; --told: #fdf3ec; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e3e6ea; --paper: #17191d; --line: #3a4048; --band: #20242a; --told: #38261b; }
+}
+@media print { :root { --ink: #000; --paper: #fff; --line: #bbb; --band: #f5f6f8; --told: #fdf3ec; } }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 2rem auto;
+       max-width: 66rem; padding: 0 1.2rem; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .6rem; border-bottom: 1px solid var(--line); }
+table { border-collapse: collapse; font-size: .82rem; margin: .6rem 0; display: block; overflow-x: auto; }
+td, th { padding: .16rem .45rem; text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+th { border-bottom: 1px solid #888; font-weight: 600; vertical-align: bottom; white-space: normal; }
+tr:nth-child(even) td { background: var(--band); }
 td:first-child, th:first-child, .left td, .left th { text-align: left; }
 .left td { white-space: normal; overflow-wrap: anywhere; } .left td:first-child { white-space: nowrap; }
-p.warning { border-left: 4px solid #d55e00; background: #fdf3ec; padding: .3rem .8rem; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(14rem, 1fr)); gap: .8rem; }
-figure { margin: 0; border: 1px solid #e2e5e9; border-radius: 4px; padding: .3rem; }
+p.warning { border-left: 4px solid #d55e00; background: var(--told); padding: .3rem .8rem; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(14rem, 100%), 1fr)); gap: .8rem; }
+figure { margin: 0; border: 1px solid var(--line); border-radius: 4px; padding: .3rem; background: #fff; color: #222; }
+figure:only-child { grid-column: 1 / -1; max-width: 38rem; }
 figure img { width: 100%; display: block; } figcaption { font-size: .82rem; text-align: center; }
-svg text { font: 12px system-ui, sans-serif; fill: #222; }
+pre { font-size: .82rem; overflow-x: auto; background: var(--band); padding: .6rem .8rem; border-radius: 4px; }
+svg { max-width: 100%; } svg text { font: 12px system-ui, sans-serif; fill: var(--ink); }
+@media print {
+  body { font-size: 10pt; margin: 0; max-width: none; padding: 0; }
+  table { display: table; font-size: 7pt; } td, th { padding: .08rem .2rem; }
+  h2 { break-after: avoid; } figure, tr { break-inside: avoid; } pre { white-space: pre-wrap; }
+  figure:only-child { max-width: 12cm; }
+}
 """
 
 

@@ -96,17 +96,17 @@ def _section(output: str, limit: float, cells: tuple[Cell, ...], share: float) -
 def _cell_texts(cell: Cell, limit: float, band: float) -> list[str]:
     fit = cell.fit
     texts = [
-        str(cell.runs), str(cell.exceeded), _share(cell.probability), _range(_share, cell.band), _number(cell.mean),
+        str(cell.runs), str(cell.exceeded), _share(cell.probability), _range(_short, cell.band), _number(cell.mean),
         _number(cell.highest),
     ]  # fmt: skip
     if fit is None:
         return [*texts, "-", "-", "-", "-"]
     return [
         *texts,
-        _share(fit.exceedance(limit)),
-        _range(_share, fit.exceedance_band(limit, band)),
+        _short(fit.exceedance(limit)),
+        _range(_short, fit.exceedance_band(limit, band)),
         _number(fit.quantile(0.9)),
-        _range(_number, fit.quantile_band(0.9, band)),
+        _range(_three, fit.quantile_band(0.9, band)),
     ]
 
 
@@ -132,6 +132,15 @@ def _number(value: Any) -> str:
 
 def _share(value: float) -> str:
     return f"{value:.3g}" if value == 0.0 or value >= LEAST_SHARE else f"< {LEAST_SHARE:g}"
+
+
+def _three(value: float) -> str:
+    return f"{value:.3g}"
+
+
+def _short(value: float) -> str:
+    """Return two digits: what a band of tens of runs knows."""
+    return _share(float(f"{value:.2g}")) if value >= LEAST_SHARE or value == 0.0 else _share(value)
 
 
 def _range(shown: Any, ends: tuple[float, float]) -> str:
