@@ -234,6 +234,22 @@ def _generate(gmsh: Any, order: int | None) -> None:
         gmsh.model.mesh.generate(dimension)
     if order is not None:
         gmsh.model.mesh.setOrder(order)
+    if _is_folded(gmsh, dimension):
+        gmsh.model.mesh.optimize("HighOrder")
+
+
+def _is_folded(gmsh: Any, dimension: int) -> bool:
+    """Tell whether a cell of higher order folds over itself, as those do that are coarse beside what they follow."""
+    for kind in gmsh.model.mesh.getElementTypes(dimension):
+        _, _, order, count, places, _ = gmsh.model.mesh.getElementProperties(kind)
+        if order > 1:
+            at_nodes = np.zeros((count, 3))
+            at_nodes[:, :dimension] = np.reshape(places, (count, dimension))
+            _, determinants, _ = gmsh.model.mesh.getJacobians(kind, at_nodes.ravel())
+            of_cells = np.reshape(determinants, (-1, count))
+            if np.any(of_cells.min(axis=1) * of_cells.max(axis=1) <= 0.0):
+                return True
+    return False
 
 
 def _extract(gmsh: Any, path: Path) -> Mesh:

@@ -191,10 +191,14 @@ class ScalarJoint(Joint):
         """Raise a ModelError if a motion or force is none, or if the start contradicts a motion."""
         motions, forces = self.motions, self.coordinate_forces
         count = len(self.coordinate_names)
-        for what, given, kind in (("motion", motions, Motion), ("forces", forces, CoordinateForce)):
+        for what, given, kind, made in (
+            ("motion", motions, Motion, "kf.Motion(position, velocity, acceleration), Motion.steady or Motion.table"),
+            ("forces", forces, CoordinateForce, "kf.CoordinateForce(stiffness=, damping=, ...)"),
+        ):
             if len(given) != count or not all(x is None or isinstance(x, kind) for x in given):
                 wanted = f"a {kind.__name__}" if count == 1 else f"{count} of {kind.__name__} or None"
-                raise ModelError(f"{what} of a {self.kind} joint must be {wanted}, not {given!r}")
+                got = given[0] if len(given) == 1 else given
+                raise ModelError(f"{what} of a {self.kind} joint must be {wanted}, not {got!r}. Remedy: {made}")
         check_friction(self.friction, self.kind, self._rubs)
         if self.friction is not None and any(force is not None and force.friction > 0.0 for force in forces):
             raise ModelError(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fem_meshes import KINDS, box, write_msh2
+from kanefe.errors import MeshError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import MIDS, measures, quadrature, shape
 from kanefe_fem.mesh.checks import MeshWarning
@@ -97,8 +98,30 @@ def test_orphan_nodes_facets_and_points_off_the_body_are_dropped():
     np.testing.assert_array_equal(mesh.nodes[mesh.points["p"]], [[0, 0, 1]])
 
 
+PLATE = """
+def build(gmsh):
+    occ, model = gmsh.model.occ, gmsh.model
+    plate, hole = occ.addBox(0, 0, 0, 1, 1, 0.05), occ.addCylinder(0.5, 0.5, -1, 0, 0, 3, 0.4)
+    occ.cut([(3, plate)], [(3, hole)])
+    occ.synchronize()
+    model.setPhysicalName(3, model.addPhysicalGroup(3, [1]), "plate")
+    gmsh.option.setNumber("Mesh.MeshSizeMin", 0.5)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
+"""
+"""Cells too coarse for their hole: moved onto it, the nodes at the middle of sides fold cells over themselves."""
+
+
 @pytest.mark.gmsh
 class TestGmsh:
+    def test_cells_that_fold_are_mended(self, tmp_path, monkeypatch):
+        path = tmp_path / "plate.py"
+        path.write_text(PLATE)
+        # 2 % is what eight arcs of second order miss of a circle at the most
+        assert volume(read_mesh(path, order=2)) == pytest.approx(0.05 * (1 - np.pi * 0.4**2), rel=0.02)
+        monkeypatch.setattr("kanefe_fem._gmsh._is_folded", lambda gmsh, dimension: False)
+        with pytest.raises(MeshError, match="changes its sign"):
+            read_mesh(path, order=2)
+
     @pytest.mark.parametrize("hexes", [False, True])
     @pytest.mark.parametrize("order", [1, 2])
     def test_all_formats_of_msh_give_the_same_mesh(self, geo, gmsh_session, tmp_path, hexes, order):
