@@ -1,5 +1,6 @@
 """Functional mock-up units: the numbers of the simulation they are made from, states, no Python, what is refused."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -82,6 +83,34 @@ def test_states_of_a_unit_are_taken_up_again_by_another(tmp_path: Path) -> None:
         assert unit.begin(3.0) == 0
         assert unit.get(["time"]) == [3.0]
         unit.free()
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_bytes_that_are_no_state_of_the_unit_are_refused(tmp_path: Path, fmi: str) -> None:
+    options: dict[str, Any] = {"fmi": fmi, "inputs": "motor hub", "method": "radau5"}
+    unit = Unit(arm().to_fmu(tmp_path / "arm.fmu", **options))
+    other = Unit(arm(spin=3.0).to_fmu(tmp_path / "other.fmu", **options))
+    kept, stranger = unit.state(), other.state()
+    assert len(kept) == len(stranger)  # their sizes do not tell them apart
+    names = ["joint_coordinates hub", "time"]
+    unit.run(TORQUES[:2], DT, names)
+    before = unit.get(names)
+    turned = bytes([*kept[:-1], kept[-1] ^ 1])
+    for wrong, message in [
+        (stranger, f"a state of another scene, {re.escape(other.token)}; this unit is {re.escape(unit.token)}"),
+        (turned, "bytes of this state are damaged: they are not those that were written"),
+        (kept[:-1], "bytes of this state are damaged: they are too few or too many"),
+        (b"kanefe state 0" + kept[14:], r"not a state in the format of this unit \(kanefe state 1\)"),
+        (b"", "not a state in the format of this unit"),
+    ]:
+        with pytest.raises(AssertionError):
+            unit.go_back(wrong)
+        assert re.search(message, unit.messages[-1])
+        assert unit.get(names) == before
+    unit.go_back(kept)
+    assert unit.get(["time"]) == [0.0]
+    unit.free()
+    other.free()
 
 
 def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "state_bytes.h"
 
 #define EXPORT __attribute__((visibility("default")))
 
@@ -195,27 +196,30 @@ EXPORT status fmi2FreeFMUstate(component c, void **kept)
 EXPORT status fmi2SerializedFMUstateSize(component c, void *kept, size_t *size)
 {
     (void)c, (void)kept;
-    *size = engine_state_size();
+    *size = state_bytes_size();
     return OK;
 }
 
 EXPORT status fmi2SerializeFMUstate(component c, void *kept, char bytes[], size_t size)
 {
-    if (size < engine_state_size())
+    if (size < state_bytes_size())
         return refuse(c, "there is too little room for a state");
-    memcpy(bytes, kept, engine_state_size());
+    state_to_bytes(kept, bytes);
     return OK;
 }
 
 EXPORT status fmi2DeSerializeFMUstate(component c, const char bytes[], size_t size, void **kept)
 {
+    char message[MESSAGE_SIZE];
+    const void *state;
+
     if (!KEEPS_STATES)
         return refuse(c, "states of a scene in Python cannot be set");
-    if (size != engine_state_size())
-        return refuse(c, "the bytes are no state of this model");
-    if (!*kept && !(*kept = malloc(size)))
+    if (!(state = state_in_bytes(bytes, size, message)))
+        return refuse(c, message);
+    if (!*kept && !(*kept = malloc(engine_state_size())))
         return refuse(c, "there is no memory for a state");
-    memcpy(*kept, bytes, size);
+    memcpy(*kept, state, engine_state_size());
     return OK;
 }
 

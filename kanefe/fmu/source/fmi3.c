@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "state_bytes.h"
 
 #define EXPORT __attribute__((visibility("default")))
 
@@ -257,27 +258,30 @@ EXPORT status fmi3FreeFMUState(void *c, void **kept)
 EXPORT status fmi3SerializedFMUStateSize(void *c, void *kept, size_t *size)
 {
     (void)c, (void)kept;
-    *size = engine_state_size();
+    *size = state_bytes_size();
     return OK;
 }
 
 EXPORT status fmi3SerializeFMUState(void *c, void *kept, uint8_t to[], size_t size)
 {
-    if (size < engine_state_size())
+    if (size < state_bytes_size())
         return refuse(c, "there is too little room for a state");
-    memcpy(to, kept, engine_state_size());
+    state_to_bytes(kept, to);
     return OK;
 }
 
 EXPORT status fmi3DeserializeFMUState(void *c, const uint8_t from[], size_t size, void **kept)
 {
+    char message[MESSAGE_SIZE];
+    const void *state;
+
     if (!KEEPS_STATES)
         return refuse(c, "states of a scene in Python cannot be set");
-    if (size != engine_state_size())
-        return refuse(c, "the bytes are no state of this model");
-    if (!*kept && !(*kept = malloc(size)))
+    if (!(state = state_in_bytes(from, size, message)))
+        return refuse(c, message);
+    if (!*kept && !(*kept = malloc(engine_state_size())))
         return refuse(c, "there is no memory for a state");
-    memcpy(*kept, from, size);
+    memcpy(*kept, state, engine_state_size());
     return OK;
 }
 
