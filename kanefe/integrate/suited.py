@@ -197,7 +197,7 @@ def _by_vibrations(
     name = _follower(model, stop - start, max(least, _steps_of_radau(stop - start, rtol, atol, found)), found)
     if not followed:
         return Suited("extrapolation", reason, then=name, least=CALM / undamped)
-    reason += f", and {followed}"
+    reason += f", and {followed}{_without_damping(model)}"
     if undamped == math.inf and model.free_count > MOST_SPEEDS:
         return Suited("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
     # of what vibrates, and not of the scene
@@ -226,6 +226,16 @@ def _followed(dynamics: Dynamics, span: float, rtol: float | None, undamped: flo
     if rtol is not None and is_seen:
         return f"vibrate by more than rtol={rtol:g} at the start"
     return ""
+
+
+def _without_damping(model: Model) -> str:
+    """Return what to do where the steps are short since flexible bodies vibrate for ever; nothing where none does."""
+    flexible = [(body.name, body.flexible.body) for body in model.bodies if body.flexible is not None]
+    names = [repr(name) for name, body in flexible if not np.any(body.damping)]
+    if not names:
+        return ""
+    shown = names if len(names) < 4 else [*names[:2], f"{len(names) - 2} more"]
+    return f"; no damping of {', '.join(shown)}: with kf.ModalDamping(0.01) steps are longer"
 
 
 def _has_springs(model: Model) -> bool:

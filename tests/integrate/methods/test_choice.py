@@ -48,6 +48,12 @@ def test_vibrations_that_the_tolerance_asks_for_are_followed(
     assert reason in choice.reason
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+def test_vibrations_for_ever_are_told_with_the_remedy(damping: float) -> None:
+    choice = choose(bar(9.81, damping), RunOptions(t_span=(0.0, 100.0 / SLOWEST), rtol=1e-6))
+    assert ("no damping of 'bar': with kf.ModalDamping" in choice.reason) == (damping == 0.0)
+
+
 # Stability functions of T_jj of the extrapolated implicit Euler method, from (1 - z / n)^-n by Aitken and Neville
 # (Hairer & Wanner 1996, IV.9)
 def stability(z: np.ndarray) -> list[np.ndarray]:
