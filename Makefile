@@ -16,7 +16,7 @@ demo: setup      ## set up, then run the demo (files under out/)
 	@bash .ci/in-env .venv kanefe demo
 
 test: kernels    ## set up, then run all the tests, on two cores
-	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
+	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf collision" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
 
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest

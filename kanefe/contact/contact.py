@@ -391,7 +391,7 @@ class Contact(Load):
         return LoadReach(balls, self.shape.bounds, decays, watched)
 
     @property
-    def kernel(self) -> LoadKernel:
+    def kernel(self) -> LoadKernel | None:
         """Numbers: see `kanefe.kernels.force_elements.contact`."""
         return kernel_of(self)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.contact.convex import Convex as Convex
 from kanefe.contact.height_field import HeightField as HeightField
 from kanefe.contact.mesh import Mesh as Mesh
 from kanefe.contact.shape import AXES, Probe, direction, positive

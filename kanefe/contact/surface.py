@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from kanefe.contact.box_pair import box_probes
+from kanefe.contact.convex import Convex
+from kanefe.contact.convex_contact import are_convex, convex_probe
 from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Plane, Points, Sphere
 from kanefe.errors import ModelError
@@ -44,7 +46,7 @@ def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | Non
     if isinstance(one, BALLS) or isinstance(other, Plane):
         return probes
     if (
-        isinstance(one, (Capsule, Box))
+        isinstance(one, (Capsule, Box, Convex))
         and getattr(other, "inside", False)
         and isinstance(other, (Box, Cylinder, Sphere))
     ):
@@ -53,18 +55,22 @@ def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | Non
 
 
 def paired(a: Surface, b: Surface, label: str) -> tuple[Surface, Surface, tuple[Probe, ...]]:
-    """Return which of two surfaces touches, which is touched, and by what.
+    """Return which of two surfaces touches, which is touched, and by what; a pair of convex ones by one deepest place.
 
     Raises
     ------
     ModelError
         If neither order is served; the message says which shapes are.
+    MissingDependency
+        If a library finds where they meet, which is not installed.
     """
     for one, other in ((a, b), (b, a)):
         probes = probes_on(one.shape, other.shape)
         if probes is not None:
             return one, other, probes
+    if are_convex(a.shape, b.shape):
+        return a, b, (convex_probe(a.shape, b.shape, label),)
     raise ModelError(
         f"{label}: {a.shape.title} {a.name!r} and {b.shape.title} {b.name!r} do not touch by points that are known "
-        "beforehand. Remedy: a plane, or balls (Sphere, Points) in the place of one"
+        "beforehand. Remedy: a plane, or balls (Sphere, Points) in the place of one, or two that are convex (Convex)"
     )

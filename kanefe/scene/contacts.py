@@ -12,13 +12,14 @@ import numpy as np
 
 from kanefe.contact.bristles import LuGre
 from kanefe.contact.contact import Contact
+from kanefe.contact.convex_contact import ConvexContact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rigid import Rigid
 from kanefe.contact.rigid_contact import RigidContact, check_rigid
 from kanefe.contact.rigid_crowd import FEW, crowd_of
 from kanefe.contact.shape import Probe, SurfaceShape
-from kanefe.contact.surface import Surface, paired
+from kanefe.contact.surface import Surface, paired, probes_on
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Orientation
 from kanefe.scene.loads import LoadMethods
@@ -123,7 +124,9 @@ class ContactMethods(LoadMethods):
             What touches. A patch of a flexible body (`FlexibleMember.patch`) is its points; so are frames: bodies,
             nodes, interfaces, frames of them.
         other : Surface
-            What is touched. Of two surfaces the one that can touch does, whichever comes first.
+            What is touched. Of two surfaces the one that can touch does, whichever comes first. Two convex shapes
+            (`shapes.Convex`, capsules, cylinders, boxes) meet at their deepest place, which a library finds at each
+            evaluation: ``kanefe[collision]``.
         normal : NormalLaw or Rigid
             `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together. Or
             `Rigid`, which does not yield: impacts are at once, and friction is Coulomb's set-valued law.
@@ -148,7 +151,7 @@ class ContactMethods(LoadMethods):
             )
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
-        frames, other, probes = self._touching(one, other, label)
+        frames, other, probes, convex = self._touching(one, other, label)
         if isinstance(one, ContactPatch) and isinstance(normal, NormalLaw):
             _warn_of_stiff_modes(one, normal, label)
         if any(
@@ -160,6 +163,11 @@ class ContactMethods(LoadMethods):
         belt = three(surface_velocity, f"surface_velocity of {label}")
         if belt.any() and friction is None:
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
+        if convex is not None and isinstance(normal, Rigid):
+            raise ModelError(
+                f"{label}: a rigid contact of a {convex.title} on a {other.shape.title} is not served. Remedy: a law "
+                "that yields, such as kanefe.HuntCrossley(1e6)"
+            )
         if isinstance(normal, Rigid):
             friction = _set_valued(friction, label)
             check_rigid(other.shape, probes, friction, belt, label)
@@ -170,7 +178,8 @@ class ContactMethods(LoadMethods):
             if friction.rolling > 0.0 and min(probe.lever for _, probe in probes) <= 0.0:
                 raise ModelError(f"{label} has points, which do not roll. Remedy: rolling=0, or balls, capsules, tori")
             friction = self._complete(friction, normal, mass, label)
-        self.add(Contact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0))
+        given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0
+        self.add(Contact(*given) if convex is None else ConvexContact(*given, touching=convex))
 
     def add_contacts(
         self,
@@ -209,16 +218,22 @@ class ContactMethods(LoadMethods):
 
     def _touching(
         self, one: Surface | ContactPatch | Frame | Sequence[Frame], other: Surface, label: str
-    ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...]]:
-        """Return the frames that touch, the surface that is touched, and the probes with the number of their end."""
+    ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...], SurfaceShape | None]:
+        """Return the frames that touch, the surface that is touched, and the probes with the number of their end.
+
+        Last comes the shape that touches, where a library has to find the place.
+        """
         if isinstance(one, Surface):
-            touching, touched, probes = paired(one, other, label)
-            return (touching.frame,), touched, tuple((1, probe) for probe in probes)
+            touching, touched, met = paired(one, other, label)
+            # known beforehand, or found at each state
+            convex = touching.shape if probes_on(touching.shape, touched.shape) is None else None
+            return (touching.frame,), touched, tuple((1, probe) for probe in met), convex
         frames = one.frames if isinstance(one, ContactPatch) else (one,) if isinstance(one, Frame) else tuple(one)
         if not frames or not all(isinstance(frame, Frame) for frame in frames):
             raise ModelError(f"{label} needs something that touches, a surface, a patch or frames, not {one!r}")
         shares = one.shares if isinstance(one, ContactPatch) else (1.0 / len(frames),) * len(frames)
-        return frames, other, tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
+        probes = tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
+        return frames, other, probes, None
 
     def _complete(self, friction: Coulomb, normal: NormalLaw, mass: float, label: str) -> Coulomb:
         """Return friction with the stiffness and damping of its anchors."""

@@ -123,8 +123,8 @@ def test_what_is_refused_by_name():
     with pytest.raises(kf.ModelError, match="already has a surface called 'box'"):
         scene.add_surface("box", body, shapes.Sphere(1))
     tin = scene.add_surface("tin", scene.ground, shapes.Cylinder(1, 1))
-    with pytest.raises(kf.ModelError, match="box 'box' and cylinder 'tin' do not touch by points"):
-        scene.add_contact("c", box, tin, normal=LAW)
+    with pytest.raises(kf.ModelError, match="cylinder 'tin' and torus 'tyre' do not touch by points"):
+        scene.add_contact("c", tin, scene.add_surface("tyre", body, shapes.Torus(1, 0.1)), normal=LAW)
     with pytest.raises(kf.ModelError, match="cannot touch itself"):
         scene.add_contact("c", ball, box, normal=LAW)
     with pytest.raises(kf.ModelError, match="no friction that it could act by"):

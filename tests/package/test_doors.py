@@ -41,6 +41,8 @@ DOORS = {
     "netCDF4": set(),
     "capytaine": set(),
     "sksundae": {"kanefe/integrate/methods/_sundials.py"},
+    "coal": {"kanefe/contact/_coal.py"},
+    "hppfcl": {"kanefe/contact/_coal.py"},
     "yourdfpy": {"kanefe/robots/_yourdfpy.py"},
     "mujoco": {"kanefe/robots/_mujoco.py"},
     "distributed": {"kanefe/studies/_dask.py"},
