@@ -12,7 +12,7 @@ import numpy as np
 import kanefe as kf
 from kanefe_fem.sramss import spatial_gear, spatial_scene
 
-SPAN, ICE = 30.0, 0.03
+SPAN, ICE = 20.0, 0.03
 GAP, PROBE = 0.025, 0.25  # radial play, and height of the probe's end over the deck, m
 
 gear = spatial_gear(Path(__file__).parents[1] / "meshes" / "skid_gear.msh")

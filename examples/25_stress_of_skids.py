@@ -15,12 +15,12 @@ from kanefe_fem.sramss import add_haul_down, add_rotors, add_wind, spatial_gear,
 from kanefe_fem.sramss import parameters as given
 from kanefe_fem.sramss.spatial import SADDLES, SHOES
 
-SPAN = 24.0  # s
+SPAN = 18.0  # s
 
 gear = spatial_gear(Path(__file__).parents[1] / "meshes" / "skid_gear.msh")
 sea = kf.Sea.state(5, seed=1)
 deck = kf.Ship(kf.example_rao(), sea, heading_deg=60).at((-40, 0, 6), ramp=10.0, duration=SPAN)
-wind = kf.Wind((2.0, 12.0, 0.0), gusts=[kf.Gust((0, 8, 0), 14.0, 6.0)], turbulence=kf.Turbulence(1.5, 60.0, seed=1))
+wind = kf.Wind((2.0, 12.0, 0.0), gusts=[kf.Gust((0, 8, 0), 11.0, 6.0)], turbulence=kf.Turbulence(1.5, 60.0, seed=1))
 
 scene = spatial_scene(gear, deck, mu=0.3)
 add_rotors(scene, 1500.0, rate=24.0)  # N and rad/s, at idle

@@ -14,6 +14,9 @@ from kanefe.errors import KanefeError
 COMMANDS = "kanefe.commands"
 """Entry points whose functions become commands."""
 
+FIRST = ("demo",)
+"""Commands of plugins that newcomers run before all others."""
+
 VARIABLES = (
     "Environment: KANEFE_CACHE_DIR is the folder of the cache, of compiled kernels too; KANEFE_CACHE_GB how much its "
     "files may take (default 10), those not used for longest going first; KANEFE_CACHE=0 keeps no bodies and models."
@@ -157,21 +160,17 @@ def main() -> None:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    app.command()(verify)
-    app.command()(stress)
-    app.command()(doctor)
-    app.command()(new)
-    app.command()(version)
-    app.command()(prepare)
-    app.command()(view)
+    given = {command.name: command.load() for command in entry_points(group=COMMANDS)}
+    first = {name: given.pop(name) for name in FIRST if name in given}
+    own = {"new": new, "view": view, "doctor": doctor, "prepare": prepare, "verify": verify, "stress": stress}
+    for name, command in {**first, **own, **given, "version": version}.items():
+        app.command(name)(command)
     of_cache = typer.Typer(
         name="cache", help="The cache of flexible bodies and their models.", epilog=VARIABLES, no_args_is_help=True
     )
     of_cache.command("list")(list_cache)
     of_cache.command("clear")(clear_cache)
     app.add_typer(of_cache)
-    for command in entry_points(group=COMMANDS):
-        app.command(command.name)(command.load())
     try:
         app()
     except KanefeError as error:

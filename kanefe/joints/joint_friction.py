@@ -37,7 +37,7 @@ class JointFriction:
     sticks and n; ``result.events["<body> slip"]`` and ``["<body> stick"]`` when that changed.
 
     The reaction depends on the accelerations, these on friction, and friction on the reaction. The load that friction
-    feels therefore follows n through a filter of second order with the time T of `load_time`: it is behind by
+    feels therefore follows n through a filter of second order with the time T of `load_time`: it differs by
     ``-T^2 d^2n/dt^2``, nothing where a load is steady or changes at a steady rate, and it starts as that of the start.
 
     Parameters

@@ -25,6 +25,7 @@ from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
 from kanefe.kane.rigid_contacts import told as told_of_rigid
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
+from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, moved_wrenches, reactions_of_states
 from kanefe.results.surface_outline import SurfaceOutline, outlines
@@ -339,8 +340,14 @@ class RunChannels:
         """Return what loads between frames tell."""
         loads, rigid = self.model.loads, self.model.rigid_contacts
         kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in loads}
+        if self._swept is not None and not rigid:
+            for row, placed in enumerate(placed_states(self.model, self.trajectory, self._swept)):
+                for i, load in enumerate(loads):
+                    told = load.tell(placed.time, placed.load_ends(i), placed.load_states(i))
+                    kept["load", load.name, ""][row] = told
+            return kept
         for row, state in enumerate(self._views()):
-            for i, load in enumerate(state.model.loads):
+            for i, load in enumerate(loads):
                 if i in rigid:
                     told = told_of_rigid(state, rigid.index(i))
                 else:

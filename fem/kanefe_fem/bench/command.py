@@ -16,7 +16,7 @@ from kanefe_fem.bench.options import Options
 
 
 def bench(
-    scenes: Annotated[str, typer.Option(help="Scenes, such as S1,S3: see the README; default: one of each kind.")] = "",
+    scenes: Annotated[str, typer.Option(help="Scenes, such as S1,S3; default: S1,S2,S3,S4,C06,demo.")] = "",
     methods: Annotated[str, typer.Option(help="Methods, such as auto,rk4; default: all there are.")] = "",
     quick: Annotated[bool, typer.Option("--quick", help="Fewer tolerances and repetitions: a minute or two.")] = False,
     peer: Annotated[bool, typer.Option("--peer", help="Also run Exudyn, in an environment of its own.")] = False,

@@ -1,0 +1,22 @@
+"""The states of a run with the frames of compiled sweeps: where all is and how it moves, without partial velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kanefe.integrate.trajectory import Trajectory
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.placed import Placed
+from kanefe.tree.route import RunSweeps
+from kanefe.tree.scene_state import SceneState
+
+
+def placed_states(model: ModelData, run: Trajectory, swept: RunSweeps) -> Iterator[SceneState]:
+    """Yield the state at each output time."""
+    frames = [swept.frame(number, None) for number in range(len(model.bodies))]
+    for row, t in enumerate(run.times.tolist()):
+        placed = []
+        for frame in frames:
+            A = frame.axes[row]
+            placed.append(Placed(A, frame.position[row], frame.velocity[row] @ A, frame.angular_velocity[row] @ A))
+        yield SceneState(model, t, run.coordinates[row], run.speeds[row], run.internal[row], placed)
