@@ -48,6 +48,8 @@ def test_channels_are_those_of_the_literal_route(name: str, monkeypatch: pytest.
     monkeypatch.setattr(literal, "_swept", None)
     keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
     keys += [(q, s.name, n) for s in swept.bodies for n in ("", *s.interfaces) for q in MOTIONS]
+    keys += [("load", load, "") for load in swept.loads]
+    assert name != "springs" or len(swept.loads) == 4
     for quantity, body, interface in keys:
         found, expected = (channels.read(quantity, body, interface) for channels in (swept, literal))
         if quantity == "rotation":  # its signs are another matter
@@ -55,6 +57,28 @@ def test_channels_are_those_of_the_literal_route(name: str, monkeypatch: pytest.
         # round-off of sums, of the largest number in them
         size = max(1.0, abs(expected).max())
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * size, err_msg=f"{quantity} {body} {interface}")
+
+
+def test_contacts_of_patches_and_driven_bodies_are_told_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node of a beam rubs on a deck that is driven: frames of nodes, which no sweep has, and of given motions."""
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    deck = scene.add_rigid_body("deck", 1.0, 1.0, joint=kf.Revolute("x", motion=kf.Motion.steady(0.2)))
+    plate = scene.add_surface("plate", deck, kf.shapes.Plane("z"))
+    model = straight_beam(1.0, Rectangle(0.02, 0.04), SOFT, elements=4)
+    body = kf.flexible_body(model, {}, reduction=kf.CraigBampton(modes=4))
+    beam = scene.add_flexible_body("beam", body, joint=kf.Free(position=(0.0, 0.0, -1e-3), velocity=(0.3, 0.1, 0.0)))
+    for node in (0, 2, 4):
+        friction = kf.Coulomb(0.3, stiffness=1e4, damping=10.0)
+        scene.add_contact(f"rub {node}", beam.node(node), plate, normal=kf.KelvinVoigt(1e3), friction=friction)
+    result = scene.simulate((0.0, 0.05), output_step=0.01)
+    model_of = result.run.model
+    swept, literal = (RunChannels(model_of, result.run.trajectory) for _ in range(2))
+    assert swept._swept is not None
+    monkeypatch.setattr(literal, "_swept", None)
+    for name in swept.loads:
+        found, expected = swept.read("load", name), literal.read("load", name)
+        assert np.abs(expected).max() > 1e-3
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_signs_of_euler_parameters_do_not_depend_on_the_outputs() -> None:
