@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 
-def homes(path: str) -> dict[str, str]:
+def homes(path: str, name: str = "") -> dict[str, str]:
     """Return the module of each name that lines ``from x import name`` of a file import, one name a line.
 
     A star takes the names that the `__init__` of that package imports, so that what is added to a room such as
@@ -16,13 +16,16 @@ def homes(path: str) -> dict[str, str]:
     ----------
     path : str
         The file ``__init__.py`` of a package.
+    name : str, optional
+        Of the package; default: that of the folder.
     """
     found: dict[str, str] = {}
     package = Path(path).parent
+    name = name or package.name
     for line in Path(path).read_text(encoding="utf-8").splitlines():
         word, _, rest = line.strip().partition(" ")
         module, _, names = rest.partition(" import ")
-        if word != "from" or not module.startswith(f"{package.name}.") or module.startswith(f"{package.name}._"):
+        if word != "from" or not module.startswith(f"{name}.") or module.startswith(f"{name}._"):
             continue
         if names.startswith("*"):
             room = package.joinpath(*module.split(".")[1:])
@@ -33,13 +36,14 @@ def homes(path: str) -> dict[str, str]:
 
 
 def _imported(path: Path, package: str) -> list[str]:
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = map(str.strip, path.read_text(encoding="utf-8").splitlines())
     return [line.split()[3] for line in lines if line.startswith(f"from {package}.")]
 
 
 def lazy(path: str, namespace: dict[str, Any]) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
-    """Return `__all__`, `__getattr__` and `__dir__` of a package whose names are imported when they are first used."""
-    modules, name_of_package = homes(path), namespace["__name__"]
+    """Return the names, `__getattr__` and `__dir__` of a package whose names are imported when they are first used."""
+    name_of_package = namespace["__name__"]
+    modules = homes(path, name_of_package)
     rooms = f"from {name_of_package} import {{0}} as {{0}}"
     text = Path(path).read_text(encoding="utf-8")
 
@@ -51,4 +55,4 @@ def lazy(path: str, namespace: dict[str, Any]) -> tuple[list[str], Callable[[str
         namespace[name] = getattr(import_module(modules[name]), name)
         return namespace[name]
 
-    return list(modules), imported, lambda: sorted(namespace["__all__"])
+    return list(modules), imported, lambda: sorted(namespace.get("__all__", modules))

@@ -210,9 +210,9 @@ def turn_to(direction: Vector) -> Matrix:
     if direction[2] == 1.0:
         return np.eye(3)
     helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    x = np.cross(helper, direction)
+    x = cross(helper, direction)
     x /= np.linalg.norm(x)
-    return np.column_stack((x, np.cross(direction, x), direction))
+    return np.array((x, cross(direction, x), direction)).T.copy()
 
 
 NOT_A_ROTATION = 1e-8

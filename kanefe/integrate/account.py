@@ -66,12 +66,20 @@ def _balance(model: Model, run: Trajectory) -> tuple[float, float] | None:
     if len(rows) < 2:
         return None
     states = np.hstack((run.coordinates, run.speeds, run.internal))[rows]
-    energies = [model.route.energy(float(run.times[i]), y) for i, y in zip(rows, states, strict=True)]
-    totals = np.array([energy.total for energy in energies])
+    swept = model.route.sweeps(run.times[rows], states)
+    if swept is not None:
+        energies = swept.balances[:, :3]
+    else:
+        energies = np.array([model.route.energy(float(run.times[i]), y) for i, y in zip(rows, states, strict=True)])
+    totals = energies.sum(axis=1)
     exchanged = run.dissipated[rows] - run.work[rows]
     balance = totals + exchanged - totals[0] - exchanged[0]
-    moved = [energy.kinetic + energy.elastic for energy in energies]
-    scale = max(*moved, *np.abs(totals - totals[0]), float(run.dissipated.max()), float(np.abs(run.work).max()))
+    scale = max(
+        *(energies[:, 0] + energies[:, 1]),
+        *np.abs(totals - totals[0]),
+        float(run.dissipated.max()),
+        float(np.abs(run.work).max()),
+    )
     least = ROUND_OFF * max(float(np.abs(totals).max()), _weight(model) * scene_length(model))
     if not (scale > least and math.isfinite(scale) and math.isfinite(balance[-1])):
         return None

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
+from kanefe.integrate.crossings import crossing_between
 from kanefe.integrate.events import Event
 from kanefe.integrate.load_events import EventOfLoad
 from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
@@ -35,6 +38,22 @@ STORM, STORM_SHARE = 32, 1e-6
 EPSILON = float(np.finfo(float).eps)
 
 Bracket = tuple[float, float]
+QuickLook = Callable[[float], Vector]
+
+
+class Samples(NamedTuple):
+    """A function at times of a step.
+
+    Attributes
+    ----------
+    times, values : ndarray, shape (T,)
+    may_dip : ndarray of bool, shape (T - 2,)
+        Of each three samples: see `_may_dip`.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    may_dip: np.ndarray
 
 
 class EventWatch:
@@ -107,14 +126,17 @@ class EventWatch:
         places = np.append(FIRST_PLACES, SHARES) if self._is_at_zero else SHARES
         times = t0 + h * places
         times = np.append(np.unique(times[(times > t0) & (times < stepper.t)]), stepper.t)
-        table = np.vstack((self._values, self._looked_at(stepper, times)))
+        quick = _quick_look(stepper) if self._compiled else None
+        table = np.vstack((self._values, self._looked_at(stepper, quick, times)))
         times = np.append(t0, times)
         self._check_short_ways(table)
         found: list[tuple[float, Event]] = []
-        for i in np.flatnonzero(~_is_quiet(times, table)).tolist():
+        dips = _may_dip(times[:, None], table)
+        for i in np.flatnonzero(~(_has_one_sign(table) & ~dips.any(axis=0))).tolist():
             event = self.events[i]
-            function = self._along(stepper, event)
-            for bracket in _brackets(times, table[:, i], event.direction, self._noise[i], function):
+            function = self._along(stepper, quick, i)
+            samples = Samples(times, table[:, i], dips[:, i])
+            for bracket in _brackets(samples, event.direction, float(self._noise[i]), function):
                 t = self._root(function, *bracket, is_beyond=ends_step_alone(event))
                 if not self._is_told(t, event):
                     found.append((t, event))
@@ -127,7 +149,7 @@ class EventWatch:
             roots = [t for t, other in found if other is event]
             self.times[event.name] += roots
             if acting is not None and roots:
-                function, last = self._along(stepper, event), roots[-1]
+                function, last = self._along(stepper, quick, i), roots[-1]
                 # of a function that jumps the value before it
                 at_root = min(abs(function(t)) for t in (last, max(last - self._tolerance(last), t0)))
                 self._noise[i] = max(NOISE * at_root, ROUND_OFF * float(np.abs(table[:, i]).max()))
@@ -195,16 +217,16 @@ class EventWatch:
                         row[i] = event.value(t, state)
         return found
 
-    def _looked_at(self, stepper: Stepper, times: np.ndarray) -> np.ndarray:
+    def _looked_at(self, stepper: Stepper, quick: QuickLook | None, times: np.ndarray) -> np.ndarray:
         """Return the values of all functions at times of the last step, shape (times, events)."""
-        if len(self._compiled) == len(self.events) and (quick := _quick_look(stepper)) is not None:
+        if len(self._compiled) == len(self.events) and quick is not None:
             columns = list(self._compiled.values())
             return np.array([quick(t)[columns] for t in times.tolist()])
         return self._values_of(times, stepper.states(times))
 
-    def _along(self, stepper: Stepper, event: Event) -> Callable[[float], float]:
-        column = self._compiled.get(self.events.index(event))
-        if column is not None and (quick := _quick_look(stepper)) is not None:
+    def _along(self, stepper: Stepper, quick: QuickLook | None, number: int) -> Callable[[float], float]:
+        event, column = self.events[number], self._compiled.get(number)
+        if column is not None and quick is not None:
             return lambda t: float(quick(t)[column])
 
         def function(t: float) -> float:
@@ -227,16 +249,14 @@ class EventWatch:
         ends = function(a), function(b)
         if ends[0] * ends[1] > 0.0:  # at one of the ends, but for round-off
             return a if abs(ends[0]) < abs(ends[1]) else b
-        from scipy.optimize import brentq  # which takes longer to import than a short run
-
         tolerance = self._tolerance(b)
-        found = float(brentq(function, a, b, xtol=tolerance, rtol=4 * EPSILON))
+        found = crossing_between(function, a, b, ends, tolerance)
         while is_beyond and found < b and function(found) * ends[1] <= 0.0:
             found = min(found + tolerance, b)
         return found
 
 
-def _quick_look(stepper: Stepper) -> Callable[[float], Vector] | None:
+def _quick_look(stepper: Stepper) -> QuickLook | None:
     """Return what gives all that loads look at, at a time of the last step, where a stepper has that at hand."""
     return stepper.values_at if isinstance(stepper, LooksOut) and stepper.has_values else None
 
@@ -254,9 +274,7 @@ def _storm(event: Event, what: str) -> StepFailure:
     )
 
 
-def _brackets(
-    times: np.ndarray, values: np.ndarray, direction: int, noise: float, function: Callable[[float], float]
-) -> list[Bracket]:
+def _brackets(samples: Samples, direction: int, noise: float, function: Callable[[float], float]) -> list[Bracket]:
     """Return the intervals at whose ends the function has different signs, of those that pass zero as wanted.
 
     A value of zero ends an interval. After an event the values have no sign until one is larger than `noise`: the place
@@ -264,19 +282,20 @@ def _brackets(
     """
     found: list[tuple[Bracket, float]] = []
     last: tuple[float, float] | None = None
+    times, values, _ = samples
     beyond = np.abs(values) > noise
     first = int(np.argmax(beyond)) if beyond.any() else len(values)
     for t, value in zip(times[first:].tolist(), values[first:].tolist(), strict=True):
-        if last is not None and np.sign(value) != np.sign(last[1]):
+        if last is not None and (value > 0.0) - (value < 0.0) != math.copysign(1.0, last[1]):
             found.append(((last[0], t), -last[1]))
         last = (t, value) if value != 0.0 else None
-    for (a, lowest, b), sign in _dips(times, values, first, function):
+    for (a, lowest, b), sign in _dips(samples, first, function):
         found += [((a, lowest), -sign), ((lowest, b), sign)]
     return sorted(bracket for bracket, way in found if way * direction >= 0.0)
 
 
 def _dips(
-    times: np.ndarray, values: np.ndarray, first: int, function: Callable[[float], float]
+    samples: Samples, first: int, function: Callable[[float], float]
 ) -> list[tuple[tuple[float, float, float], float]]:
     """Return where the function goes through zero and back between samples of one sign, and that sign.
 
@@ -284,8 +303,9 @@ def _dips(
     looked at closely.
     """
     found = []
+    times, values, may_dip = samples
     after = times[0]
-    for k in (first + np.flatnonzero(_may_dip(times[first:], values[first:]))).tolist():
+    for k in (first + np.flatnonzero(may_dip[first:])).tolist():
         if times[k] < after:
             continue
         t, sign = times[k : k + 3], np.sign(values[k])
@@ -301,11 +321,10 @@ def _times(sign: float, function: Callable[[float], float], t: float) -> float:
     return sign * function(t)
 
 
-def _is_quiet(times: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Return of each column of a table whether all its samples are of one sign and come nowhere near zero."""
+def _has_one_sign(table: np.ndarray) -> np.ndarray:
+    """Return of each column of a table whether all its samples are of one sign."""
     signs = np.sign(table)
-    quiet = (signs[0] != 0.0) & (signs == signs[0]).all(axis=0)
-    return np.asarray(quiet & ~_may_dip(times[:, None], table).any(axis=0))
+    return np.asarray((signs[0] != 0.0) & (signs == signs[0]).all(axis=0))
 
 
 def _may_dip(times: np.ndarray, values: np.ndarray) -> np.ndarray:

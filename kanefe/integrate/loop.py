@@ -87,15 +87,18 @@ class RunLoop:
         self._sampler = sampler
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits)
         self.is_interrupted = False
-        looks_out = watch is None or (sampler is None and isinstance(stepper, LooksOut) and stepper.can_look_out)
-        self._chunk = 16 if looks_out and not isinstance(stepper, TellsAccelerations) else 1
+        # asked once: whether something keeps such a protocol takes longer than many a step
+        self._looking = stepper if watch and sampler is None and isinstance(stepper, LooksOut) else None
+        self._telling = stepper if isinstance(stepper, TellsAccelerations) else None
+        looks_out = watch is None or (self._looking is not None and self._looking.can_look_out)
+        self._chunk = 16 if looks_out and self._telling is None else 1
         self._is_quiet = False
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
         self._before: dict[str, int | float] = {}
         self.states = np.empty((len(times), len(stepper.state())))
         self.accelerations: np.ndarray | None = None
-        if isinstance(stepper, TellsAccelerations):
+        if self._telling is not None:
             self.accelerations = np.empty((len(times), self._model.free_count))
         self.stored = 0
         self._first = stepper.t, stepper.state()
@@ -225,12 +228,12 @@ class RunLoop:
 
     def _integrate_quietly(self, watch: EventWatch, most: int) -> None:
         """Go on to a step in which events may happen; by single steps where the sign of a function is not known."""
-        stepper, first = self._stepper, self.stored
+        first = self.stored
         values = watch.lookout()
-        if values is None or not isinstance(stepper, LooksOut):
-            self.stored += stepper.integrate_through(self._times[first:], self.states[first:], 1)
+        if values is None or self._looking is None:
+            self.stored += self._stepper.integrate_through(self._times[first:], self.states[first:], 1)
             return
-        passed, self._is_quiet = stepper.integrate_quietly(self._times[first:], self.states[first:], most, values)
+        passed, self._is_quiet = self._looking.integrate_quietly(self._times[first:], self.states[first:], most, values)
         self.stored += passed
         watch.passed(values)
 
@@ -261,8 +264,8 @@ class RunLoop:
                 return
 
     def _store_accelerations(self, first: int, last: int) -> None:
-        if self.accelerations is not None and isinstance(self._stepper, TellsAccelerations):
-            self.accelerations[first:last] = self._stepper.accelerations(self._times[first:last])
+        if self.accelerations is not None and self._telling is not None:
+            self.accelerations[first:last] = self._telling.accelerations(self._times[first:last])
 
     def _events(self, watch: EventWatch) -> RunStatus | None:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""
@@ -341,8 +344,8 @@ class RunLoop:
 
     def _stand_at(self, t: float, y: Vector) -> None:
         self.last = t, y
-        if isinstance(self._stepper, TellsAccelerations):
-            self.last_accelerations = self._stepper.accelerations(np.array([t]))
+        if self._telling is not None:
+            self.last_accelerations = self._telling.accelerations(np.array([t]))
 
     def _progress(self) -> Progress:
         return Progress(

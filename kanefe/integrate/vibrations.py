@@ -12,7 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import iteration_matrices
-from kanefe.kane.assemble import mass_matrix
+from kanefe.kane.assemble import mass_at_start
 from kanefe.kane.state import State
 from kanefe.kane.tangents import current_tangents
 from kanefe.kernels.stepping import AT, PUSH_STIFFNESS, SLOPE
@@ -115,7 +115,7 @@ def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
         state = State(model, start, model.initial_coordinates, model.initial_speeds)
         K, C = current_tangents(state, K, C)
         with suppress(np.linalg.LinAlgError):
-            whole = mass_matrix(state)[:m, :m]
+            whole = mass_at_start(model, start)
             squares, shapes = scipy.linalg.eigh(K, whole)
             M = whole
     is_vibration = squares * span**2 > 4.0 * math.pi**2

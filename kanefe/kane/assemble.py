@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import add_loads, elastic_forces
 from kanefe.kane.constraints import PIVOT_TOLERANCE, ConstrainedSolver, Rates, constraint_rates, force_rows, held_rows
-from kanefe.kane.inertia import flexible_inertia, rigid_inertia
+from kanefe.kane.inertia import flexible_inertia, rigid_inertia, rigid_masses
 from kanefe.kane.interactions import add_interactions
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state
 from kanefe.kane.state import State, once
@@ -66,16 +67,32 @@ def mass_matrix(state: State) -> Matrix:
     """Return M_sys alone, over the speeds that the state spans: no load is asked for."""
     if equations in state.kept:
         return equations(state)[0]
-    M = np.zeros((state.columns, state.columns))
+    M = rigid_masses([(body.rigid, R) for body, R in zip(state.model.bodies, state.motions, strict=True) if body.rigid])
+    M = np.zeros((state.columns, state.columns)) if M is None else M
     zero = np.zeros(3)
     for body, frame in zip(state.model.bodies, state.motions, strict=True):
-        if body.rigid is not None:
-            M += rigid_inertia(body.rigid, frame, zero)[0]
         if body.flexible is not None:
             is_extended = state.columns > body.flexible.fixed.start
             own = elastic_state(body.flexible, state.q, state.full, is_extended)
             M += flexible_inertia(body.flexible, frame, zero, *own)[0]
     return M
+
+
+_starts: WeakKeyDictionary[ModelData, tuple[float, Matrix]] = WeakKeyDictionary()
+
+
+def mass_at_start(model: ModelData, t: float) -> Matrix:
+    """Return M_sys over the free speeds as a scene starts at a time (s), (free, free).
+
+    Kept with the scene: the choice of a method asks for it more than once, which would take longer than a short run.
+    """
+    kept = _starts.get(model)
+    if kept is None or kept[0] != t:
+        n = model.free_count
+        M = mass_matrix(State(model, t, model.initial_coordinates, model.initial_speeds))[:n, :n]
+        M.flags.writeable = False
+        _starts[model] = kept = t, M
+    return kept[1]
 
 
 def solve_positive_definite(model: ModelData, M: Matrix, F: Vector) -> Vector:

@@ -6,6 +6,8 @@ field: it is taken from the remainder acceleration of the frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
@@ -26,6 +28,18 @@ def rigid_inertia(body: RigidMass, R: FrameMotion, gravity_R: Vector) -> tuple[M
     M = body.mass * (V.T @ V) + R.W.T @ body.inertia @ R.W
     F = -body.mass * (V.T @ (Z - gravity_R)) - R.W.T @ (body.inertia @ R.Y + cross(w, body.inertia @ w + body.rotor))
     return M, F
+
+
+def rigid_masses(bodies: Sequence[tuple[RigidMass, FrameMotion]]) -> Matrix | None:
+    """Return M of all rigid bodies of a scene at once, the sum of those of `rigid_inertia`; None of none."""
+    if not bodies:
+        return None
+    columns = bodies[0][1].V.shape[1]
+    W = np.array([R.W for _, R in bodies])
+    V = np.array([R.V for _, R in bodies]) - np.array([skew(body.com) for body, _ in bodies]) @ W
+    V = (np.sqrt([body.mass for body, _ in bodies])[:, None, None] * V).reshape(-1, columns)
+    turned = (np.array([body.inertia for body, _ in bodies]) @ W).reshape(-1, columns)
+    return np.asarray(V.T @ V + W.reshape(-1, columns).T @ turned)
 
 
 def body_partial_velocities(terms: FlexibleTerms, G: FrameMotion) -> Matrix:

@@ -1,16 +1,23 @@
 """Loads, one concept a file. What is imported here is public: users write loads of their own by it."""
 
-from kanefe.loads.aerodynamics import Aerodynamics as Aerodynamics
-from kanefe.loads.base import Action as Action
-from kanefe.loads.base import End as End
-from kanefe.loads.base import Load as Load
-from kanefe.loads.base import LoadEvent as LoadEvent
-from kanefe.loads.base import LoadKernel as LoadKernel
-from kanefe.loads.base import Tangent as Tangent
-from kanefe.loads.oleo import Oleo as Oleo
-from kanefe.loads.periodic_load import PeriodicLoad as PeriodicLoad
-from kanefe.loads.rope import Rope as Rope
-from kanefe.loads.winch import Winch as Winch
-from kanefe.loads.wind import Gust as Gust
-from kanefe.loads.wind import Turbulence as Turbulence
-from kanefe.loads.wind import Wind as Wind
+from typing import TYPE_CHECKING
+
+from kanefe._public import lazy
+
+if TYPE_CHECKING:
+    from kanefe.loads.aerodynamics import Aerodynamics as Aerodynamics
+    from kanefe.loads.base import Action as Action
+    from kanefe.loads.base import End as End
+    from kanefe.loads.base import Load as Load
+    from kanefe.loads.base import LoadEvent as LoadEvent
+    from kanefe.loads.base import LoadKernel as LoadKernel
+    from kanefe.loads.base import Tangent as Tangent
+    from kanefe.loads.oleo import Oleo as Oleo
+    from kanefe.loads.periodic_load import PeriodicLoad as PeriodicLoad
+    from kanefe.loads.rope import Rope as Rope
+    from kanefe.loads.winch import Winch as Winch
+    from kanefe.loads.wind import Gust as Gust
+    from kanefe.loads.wind import Turbulence as Turbulence
+    from kanefe.loads.wind import Wind as Wind
+
+_names, __getattr__, __dir__ = lazy(__file__, globals())

@@ -45,6 +45,7 @@ from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
+from kanefe.tree.told import MechanicalEnergy
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow: there is no scene left to explain."""
@@ -137,6 +138,10 @@ class OrderN(LiteralRoute):
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """Return what is computed of all states of a run at once."""
         return Sweeps(self, times, states)
+
+    def energy(self, t: float, y: Vector) -> MechanicalEnergy:
+        """Return the energies of a state."""
+        return MechanicalEnergy(*Sweeps(self, np.array([t]), np.asarray(y, dtype=float)[None]).balances[0, :3].tolist())
 
     @cached_property
     def watching(self) -> Watching:
@@ -245,7 +250,7 @@ class OrderN(LiteralRoute):
             len(self.inputs.constants),
         )  # fmt: skip
 
-    @property
+    @cached_property
     def is_complex(self) -> bool:
         """Whether all kernels of the scene take complex numbers, from which exact derivatives come."""
         given = self.tables.rows[self.tables.rows[:, KIND] == GIVEN]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels.entries import Call
+from kanefe.kernels.entries import LATER, Bound, Call
 from kanefe.kernels.watching import watch_memory_size, watch_states
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_tables import watched_loads
@@ -51,5 +53,10 @@ class Watching:
         route = self._route
         found = np.empty((len(times), int(self._counts.sum())))
         memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
+        return self._bound.prepared(times, drives, inputs, states, found, memory), found
+
+    @cached_property
+    def _bound(self) -> Bound:
+        route = self._route
         scene = route.tables, route.flexible, self._between, self._counts, self._far
-        return watch_states.bound(*scene, times, drives, inputs, states, found, memory).prepared(), found
+        return watch_states.bound(*scene, *(LATER,) * 6)

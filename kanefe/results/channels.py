@@ -48,10 +48,14 @@ class Channels(Protocol):
     status: RunStatus
     events: Mapping[str, np.ndarray]
     controllers: Mapping[str, ControllerLog]
-    bodies: tuple[BodyShape, ...]
     loops: tuple[str, ...]
     loads: Mapping[str, tuple[str, ...]]
     has_forces: bool
+
+    @property
+    def bodies(self) -> tuple[BodyShape, ...]:
+        """Bodies of the scene."""
+        ...
 
     @property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:
@@ -80,12 +84,16 @@ class RunChannels:
         self.status = trajectory.status or RunStatus("finished", float(trajectory.times[-1]))
         self.events = trajectory.events
         self.controllers: Mapping[str, ControllerLog] = trajectory.controllers
-        self.bodies = tuple(body_shape(model, body) for body in model.bodies)
         self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
         self.loads: Mapping[str, tuple[str, ...]] = {load.name: load.columns for load in model.loads}
         self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
         self._du = trajectory.accelerations
+
+    @cached_property
+    def bodies(self) -> tuple[BodyShape, ...]:
+        """Bodies of the scene."""
+        return tuple(body_shape(self.model, body) for body in self.model.bodies)
 
     @cached_property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,10 @@ class Reader:
 
     def __init__(self, channels: Channels) -> None:
         self._channels = channels
-        self._shapes = {shape.name: shape for shape in channels.bodies}
+
+    @cached_property
+    def _shapes(self) -> dict[str, BodyShape]:
+        return {shape.name: shape for shape in self._channels.bodies}
 
     @property
     def run(self) -> RunChannels | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from kanefe.fe_model.model import COMPONENTS, rigid_motion
 from kanefe.loads.controller import Controller
 from kanefe.scene.scene import BodyEntry
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+
+_fixed_of_bodies: WeakKeyDictionary[FlexibleBody, dict[str, np.ndarray]] = WeakKeyDictionary()
+"""Of each body what `_fixed_motions` found: scenes are frozen more often than bodies are made."""
 
 
 def build_model(
@@ -128,6 +132,8 @@ def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
     k, fixed = body.free_count, body.fixed_count
     if not fixed:
         return {"fixed_rigid": np.zeros((6, 0)), "fixed_elastic": np.zeros((k, 0))}
+    if body in _fixed_of_bodies:
+        return _fixed_of_bodies[body]
     held = np.zeros((fixed, 6))  # fixed components of the unit rigid motions about G's origin
     for frame in body.interfaces:
         rows = rigid_motion((frame.position @ frame.axes)[None], (0.0, 0.0, 0.0), COMPONENTS)
@@ -135,8 +141,10 @@ def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
         held[[column - k for column in frame.fixed_columns]] = rows
     rigid = np.linalg.pinv(held)
     if isinstance(body, UnreducedBody):  # the rows of the fixed components alone: no static solve of a large body
-        return {"fixed_rigid": rigid, "fixed_elastic": np.eye(fixed) - held @ rigid}
-    elastic = np.zeros((k + fixed, fixed))
-    elastic[k:] = np.eye(fixed) - held @ rigid
-    elastic[:k] = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:] @ held @ rigid)
-    return {"fixed_rigid": rigid, "fixed_elastic": elastic}
+        elastic = np.eye(fixed) - held @ rigid
+    else:
+        elastic = np.zeros((k + fixed, fixed))
+        elastic[k:] = np.eye(fixed) - held @ rigid
+        elastic[:k] = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:] @ held @ rigid)
+    _fixed_of_bodies[body] = {"fixed_rigid": rigid, "fixed_elastic": elastic}
+    return _fixed_of_bodies[body]

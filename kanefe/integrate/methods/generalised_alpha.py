@@ -23,7 +23,7 @@ from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha,
 from kanefe.integrate.methods.method import Method, no_reactions_or_rigid_contacts
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
-from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_matrix
+from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_at_start, mass_matrix
 from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
 from kanefe.kane.route import state_rates
 from kanefe.kane.state import State
@@ -375,14 +375,14 @@ def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
     """Return the same for given matrices over the free speeds, with the mass of the scene as it starts."""
     if not (np.any(K) or np.any(C)):
         return 0.0
-    state = State(model, start, model.initial_coordinates, model.initial_speeds)
-    M, n = mass_matrix(state), model.free_count
+    M, n = mass_at_start(model, start), model.free_count
     try:
         squares, rates = (
-            scipy.linalg.eigh(X, M[:n, :n], eigvals_only=True, subset_by_index=(n - 1, n - 1))[0] for X in (K, C)
+            scipy.linalg.eigh(X, M, eigvals_only=True, subset_by_index=(n - 1, n - 1))[0] if np.any(X) else 0.0
+            for X in (K, C)
         )
     except np.linalg.LinAlgError:
-        accelerations(state)  # names what has no inertia
+        accelerations(State(model, start, model.initial_coordinates, model.initial_speeds))  # names what has no inertia
         raise
     return float(max(np.sqrt(max(squares, 0.0)), rates))
 
