@@ -163,7 +163,8 @@ def write_outputs(result: kf.Result, out: Path) -> list[str]:
     result.to_vtk(out / "arm.pvd", every=5)
     result.save(out / "run.h5")
     moduli = result.body("arm").elasticity
-    stress = [recover(result, "arm")] if moduli is not None and moduli.axes is None else []
+    is_known = moduli is not None and (moduli.axes is None or moduli.fibres is not None)
+    stress = [recover(result, "arm")] if is_known else []
     result.to_html(out / "run.html", stress=stress, title="kanefe demo")
     pages = ["arm.pvd (open it in ParaView)", "run.h5", "run.html (open it in a browser)"]
     return ["overview.png", "energy.png", "root_force.png", *pages]

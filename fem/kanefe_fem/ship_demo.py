@@ -11,6 +11,7 @@ import numpy as np
 
 import kanefe as kf
 from kanefe.environment.deck_motion import DeckMotion
+from kanefe_fem.recovery.recovery import recover
 from kanefe_fem.sramss import lashing_lengths, spatial_gear, spatial_scene
 from kanefe_fem.sramss.spatial import SADDLES, SHOES
 
@@ -58,7 +59,8 @@ def ship_demo(out: Path) -> None:
     for name, result in passages:
         result.plot("contacts", *(SHOES[0], SHOES[4]), path=out / f"ship_{name}.png")
     passages[-1].result.to_vtk(out / "ship.pvd", every=15)
-    passages[-1].result.to_html(out / "ship.html", title="a helicopter on a frigate's deck")
+    last = passages[-1].result
+    last.to_html(out / "ship.html", stress=recover(last, "gear"), title="a helicopter on a frigate's deck")
     pages = "ship.pvd (open it in ParaView), ship.html (open it in a browser)"
     print(f"\nwritten under {out}/: ship_loose.png, ship_lashed.png, {pages}")
 
