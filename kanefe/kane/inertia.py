@@ -37,9 +37,10 @@ def rigid_masses(bodies: Sequence[tuple[RigidMass, FrameMotion]]) -> Matrix | No
     columns = bodies[0][1].V.shape[1]
     W = np.array([R.W for _, R in bodies])
     V = np.array([R.V for _, R in bodies]) - np.array([skew(body.com) for body, _ in bodies]) @ W
-    V = (np.sqrt([body.mass for body, _ in bodies])[:, None, None] * V).reshape(-1, columns)
-    turned = (np.array([body.inertia for body, _ in bodies]) @ W).reshape(-1, columns)
-    return np.asarray(V.T @ V + W.reshape(-1, columns).T @ turned)
+    moved = np.array([body.mass for body, _ in bodies])[:, None, None] * V
+    turned = np.array([body.inertia for body, _ in bodies]) @ W
+    V, W, moved, turned = (part.reshape(-1, columns) for part in (V, W, moved, turned))
+    return np.asarray(V.T @ moved + W.T @ turned)
 
 
 def body_partial_velocities(terms: FlexibleTerms, G: FrameMotion) -> Matrix:
