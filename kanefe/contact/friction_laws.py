@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +9,7 @@ import numpy as np
 from kanefe.contact.shape import direction
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-
-MOST_TRIALS = 60
+from kanefe.loads.falling_friction import slip_speed
 
 
 @dataclass(frozen=True)
@@ -115,25 +113,9 @@ class Coulomb:
         return 1.0 if self.static is None or largest == 0.0 else self.static / largest
 
     def slip_speed(self, pull: float, normal: float, damping: float) -> float:
-        """Return how fast an anchor moves that slips (m/s): the root of ``c s + mu(s) N = pull``, 0 if there is none.
-
-        Newton's method from above, halved where it would leave; mu(s) falls from static to mu.
-        """
-        least = self.sliding
-        if self.stribeck_speed == 0.0:
-            return max(0.0, (pull - least * normal) / damping)
-        fall, s = (self.static_ratio - 1.0) * least * normal, pull / damping
-        for _ in range(MOST_TRIALS):
-            share = math.exp(-((s / self.stribeck_speed) ** 2))
-            value = damping * s + least * normal + fall * share - pull
-            slope = damping - 2.0 * fall * share * s / self.stribeck_speed**2
-            step = value / slope if slope > 0.0 else 0.5 * s
-            if abs(step) <= 1e-15 * s:
-                break
-            s = max(s - step, 0.5 * s)
-            if s * damping < 1e-12 * pull:
-                return 0.0
-        return s
+        """Return how fast an anchor moves that slips (m/s), 0 if it does not; mu falls from static to its own."""
+        least = self.sliding * normal
+        return slip_speed(pull, least, (self.static_ratio - 1.0) * least, damping, self.stribeck_speed)
 
     @property
     def axis(self) -> Vector:

@@ -62,7 +62,11 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     for number in model.bearings:
         friction, _ = model.following(number)
         loads[number] = replace(friction, first_load=float(z[model.load_states[number]][friction.load_state]))
-    return model.with_loads(loads) if model.bearings else model
+    if not model.has_unreduced:  # what moves is not held
+        state = State(model, t, q, u)
+        pairs = enumerate(loads)
+        loads = [x.started(t, state.load_ends(i)) if isinstance(x, CoordinateFriction) else x for i, x in pairs]
+    return model.with_loads(loads)
 
 
 def _given_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction]:
@@ -162,6 +166,7 @@ def _loaded_friction(
         bearing=bearing,
         load_time=friction.load_time or (damping or DAMPING_TIME * stiffness) / stiffness,
         load_scale=large or 1.0,
+        stribeck_speed=friction.stribeck_speed or 0.0,
     )
 
 

@@ -48,6 +48,9 @@ class JointFriction:
         Of the surface that rubs, m; a prismatic joint does without.
     static : float, optional
         Coefficient at which it begins to slip; default: the same.
+    stribeck_speed : float, optional
+        Speed of the surface in which friction falls from static to mu, m/s: ``mu + (static - mu) exp(-(s/speed)^2)``
+        at a slip speed s; default: at once. Not of a screw, whose load follows from its friction.
     length : float, optional
         Between two bearings or pads, m; default: moments across the axis load nothing.
     collar : float, optional
@@ -65,7 +68,7 @@ class JointFriction:
     Raises
     ------
     ModelError
-        If a number is negative or not finite, or `static` is below `mu`.
+        If a number is negative or not finite, `static` is below `mu`, or there is none that it could fall from.
 
     Examples
     --------
@@ -89,19 +92,22 @@ class JointFriction:
     stiffness: float | None = None
     damping: float | None = None
     load_time: float | None = None
+    stribeck_speed: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("mu", "preload"):
             value = numbers(getattr(self, name))
             if value.shape != () or not np.isfinite(value) or value < 0.0:
                 raise ModelError(f"{name} of JointFriction must be one number, finite and >= 0, not {value!r}")
-        for name in ("radius", "static", "length", "collar", "stiffness", "damping", "load_time"):
+        for name in ("radius", "static", "length", "collar", "stiffness", "damping", "load_time", "stribeck_speed"):
             given = getattr(self, name)
             value = numbers(1.0 if given is None else given)
             if value.shape != () or not np.isfinite(value) or value <= 0.0:
                 raise ModelError(f"{name} of JointFriction must be one number, finite and > 0, not {given!r}")
         if self.static is not None and self.static < self.mu:
             raise ModelError(f"static of JointFriction, {self.static:g}, is below mu, {self.mu:g}. Remedy: the larger")
+        if self.stribeck_speed is not None and (self.static or 0.0) <= self.mu:
+            raise ModelError("stribeck_speed of JointFriction needs a `static` above mu to fall from")
 
 
 @dataclass(frozen=True, eq=False)

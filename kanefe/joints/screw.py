@@ -36,7 +36,7 @@ class Screw(AxisJoint):
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("angle [rad]",)
     speed_names: ClassVar[tuple[str, ...]] = ("rate [rad/s]",)
-    _rubs: ClassVar[Wanted] = Wanted(needs=("radius",), lacks=("collar", "length"))
+    _rubs: ClassVar[Wanted] = Wanted(needs=("radius",), lacks=("stribeck_speed", "collar", "length"))
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -18,8 +18,8 @@ from kanefe.kernels.units import BUILT, GENERATIONS, Unit, file_name, own_folder
 
 NOT_OF_FLEXIBLE = (
     *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
-    *("aerodynamics*", "bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*", "oleo*", "periodic_load*"),
-    *("pose_table*", "rope*", "spring*", "winch*"),
+    *("aerodynamics*", "bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*"),
+    *("falling_friction*", "oleo*", "periodic_load*", "pose_table*", "rope*", "spring*", "winch*"),
     *("between_states", "look_at", "march_crowd", "motions_of_rows", "pass_quiet_steps", "revisit", "watch_states*"),
 )
 """Patterns of the names of units that trees of flexible bodies without contacts do without."""

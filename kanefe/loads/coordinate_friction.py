@@ -11,6 +11,7 @@ from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Vector
 from kanefe.joints.joint_friction import Bearing
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.falling_friction import slip_speed
 
 FORCE = 0
 LARGE_STRETCH = 10.0
@@ -25,9 +26,10 @@ class CoordinateFriction(Load):
     """Friction along coordinates of a joint, as `kanefe.contact.friction_laws.Coulomb` has it.
 
     The surface slips by ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``,
-    what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is v
-    while it sticks. The cap is ``sliding`` or ``static`` times ``base``, or times ``base + load`` where the load of the
-    joint is followed.
+    what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is
+    v while it sticks. Slipping at s it may fall, ``sliding + (static - sliding) exp(-(s/stribeck_speed)^2)``. The
+    cap is ``sliding`` or ``static`` times ``base``, or times ``base + load`` where the load of the joint is
+    followed.
 
     States: w, one number a coordinate; where the caps differ 1 while it sticks, 0 while it slips; where a load n of the
     reaction is followed, the load that is felt and T times its rate, N: ``dx/dt = (y + 2 (n - x))/T``,
@@ -44,6 +46,10 @@ class CoordinateFriction(Load):
         Of the coordinates: m or rad.
     sliding, static : float
         Cap while it slips, and to begin to, N or N m; coefficients where a load is followed.
+    stribeck_speed : float
+        m/s; 0: it falls at once.
+    slips : bool
+        Whether it slips at the start.
     stiffness, damping : float
         k and c, N/m and N s/m, or N m/rad and N m s/rad.
     arms : tuple of float
@@ -77,6 +83,8 @@ class CoordinateFriction(Load):
     load_scale: float = field(default=1.0, kw_only=True)
     first_load: float = field(default=0.0, kw_only=True)
     rest: tuple[float, ...] | None = field(default=None, kw_only=True)
+    stribeck_speed: float = field(default=0.0, kw_only=True)
+    slips: bool = field(default=False, kw_only=True)
 
     kind = "friction"
     acts_at_once = True
@@ -112,11 +120,16 @@ class CoordinateFriction(Load):
 
     @property
     def initial_states(self) -> Vector:
-        """Unstretched, held, under the load of the start."""
+        """Unstretched, held unless it slips from the start, under the load of the start."""
         states = np.zeros(self.load_state + (0 if self.bearing is None else 2))
-        states[self.count : self.load_state] = STICKS
+        states[self.count : self.load_state] = SLIPS if self.slips else STICKS
         states[self.load_state : self.load_state + 1] = self.first_load
         return states
+
+    def started(self, t: float, ends: Sequence[End]) -> CoordinateFriction:
+        """Return it slipping, where what it begins with is above what it holds."""
+        held = replace(self, slips=False)
+        return replace(self, slips=self.has_memory and held._above(t, ends, held.initial_states) > 0.0)
 
     def state_scales(self, acceleration: float) -> Vector:
         """Return small ones: a stretch is small beside the scene, and what holds has to be followed closely."""
@@ -171,7 +184,7 @@ class CoordinateFriction(Load):
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the forces on the body, the stretch, whether it sticks, and the load."""
-        sticks = np.linalg.norm(self._pull(ends, states)) <= self._cap(states)
+        sticks = self._slip_force(ends, states) <= 0.0
         w = self._stretch(ends, states)
         stretch = w[0] / self.arms[0] if self.count == 1 else np.linalg.norm(w)
         load = () if self.bearing is None else (self._felt(states),)
@@ -179,7 +192,7 @@ class CoordinateFriction(Load):
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""
-        if np.linalg.norm(self._pull(ends, states)) > self._cap(states):
+        if self._slip_force(ends, states) > 0.0:
             return None
         rows = np.zeros((self.count, 6 * self.count))
         rows[range(self.count), range(FORCE, 6 * self.count, 6)] = self.arms
@@ -197,6 +210,11 @@ class CoordinateFriction(Load):
             self.bearing is not None, self.load_time, bearing.kind, bearing.per_length, bearing.thrust, bearing.twist,
             *self.arms, *unused, self.rest is not None, *(self.rest or self.count * (0.0,)), *unused,
         )  # fmt: skip
+        if self.stribeck_speed > 0.0:
+            from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
+
+            falls = np.array((*numbers, self.stribeck_speed))
+            return LoadKernel(falling_friction, falls, falling_friction, falling_friction_watch)
         return LoadKernel(coordinate_friction, np.array(numbers), coordinate_friction, coordinate_friction_watch)
 
     @property
@@ -231,9 +249,17 @@ class CoordinateFriction(Load):
         return self.stiffness * self._stretch(ends, states) + self.damping * self._slipping(ends)
 
     def _drag(self, ends: Sequence[End], states: Vector) -> Vector:
-        pull, cap = self._pull(ends, states), self._cap(states)
-        size = float(np.linalg.norm(pull))
-        return pull if size <= cap else cap / size * pull
+        pull, slips = self._pull(ends, states), self._slip_force(ends, states)
+        return pull if slips <= 0.0 else (1.0 - slips / float(np.linalg.norm(pull))) * pull
+
+    def _slip_force(self, ends: Sequence[End], states: Vector) -> float:
+        """Return what friction leaves of the pull, N; at most 0 where it holds."""
+        size = float(np.linalg.norm(self._pull(ends, states)))
+        if self.stribeck_speed == 0.0 or self._is_held(states):
+            return size - self._cap(states)
+        least, most = self._cap(states, self.sliding), self._cap(states, self.static)
+        speed = slip_speed(size, least, most - least, self.damping, self.stribeck_speed)
+        return self.damping * speed if speed > 0.0 else size - most
 
     def _above(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return a number that rises above zero where it slips."""
@@ -245,7 +271,7 @@ class CoordinateFriction(Load):
         """Return a number that falls below zero where it sticks."""
         if self.has_memory and self._is_held(states):
             return self.static
-        return float(np.linalg.norm(self._pull(ends, states))) - self._cap(states, self.sliding)
+        return self._slip_force(ends, states)
 
     def _slip(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         return self._marked(states, SLIPS)

@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import kanefe as kf
 from joint_scenes import assert_routes_agree, scene_of
@@ -374,3 +375,80 @@ def test_what_is_not_felt_and_not_looked_at_costs_nothing() -> None:
     assert (from_load, given) == ([1, 0], [0, 0])
     assert contact[0] == 0
     assert contact[1] >= 3
+
+
+FALLS = RUBS | {"stribeck_speed": 0.01}
+
+
+@pytest.mark.parametrize("mark", [0.0, 1.0], ids=["slips", "sticks"])
+@pytest.mark.parametrize(
+    "joint",
+    [
+        kf.Revolute("y", position=0.2, speed=0.9, friction=kf.JointFriction(radius=0.02, **FALLS)),
+        kf.Cylindrical(
+            "z", position=(0.1, 0.2), speed=(0.4, -8.0), friction=kf.JointFriction(radius=0.05, length=0.3, **FALLS)
+        ),
+        kf.Spherical(angular_velocity=(1, -2, 0.5), friction=kf.JointFriction(radius=0.1, **FALLS)),
+    ],
+    ids=["revolute", "cylindrical", "spherical"],
+)
+def test_friction_that_falls_is_the_same_on_both_routes(joint: kf.Joint, mark: float) -> None:
+    """Slipping at speeds about that in which it falls; the Jacobian goes through the search for the slip speed."""
+    model = in_state(scene_of(joint, is_flexible=True).freeze(), 0.002, 5.0)
+    z = model.initial_states
+    z.flags.writeable = True
+    (number,) = model.bearings
+    z[model.load_states[number].start + model.loads[number].count] = mark
+    z.flags.writeable = False
+    assert_routes_agree(model)
+    y, exact = model.initial_state, model.jacobian(0.0, model.initial_state)
+    for i in range(len(y)):
+        step = 1e-7 * np.eye(len(y))[i]
+        difference = (model.rhs(0.0, y + step) - model.rhs(0.0, y - step)) / 2e-7
+        np.testing.assert_allclose(exact[:, i], difference, atol=2e-5 * max(1.0, np.abs(exact).max()))
+
+
+def test_a_slider_is_braked_as_by_the_fall_of_stribeck() -> None:
+    """Against scipy's integration of ``dv/dt = -g (mu + (static - mu) exp(-(v/speed)^2))``."""
+    mu, static, speed = 0.1, 0.3, 0.3
+    scene = kf.System(gravity=(0, 0, -G))
+    law = kf.JointFriction(mu, static=static, stribeck_speed=speed)
+    scene.add_rigid_body("slider", 2.0, 0.1, joint=kf.Prismatic("x", speed=1.0, friction=law))
+    result = scene.simulate((0.0, 1.0), rtol=1e-8)
+
+    def braked(t: float, v: np.ndarray) -> np.ndarray:
+        return -G * (mu + (static - mu) * np.exp(-((v / speed) ** 2)))
+
+    stops = lambda t, v: v[0]  # noqa: E731
+    stops.terminal = True
+    wanted = solve_ivp(braked, (0.0, 1.0), [1.0], rtol=1e-10, atol=1e-12, events=stops, dense_output=True)
+    (stop,) = wanted.t_events[0]
+    assert result.events["slider stick"][0] == pytest.approx(stop, abs=1e-3)  # the anchor's spring swings a little
+    moves = result.times < stop - 0.01
+    np.testing.assert_allclose(result.joint_speeds("slider")[moves, 0], wanted.sol(result.times[moves])[0], atol=1e-4)
+    assert abs(result.energy.balance_error).max() < 1e-6
+
+
+def test_what_moves_at_the_start_slips() -> None:
+    """By the kinetic coefficient, not by the static one of what is held: ``v - mu g t``, until it sticks."""
+    for forces, friction in (
+        (None, kf.JointFriction(0.1, static=0.3)),
+        (kf.CoordinateForce(friction=0.1 * 2.0 * G, static_friction=0.3 * 2.0 * G), None),
+    ):
+        scene = kf.System(gravity=(0, 0, -G))
+        scene.add_rigid_body("slider", 2.0, 0.1, joint=kf.Prismatic("x", speed=0.5, forces=forces, friction=friction))
+        result = scene.simulate((0.0, 0.7), rtol=1e-8)
+        moves = result.times < 0.5
+        wanted = 0.5 - 0.1 * G * result.times[moves]
+        np.testing.assert_allclose(result.joint_speeds("slider")[moves, 0], wanted, atol=1e-4)  # w/k: the spring first
+        assert result.events["slider stick"] == pytest.approx([0.5 / (0.1 * G)], abs=1e-3)
+        assert len(result.events["slider slip"]) == 0
+
+
+def test_what_a_fall_needs() -> None:
+    with pytest.raises(kf.ModelError, match="needs a `static` above mu to fall from"):
+        kf.JointFriction(0.1, stribeck_speed=0.1)
+    with pytest.raises(kf.ModelError, match="stribeck_speed of JointFriction must be one number, finite and > 0"):
+        kf.JointFriction(0.1, static=0.2, stribeck_speed=-0.1)
+    with pytest.raises(kf.ModelError, match="has no use for stribeck_speed"):
+        kf.Screw("x", lead=0.1, friction=kf.JointFriction(radius=0.1, **FALLS))

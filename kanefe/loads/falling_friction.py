@@ -1,0 +1,39 @@
+"""Friction that falls with the speed of slipping, from static to kinetic, as Stribeck found it."""
+
+from __future__ import annotations
+
+import math
+
+MOST_TRIALS = 60
+
+
+def slip_speed(pull: float, least: float, fall: float, damping: float, speed: float) -> float:
+    """Return how fast an anchor slips (m/s): the root of ``c s + F(s) = pull``, 0 if there is none.
+
+    ``F(s) = least + fall exp(-(s/speed)^2)``. Newton's method from above, halved where it would leave.
+
+    Parameters
+    ----------
+    pull : float
+        What spring and damper of the anchor ask for, N.
+    least, fall : float
+        Friction of fast slipping, and how much more it is at rest, N.
+    damping : float
+        Of the anchor, N s/m.
+    speed : float
+        In which it falls, m/s; 0: at once.
+    """
+    if speed == 0.0:
+        return max(0.0, (pull - least) / damping)
+    s = pull / damping
+    for _ in range(MOST_TRIALS):
+        share = math.exp(-((s / speed) ** 2))
+        value = damping * s + least + fall * share - pull
+        slope = damping - 2.0 * fall * share * s / speed**2
+        step = value / slope if slope > 0.0 else 0.5 * s
+        if abs(step) <= 1e-15 * s:
+            break
+        s = max(s - step, 0.5 * s)
+        if s * damping < 1e-12 * pull:
+            return 0.0
+    return s
