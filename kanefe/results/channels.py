@@ -345,22 +345,15 @@ class RunChannels:
         return carried_wrench(state, number, terms.body.interface(interface), du)
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return what loads between frames tell."""
-        loads, rigid = self.model.loads, self.model.rigid_contacts
-        kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in loads}
-        if self._swept is not None and not rigid:
-            for row, placed in enumerate(placed_states(self.model, self.trajectory, self._swept)):
-                for i, load in enumerate(loads):
-                    told = load.tell(placed.time, placed.load_ends(i), placed.load_states(i))
-                    kept["load", load.name, ""][row] = told
-            return kept
-        for row, state in enumerate(self._views()):
-            for i, load in enumerate(loads):
-                if i in rigid:
-                    told = told_of_rigid(state, rigid.index(i))
+        rigid, swept = self.model.rigid_contacts, self._swept
+        kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads}
+        placed = self._views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)
+        for row, state in enumerate(placed):
+            for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
+                if i in rigid and isinstance(state, State):
+                    told[row] = told_of_rigid(state, rigid.index(i))
                 else:
-                    told = load.tell(state.t, state.load_ends(i), state.load_states(i))
-                kept["load", load.name, ""][row] = told
+                    told[row] = load.tell(state.time, state.load_ends(i), state.load_states(i))
         return kept
 
 

@@ -24,6 +24,7 @@ from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, enve
 from kanefe_fem.recovery.fibre_stress import fibre_stress
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, checked_elasticity
+from kanefe_fem.recovery.vtk_arrays import vtk_arrays
 
 if TYPE_CHECKING:
     from kanefe_fem.recovery.expressions import ExpressionTerms
@@ -311,7 +312,7 @@ class Recovery:
         place = {int(frame): row for row, frame in enumerate(self.frames)}
 
         def data(frame: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-            return self._at_frame(place[frame], quantities)
+            return vtk_arrays(self._fields(), self.eta[place[frame]][None], quantities, self.material)
 
         return write_series(self.result, path, frames=self.frames, fields={self.name: data}, scale=scale)
 
@@ -371,24 +372,6 @@ class Recovery:
         (image,) = drawn([drawing])
         write_whole(path, lambda file: file.write(image))
         return Path(path)
-
-    def _at_frame(self, row: int, quantities: Sequence[str]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        fields, eta = self._fields(), self.eta[row][None]
-        point_data: dict[str, np.ndarray] = {}
-        cell_data: dict[str, np.ndarray] = {}
-        needs_stress = any(quantity != "strain" for quantity in quantities)
-        at_nodes = fields.evaluate("stress", "nodes", eta, self.material)[0] if needs_stress else np.zeros(0)
-        for quantity in quantities:
-            if quantity in SCALARS:
-                label = f"{quantity.replace('_', ' ')} [Pa]"
-                point_data[label] = SCALARS[quantity](at_nodes)
-                cell_data[label] = SCALARS[quantity](fields.evaluate("stress", "cells", eta)[0])
-                continue
-            values = at_nodes if quantity == "stress" else fields.evaluate("strain", "nodes", eta, self.material)[0]
-            unit = " [Pa]" if quantity == "stress" else ""
-            for number, component in enumerate(measures.COMPONENTS):
-                point_data[f"{quantity} {component}{unit}"] = values[:, number]
-        return point_data, cell_data
 
     def _fields(self) -> StrainFields:
         return StrainFields.of_body(self.name, self.result.body(self.name))
