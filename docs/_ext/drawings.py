@@ -25,6 +25,7 @@ OWN = {
     "22_helicopter_in_a_trap": "helicopter_in_a_trap.png",
     "23_control_of_an_arm": "control_of_an_arm.png",
     "25_stress_of_skids": "stress_of_skids.png",
+    "26_stress_of_a_solid_gear": "solid_gear.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

@@ -14,6 +14,7 @@ from kanefe_fem.sramss.planar import level_rest as level_rest
 from kanefe_fem.sramss.planar import planar_scene as planar_scene
 from kanefe_fem.sramss.spatial import lashing_lengths as lashing_lengths
 from kanefe_fem.sramss.spatial import resting_on as resting_on
+from kanefe_fem.sramss.spatial import solid_gear as solid_gear
 from kanefe_fem.sramss.spatial import spatial_gear as spatial_gear
 from kanefe_fem.sramss.spatial import spatial_scene as spatial_scene
 from kanefe_fem.sramss.wheeled import wheeled_scene as wheeled_scene

@@ -1,21 +1,22 @@
-"""The helicopter in space: a gear from a mesh of beams, eight shoes on a deck that moves in six directions, lashings.
+"""The helicopter in space: a gear from a mesh, eight shoes on a deck that moves in six directions, lashings.
 
 Axes of aircraft and deck: x forward, y to port, z up. All parameters are assumed.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import root
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.contact import Coulomb, HuntCrossley
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import ModalDamping
+from kanefe.fe_model.interface import Interface
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.joints import Free
 from kanefe.joints.given_pose import GivenPose
@@ -26,12 +27,14 @@ from kanefe.system import System
 from kanefe_fem.beams.from_mesh import beam_model_from_mesh
 from kanefe_fem.beams.sections import Tube
 from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.solids.body import solid_body
 from kanefe_fem.sramss import parameters as given
-from kanefe_fem.sramss.gear import ALUMINIUM
+from kanefe_fem.sramss.gear import ALUMINIUM, Saddles
 from kanefe_fem.sramss.planar import by_names
 
-ROUNDS, CLOSE, LEAST_RATE = 20, 1e-9, 0.1
-"""Of the search for the lengths of lashings: how often at most, how close, and what of a change helps at least."""
+CLOSE, STEP = 1e-9, 1e-8
+"""Of the search for the lengths of lashings: how close, of how far they stretch; and the square of its relative
+steps for differences."""
 
 SADDLES = tuple(f"{tube} {side} saddle" for tube in ("aft", "forward") for side in ("starboard", "port"))
 SHOES = tuple(f"{side} shoe {number}" for side in ("starboard", "port") for number in range(1, 5))
@@ -40,11 +43,15 @@ INERTIA = (given.AIRFRAME_INERTIA, 2400.0, 2600.0)
 """Of the airframe about its centre of mass, kg m2."""
 
 LASHING_OUT = 0.60
-"""How far outboard of a saddle, and below it, its lashing is fastened to the deck, m."""
+"""How far outboard of a saddle its lashing is fastened to the deck, m."""
 
 
-def spatial_gear(mesh: Mesh | str | Path, modes: int = 16) -> FlexibleBody:
-    """Return the gear from the mesh of ``meshes/skid_gear.py``, with its saddles fixed in the airframe.
+SHOE_POINTS = 4
+"""Of a shoe that has a face: its corners."""
+
+
+def spatial_gear(mesh: Mesh | str | Path, modes: int = 16, *, saddles: Saddles = "fixed") -> FlexibleBody:
+    """Return the gear from the mesh of beams of ``meshes/skid_gear.py``, held in the airframe by its saddles.
 
     Parameters
     ----------
@@ -52,15 +59,60 @@ def spatial_gear(mesh: Mesh | str | Path, modes: int = 16) -> FlexibleBody:
         With groups of lines "cross tubes" and "skid tubes", and of points for saddles and shoes.
     modes : int
         Normal modes with the saddles held.
+    saddles : {"fixed", "hinged"}
+        Held in all directions; or with a rotation about x that is free.
+
+    Raises
+    ------
+    ModelError
+        If there are no such saddles.
     """
     tube = Tube(given.DIAMETER, given.WALL)
+    held = _held(saddles)
     model = beam_model_from_mesh(mesh, {"cross tubes": tube, "skid tubes": tube}, ALUMINIUM)
-    return flexible_body(
-        model,
-        dict.fromkeys(SADDLES, "clamped"),
+    return flexible_body(model, held, reduction=CraigBampton(modes=modes), damping=ModalDamping(given.DAMPING_RATIO))
+
+
+def solid_gear(mesh: Mesh | str | Path, modes: int = 16, *, saddles: Saddles = "fixed") -> FlexibleBody:
+    """Return the gear from the mesh of solids of ``meshes/skid_gear_solid.py``, held in the airframe by its saddles.
+
+    It is made in half a minute, and then comes from the cache. Its saddles hold rings of the tubes, which stay round
+    there, and its shoes touch by faces.
+
+    Parameters
+    ----------
+    mesh : Mesh, str or Path
+        With groups of facets for saddles and shoes.
+    modes : int
+        Normal modes with the saddles held.
+    saddles : {"fixed", "hinged"}
+        Held in all directions; or with a rotation about x, through the axis of the tube, that is free.
+
+    Raises
+    ------
+    ModelError
+        If there are no such saddles.
+
+    Examples
+    --------
+    >>> gear = solid_gear("meshes/skid_gear_solid.py")                   # doctest: +SKIP
+    >>> scene = spatial_scene(gear, lashings=lashing_lengths(gear, 2000.0))  # doctest: +SKIP
+    """
+    return solid_body(
+        mesh,
+        ALUMINIUM,
+        _held(saddles),
         reduction=CraigBampton(modes=modes),
         damping=ModalDamping(given.DAMPING_RATIO),
+        surfaces=SHOES,
     )
+
+
+def _held(saddles: Saddles) -> dict[str, Interface]:
+    """Return how the airframe holds the gear."""
+    if saddles not in ("fixed", "hinged"):
+        raise ModelError(f"saddles are 'fixed' or 'hinged', not {saddles!r}")
+    return dict.fromkeys(SADDLES, Interface("all" if saddles == "fixed" else ("x", "y", "z", "ry", "rz")))
 
 
 def spatial_scene(
@@ -71,13 +123,14 @@ def spatial_scene(
     lashings: Mapping[str, float] | None = None,
     at: tuple[float, float] = (0.0, 0.0),
     lift: float = 0.0,
+    shoe_points: int = SHOE_POINTS,
 ) -> System:
     """Return the aircraft on the deck, over a spot of it, with the skids undeformed.
 
     Parameters
     ----------
     gear : FlexibleBody
-        See `spatial_gear`.
+        See `spatial_gear` and `solid_gear`.
     motion : GivenPose, optional
         Of the deck: `kanefe.PoseTable`, or what a ship gives. None: it stays.
     mu : float
@@ -88,6 +141,8 @@ def spatial_scene(
         x and y of the spot, m.
     lift : float
         Of the rotor, along the airframe's z, N.
+    shoe_points : int
+        Of each shoe of a solid gear that touch the deck. Two, opposite corners, run three times as fast as all four.
     """
     scene = System(gravity=(0.0, 0.0, -given.GRAVITY))
     deck = scene.add_frame("deck", joint=Free(motion=motion)) if motion is not None else scene.ground
@@ -98,15 +153,18 @@ def spatial_scene(
     share = 4.0  # shoes of a skid
     normal = HuntCrossley(given.NORMAL_STIFFNESS / share, given.NORMAL_DAMPING)
     rough = Coulomb(mu or 1.0, stiffness=given.TANGENTIAL_STIFFNESS / share, damping=given.TANGENTIAL_DAMPING / share)
-    nodes = {group.name: int(group.nodes[0]) for group in gear.groups}
-    missing = [name for name in (*SHOES, *SADDLES) if name not in nodes]
+    missing = {*SHOES, *SADDLES} - {group.name for group in gear.groups}
     if missing:
-        raise ModelError(f"the gear has no group of points {missing[0]!r}. Remedy: the mesh meshes/skid_gear.py")
+        raise ModelError(
+            f"the gear has no group of points or facets {min(missing)!r}. Remedy: the mesh meshes/skid_gear.py or "
+            "meshes/skid_gear_solid.py"
+        )
     for name in SHOES:
-        scene.add_contact(name, member.node(nodes[name]), surface, normal=normal, friction=rough if mu else None)
+        patch = member.patch(name, most=shoe_points)
+        scene.add_contact(name, patch, surface, normal=normal, friction=rough if mu else None)
     for name, length in (lashings or {}).items():
-        point = gear.nodes[nodes[name]]
-        ends = airframe.frame(tuple(point)), deck.frame(tuple(place + point + _out(point)))
+        point = saddle_place(gear, name)
+        ends = airframe.frame(tuple(point)), deck.frame(tuple(place + point + _way_down(point)))
         stiffness = given.LASHING_STIFFNESS * length
         scene.add(Rope(f"{name} lashing", ends, axial_stiffness=stiffness, length=length))
     if lift:
@@ -162,25 +220,36 @@ def started_on(motion: GivenPose | None, place: np.ndarray, sink: float = 0.0) -
     )
 
 
-def _out(point: np.ndarray) -> np.ndarray:
+def saddle_place(gear: FlexibleBody, name: str) -> np.ndarray:
+    """Return the middle of a saddle in axes of the undeformed aircraft, from its centre of mass, m."""
+    group = next(group for group in gear.groups if group.name == name)
+    return np.asarray(group.shares @ gear.nodes[group.nodes])
+
+
+def _way_down(point: np.ndarray) -> np.ndarray:
     """Return the way from a saddle to where its lashing is fastened, in axes of the undeformed aircraft, m."""
-    return np.array((0.0, np.sign(point[1]) * LASHING_OUT, -LASHING_OUT))
+    return np.array((0.0, np.sign(point[1]) * LASHING_OUT, -given.CG_HEIGHT - point[2]))
 
 
-def lashing_lengths(gear: FlexibleBody, tension: float) -> dict[str, float]:
+def lashing_lengths(gear: FlexibleBody, tension: float, *, shoe_points: int = SHOE_POINTS) -> dict[str, float]:
     """Return unstretched lengths of the lashings, of which all pull by a tension (N) at rest on the level deck, m.
 
-    Each is changed by what it lacks, over the rate at which its last change helped: the gear gives way too.
+    The gear gives way to each of them, and so lengthens the others.
+
+    Raises
+    ------
+    ModelError
+        If there are no such lengths.
     """
     slack = tension / given.LASHING_STIFFNESS
-    lengths = np.full(len(SADDLES), math.sqrt(2.0) * LASHING_OUT - slack)
-    changes, lacked = np.zeros(0), np.zeros(0)
-    for _ in range(ROUNDS):
-        rest = equilibrium(spatial_scene(gear, lashings=dict(zip(SADDLES, lengths.tolist(), strict=True))))
-        lacks = lengths + slack - [float(rest.load(f"{name} lashing")[0]) for name in SADDLES]
-        if np.abs(lacks).max() < CLOSE * slack:
-            break
-        rates = (lacked - lacks) / changes if len(lacked) else np.ones(len(SADDLES))
-        changes, lacked = -lacks / np.maximum(np.abs(rates), LEAST_RATE), lacks
-        lengths = lengths + changes
-    return dict(zip(SADDLES, lengths.tolist(), strict=True))
+
+    def lacks(lengths: np.ndarray) -> np.ndarray:
+        lashings = dict(zip(SADDLES, lengths.tolist(), strict=True))
+        rest = equilibrium(spatial_scene(gear, lashings=lashings, shoe_points=shoe_points))
+        return np.asarray(lengths + slack - [float(rest.load(f"{name} lashing")[0]) for name in SADDLES])
+
+    ways = [np.linalg.norm(_way_down(saddle_place(gear, name))) for name in SADDLES]
+    found = root(lacks, np.array(ways) - 10.0 * slack, options={"eps": STEP, "xtol": CLOSE * slack})
+    if np.abs(found.fun).max() > CLOSE * slack:
+        raise ModelError(f"no lengths of the lashings were found with which all pull by {tension:g} N: {found.message}")
+    return dict(zip(SADDLES, found.x.tolist(), strict=True))

@@ -44,6 +44,16 @@ def test_on_a_rolling_deck_friction_holds_what_it_can(gear):
     assert min(slips[0.08]) > 0.05
 
 
+def test_hinged_saddles_let_the_legs_turn(gear):
+    """A leg on a hinge gives way by the middle of its cross tube too: more than half as much again."""
+    hinged = spatial_gear(read_mesh(ROOT / "meshes" / "skid_gear.msh"), modes=8, saddles="hinged")
+    rests = {body: kf.equilibrium(spatial_scene(body, mu=0.0)) for body in (gear, hinged)}
+    sunk = [given.CG_HEIGHT - float(rest.position("airframe")[2]) for rest in rests.values()]
+    assert 1.5 * sunk[0] < sunk[1]
+    with pytest.raises(kf.ModelError, match="saddles are 'fixed' or 'hinged', not 'welded'"):
+        spatial_gear(ROOT / "meshes" / "skid_gear.msh", saddles="welded")
+
+
 def test_a_gear_without_shoes_is_refused():
-    with pytest.raises(kf.ModelError, match="no group of points 'starboard shoe 1'"):
+    with pytest.raises(kf.ModelError, match="no group of points or facets 'aft port saddle'"):
         spatial_scene(beam_arm())

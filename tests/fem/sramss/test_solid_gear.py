@@ -1,0 +1,114 @@
+"""The gear meshed as solids, with tubes twice as thick as it takes fewer cells: against beams, and on a deck."""
+
+import importlib.util
+import math
+import re
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe_fem.beams.body import beam_model
+from kanefe_fem.beams.sections import Tube
+from kanefe_fem.lumped.parts import LumpedMass, attach
+from kanefe_fem.sramss import lashing_lengths, solid_gear, spatial_scene
+from kanefe_fem.sramss import parameters as given
+from kanefe_fem.sramss.gear import ALUMINIUM
+from kanefe_fem.sramss.spatial import SADDLES, SHOES
+from repository import ROOT
+
+pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
+
+THICK = {
+    "RADIUS, WALL": "0.08, 0.0133",
+    "SLEEVE, THICK": "0.25, 0.008",
+    "SHOE, FLAT, DEEP": "0.20, 0.062, 0.008",
+    "SEAT": "0.12",
+    "SIZE, FINE": "0.058, 0.033",
+}
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    text = (ROOT / "meshes" / "skid_gear_solid.py").read_text(encoding="utf-8")
+    for names, numbers in THICK.items():
+        text, found = re.subn(rf"^{names} = [^#]*?  #", f"{names} = {numbers}  #", text, flags=re.M)
+        assert found == 1, names
+    path = tmp_path_factory.mktemp("meshes") / "thick_gear.py"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def gear(source):
+    return solid_gear(source, modes=8)
+
+
+def beams(source, mass):
+    """The same tubes as beams of a mass in all, with what is missing at the shoes; saddles hold rings of them."""
+    spec = importlib.util.spec_from_file_location("thick_gear", source)
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    nodes, numbers, lines, groups = [], {}, [], {}
+
+    def number(*place):
+        key = tuple(np.round(place, 6))
+        if key not in numbers:
+            numbers[key] = len(nodes)
+            nodes.append(place)
+        return numbers[key]
+
+    begin, angle = made.arch()
+    top = made.AXIS + made.SADDLE[1]
+    inboard = made.SADDLE[0] - made.SEAT / 2
+    axis = [(0.0, top), (inboard, top), (made.SADDLE[0], top)]
+    axis += [made.off_cross(begin + made.ARCH * a, 0.0) for a in np.linspace(0.0, angle, 9)]
+    axis += [tuple(p) for p in np.linspace(axis[-1], (made.SKID[0], made.AXIS), 7)[1:]]
+    for side, sign in made.SIDES.items():
+        for tube, x in made.CROSS_TUBES.items():
+            run = [number(x, sign * y, z) for y, z in axis]
+            lines += pairwise(run)
+            groups[f"{tube} {side} saddle"] = run[1:4]
+        run = [number(x, sign * made.SKID[0], made.AXIS) for x in np.linspace(*made.SKID_ENDS, 29)]
+        lines += pairwise(run)
+        groups |= {
+            f"{side} shoe {i}": [number(x, sign * made.SKID[0], made.AXIS)] for i, x in enumerate(made.TOUCHING, 1)
+        }
+    tube = Tube(2 * made.RADIUS, made.WALL)
+    model = beam_model(np.array(nodes), lines, tube, ALUMINIUM, groups=groups)
+    model = attach(
+        model,
+        [
+            LumpedMass(
+                name, (mass - float(model.rigid_modes()[:, 0] @ model.mass @ model.rigid_modes()[:, 0])) / len(SHOES)
+            )
+            for name in SHOES
+        ],
+    )
+    return kf.flexible_body(model, dict.fromkeys(SADDLES, "clamped"), reduction=kf.CraigBampton(modes=8))
+
+
+def frequencies(body):
+    return np.array([mode["frequency"] for mode in body.provenance["reduction"]["modes"]])
+
+
+def test_it_vibrates_as_beams_do(gear, source):
+    """Within 6 %: beams know no tubes that go out of round, and no walls and sleeves where tubes meet."""
+    np.testing.assert_allclose(frequencies(gear)[:6], frequencies(beams(source, gear.mass))[:6], rtol=0.06)
+
+
+def test_its_shoes_carry_the_weight_and_the_lashings(gear):
+    lengths = lashing_lengths(gear, 2000.0, shoe_points=1)
+    rest = kf.equilibrium(spatial_scene(gear, lashings=lengths, shoe_points=1))
+    pull = [float(rest.load(f"{name} lashing")[2]) for name in SADDLES]
+    assert pull == pytest.approx([2000.0] * 4, rel=1e-8)
+    normal = sum(float(rest.contact(name).normal) for name in SHOES)
+    down = normal - (given.AIRFRAME_MASS + gear.mass) * given.GRAVITY
+    height = 0.6 + 0.08 + 0.008  # of the axes of the tubes at the saddles
+    assert down == pytest.approx(4 * 2000.0 * height / math.hypot(height, 0.6), rel=0.02)
+
+
+def test_saddles_of_another_kind_are_refused(source):
+    with pytest.raises(kf.ModelError, match="saddles are 'fixed' or 'hinged', not 'welded'"):
+        solid_gear(source, saddles="welded")
