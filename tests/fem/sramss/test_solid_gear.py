@@ -18,7 +18,7 @@ from kanefe_fem.sramss.gear import ALUMINIUM
 from kanefe_fem.sramss.spatial import SADDLES, SHOES
 from repository import ROOT
 
-pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
+pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh, pytest.mark.slow]
 
 THICK = {
     "RADIUS, WALL": "0.08, 0.0133",
@@ -94,8 +94,11 @@ def frequencies(body):
 
 
 def test_it_vibrates_as_beams_do(gear, source):
-    """Within 6 %: beams know no tubes that go out of round, and no walls and sleeves where tubes meet."""
-    np.testing.assert_allclose(frequencies(gear)[:6], frequencies(beams(source, gear.mass))[:6], rtol=0.06)
+    """Bends of these tubes go out of round: by von Karman's factor 1.65 r^2/(t R) they yield 2.2 times as much.
+
+    7.5 % of the first frequency; of the gear with its thinner tubes, whose bends hardly do so, 1.6 %.
+    """
+    np.testing.assert_allclose(frequencies(gear)[:6], frequencies(beams(source, gear.mass))[:6], rtol=0.085)
 
 
 def test_its_shoes_carry_the_weight_and_the_lashings(gear):
