@@ -83,9 +83,9 @@ class Dynamics:
             found[-WORKS:] = np.maximum(found[-WORKS:], self.model.energy(t, y[:-WORKS]).kinetic)
         return found
 
-    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+    def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed: see `Route.projected`."""
-        return self.route.projected(t, y, stiffness, share)
+        return self.route.projected(t, y, share)
 
     def parts(self, y: Vector) -> tuple[Vector, Vector]:
         """Return q and u of a state."""

@@ -12,11 +12,12 @@ from kanefe.contact.rigid_crowd import RigidCrowd
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import rate_of_functions
-from kanefe.integrate.methods.generalised_alpha import highest_rate, iteration_matrices, stiffest_rate
+from kanefe.integrate.methods.generalised_alpha import highest_rate, stiffest_rate
 from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
+from kanefe.kane.tangents import constant_tangents
 from kanefe.loads.base import Load
 from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.scales import modal_frequencies, scene_length
@@ -255,7 +256,7 @@ def _follower(model: Model, span: float, steps: float, found: Vibrations) -> str
 
 def _takes_stops(model: Model, start: float, span: float) -> bool:
     """Tell whether the explicit method has little work while stops do not act, and bearable if they do."""
-    free = highest_rate(model, start, *iteration_matrices(model))
+    free = highest_rate(model, start, *constant_tangents(model))
     implicit = _radau_work(model, LEAST_BESIDE_KINKS)
     return (
         _explicit_work(model, span * free / STABLE) < implicit
@@ -271,7 +272,7 @@ def _takes_friction(model: Model, sudden: Sequence[Load], start: float, span: fl
     frictions = [load for load in sudden if isinstance(load, CoordinateFriction)]
     if len(frictions) < len(sudden) or model.has_stops:
         return False
-    K, C = iteration_matrices(model)
+    K, C = constant_tangents(model)
     for load in frictions:
         for end, arm in zip(load.ends, load.arms, strict=True):
             at = int(model.bodies[end.body].speeds[end.coordinate])
@@ -286,7 +287,7 @@ def _takes_friction(model: Model, sudden: Sequence[Load], start: float, span: fl
 
 def _rate_at_stops(model: Model, start: float) -> float:
     """Return the highest rate in rad/s with all stops touched."""
-    K, C = iteration_matrices(model)
+    K, C = constant_tangents(model)
     for body in model.bodies:
         for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
             if force is not None and where < model.free_count:

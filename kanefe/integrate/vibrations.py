@@ -11,10 +11,9 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.kane.assemble import mass_at_start
 from kanefe.kane.state import State
-from kanefe.kane.tangents import current_tangents
+from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.kernels.stepping import AT, PUSH_STIFFNESS, SLOPE
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies
@@ -106,7 +105,7 @@ def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
     """
     model = dynamics.model
     n, m = model.coordinate_count, model.free_count
-    K, C = iteration_matrices(model)
+    K, C = constant_tangents(model)
     alone = modal_frequencies(model)
     where = np.flatnonzero(alone)
     M = np.diag(np.divide(np.diag(K), alone**2, out=np.ones(m), where=alone > 0.0))
@@ -136,7 +135,7 @@ def all_damped(model: Model) -> bool:
     carries = any(body.parent >= 0 and model.bodies[body.parent].flexible is not None for body in model.bodies)
     if carries or model.constraints:
         return False
-    K, C = (np.diag(X) for X in iteration_matrices(model))
+    K, C = (np.diag(X) for X in constant_tangents(model))
     alone = modal_frequencies(model)
     least = 2.0 * LEAST_DAMPING * np.divide(K, alone, out=np.zeros_like(K), where=alone > 0.0)
     return bool(np.all(C >= least) and not np.any(K[alone == 0.0]))

@@ -162,7 +162,11 @@ def _closed(position: Position, columns: np.ndarray, stiffness: Matrix, toleranc
         better = _shortened(columns, step, position)
         if better is None:
             break
+        # closed but for round-off, which gets less by chance: Newton's method would have taken away nearly all
+        has_settled = better.worst <= TOLERANCE and better.worst > 0.5 * position.worst
         position = better
+        if has_settled:
+            break
     return position
 
 

@@ -24,7 +24,7 @@ from kanefe.kane.impacts import START, resolved
 from kanefe.kane.loop_closure import consistent_start, project_positions, project_speeds
 from kanefe.kane.rigid_contacts import check_determined, contact_rates, friction_powers
 from kanefe.kane.state import State, actions
-from kanefe.kane.tangents import elastic_stiffness
+from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.loads.checks import check_start
@@ -130,13 +130,12 @@ class LiteralRoute:
         """None either."""
         return None
 
-    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+    def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one."""
         if not self.model.is_constrained:
             return y
         q, u, z = self.parts(y)
-        if share > 0.0:
-            stiffness = share * elastic_stiffness(self.model)
+        stiffness = share * constant_tangents(self.model)[0] if share > 0.0 else None
         q_closed = project_positions(self.model, t, q, stiffness, z)
         u_closed = project_speeds(self.model, t, q_closed, u, stiffness, z)
         if q_closed is q and u_closed is u:

@@ -20,6 +20,21 @@ def elastic_stiffness(model: ModelData) -> Matrix:
     return K
 
 
+def constant_tangents(model: ModelData) -> tuple[Matrix, Matrix]:
+    """Return K and C of flexible bodies and of springs and dampers in joints over the free speeds, (free, free)."""
+    K = elastic_stiffness(model)
+    C = np.zeros_like(K)
+    for body in model.bodies:
+        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
+            if force is not None and where < model.free_count:
+                K[where, where], C[where, where] = force.stiffness, force.damping
+        if body.flexible:
+            k, at = body.flexible.body.free_count, body.flexible.speeds
+            if body.flexible.damping is not None:
+                C[at, at] = body.flexible.damping[:k]
+    return K, C
+
+
 def current_tangents(state: State, K: Matrix, C: Matrix) -> tuple[Matrix, Matrix]:
     """Return K and C over the free speeds with what the state adds to constant ones; the same if nothing does.
 

@@ -263,20 +263,20 @@ class OrderN(LiteralRoute):
         memory = np.empty(self.memory_size)
         balance(t, *scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)
 
-    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+    def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
 
         The literal route finds it where something has no inertia of its own, and names the loops that stay open.
         """
         if not self.has_loops:
             return y
-        if stiffness is None and self.model.free_count:
+        if self.model.free_count:
             closed = np.array(y, dtype=float)
             memory = np.empty(closing_memory_size(self.tables, self.elastic, self.loops))
             ended, _ = self.closing(share, self.drives(t), closed, memory)
             if ended == CLOSED:
                 return closed
-        return super().projected(t, y, stiffness, share)
+        return super().projected(t, y, share)
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power taken and given; of trees from one sweep."""

@@ -215,11 +215,11 @@ class Route(Protocol):
         """Return the same, with what functions of the user give held constant."""
         ...
 
-    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+    def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
 
-        `stiffness`, (free, free), or a share (s2) of that of modes and joints, is added to the mass matrix, in whose
-        metric the state is the nearest.
+        A share (s2) of the stiffness of modes and joints is added to the mass matrix, in whose metric it is the
+        nearest: stiff modes, which the mass matrix alone would move, then stay where they are.
         """
         ...
 

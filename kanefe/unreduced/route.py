@@ -207,7 +207,7 @@ class UnreducedRoute(LiteralRoute):
         rates = self.model.coordinate_rates(q, u), du, z_rates, self.powers(t, y, du)
         return Evaluation(np.concatenate(rates), 1.0)
 
-    def projected(self, t: float, y: Vector, stiffness: Matrix | None = None, share: float = 0.0) -> Vector:
+    def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the state itself: the method that steps closes the loops, with its own matrices."""
         return y
 

@@ -43,6 +43,7 @@ RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
     "arm, generalised-alpha": (soft_arm, {"method": "generalised-alpha"}),
     "four-bar, dop853": (four_bar, {"method": "dop853"}),
     "four-bar, generalised-alpha": (four_bar, {"method": "generalised-alpha", "rtol": 1e-4}),
+    "four-bar, generalised-alpha, fixed steps": (four_bar, {"method": "generalised-alpha", "step": 2e-3}),
     "unreduced arm": (unreduced_arm, {"rtol": 1e-4}),
     "bouncing ball": (falling_ball, {"events": [FLOOR], "method": "dop853"}),
 }

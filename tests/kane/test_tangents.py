@@ -9,17 +9,17 @@ import pytest
 
 import kanefe as kf
 from kanefe.equations.model import Model
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices, stiffest_rate
+from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
-from kanefe.kane.tangents import current_tangents
+from kanefe.kane.tangents import constant_tangents, current_tangents
 from scenes import derivatives
 
 ANCHOR = 5.0  # N m/rad
 
 
 def tangents(model: Model, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return current_tangents(State(model, 0.0, q, u), *iteration_matrices(model))
+    return current_tangents(State(model, 0.0, q, u), *constant_tangents(model))
 
 
 def slack() -> kf.System:

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.kane import loop_closure as assembly
 from kanefe.kane import route as literal
@@ -20,6 +19,7 @@ from kanefe.kane.assemble import held_accelerations
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.state import State
+from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.tolerances import NEAR_SINGULAR, TOLERANCE
 from loop_scenes import four_bar, parallelogram, sprung_loop
 from random_loops import LoopScene, closed_state
@@ -90,7 +90,7 @@ def test_loops_with_flexible_bodies(recipe: Recipe, loops: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_metric_may_have_the_stiffness_of_modes_and_joints(seed: int) -> None:
     model, share = sprung_loop(seed), 1e-4
-    K = share * iteration_matrices(model)[0]
+    K = share * constant_tangents(model)[0]
     q, u = opened(model, model.initial_coordinates, model.initial_speeds, seed, 1e-5)
     expected = project_positions(model, 0.0, q, K)
     q_closed, u_closed = closed(model, 0.0, q, u, share)

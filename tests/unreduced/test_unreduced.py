@@ -17,10 +17,10 @@ from kanefe.equations.model import Model
 from kanefe.errors import FileError, ModelError, SimulationError
 from kanefe.fe_model.factorise import splu_factorise
 from kanefe.fe_model.model import FiniteElementModel
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
+from kanefe.kane.tangents import constant_tangents
 from kanefe.reduction import flexible_body
 from kanefe.result import Result
 from kanefe.scene.scene import FlexibleMember
@@ -398,7 +398,7 @@ def test_border_is_the_solution_of_the_whole_system(monkeypatch):
         solution = bordered.solve(z, right)
         found = nodal_rates(sparse, scene.condensed.joined(solution.z, solution.parts))
         M = dense.mass_matrix(0.0, np.concatenate((q_dense, np.zeros(dense.free_count))))
-        K, C = iteration_matrices(dense)
+        K, C = constant_tangents(dense)
         for body in dense.bodies:  # of the bodies alone: the border has no joint springs here
             if body.flexible is None:
                 continue

@@ -15,12 +15,12 @@ from kanefe.checks.verification.tolerance import scaled
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError, SimulationWarning
 from kanefe.integrate.events import Event
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import assemble
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State
+from kanefe.kane.tangents import constant_tangents
 from kanefe.system import System
 from kanefe.tree.scene_state import SceneState
 
@@ -105,7 +105,7 @@ def system_modes(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """
     q, u = model.initial_coordinates, np.zeros(model.free_count)
     mass, _ = assemble(State(model, 0.0, q, u))
-    stiffness, _ = iteration_matrices(model)
+    stiffness, _ = constant_tangents(model)
     return natural_modes(stiffness, mass)
 
 

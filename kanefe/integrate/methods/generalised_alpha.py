@@ -8,9 +8,8 @@ third-order part of the displacement, filtered by the same matrix so that unreso
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,16 +19,17 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.followed_states import FollowedStates
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, no_step
+from kanefe.integrate.methods.kept_matrices import KeptMatrices
 from kanefe.integrate.methods.method import Method, no_reactions_or_rigid_contacts
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.stepper import BESIDE, StepFailure, beyond
-from kanefe.kane.assemble import accelerations, constrained_solver, equations, mass_at_start, mass_matrix
-from kanefe.kane.constraints import ConstrainedSolver, constraint_rates
+from kanefe.kane.assemble import accelerations, equations, mass_at_start, mass_matrix
+from kanefe.kane.constraints import Rates, constraint_rates
 from kanefe.kane.route import state_rates
 from kanefe.kane.state import State
-from kanefe.kane.tangents import current_tangents, elastic_stiffness
+from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.storage.scipy_later import scipy
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import WORKS
 from kanefe.tree.route import Form
 from kanefe.tree.scales import displacement_scales
 
@@ -82,7 +82,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         self._stop, self._fixed = stop, control.step
         rtol = control.rtol if control.step is None else FIXED_RTOL
         self._scales = rtol * displacement_scales(self._model)
-        self._stiffness, self._damping = iteration_matrices(self._model)
+        self._stiffness, self._damping = constant_tangents(self._model)
         self._h = control.step or 1e-4 * (stop - start)
         self._span, self._smallest = stop - start, 1e-12 * (stop - start)
         self._no_answer: tuple[float, KanefeError] | None = None
@@ -106,7 +106,7 @@ class GeneralisedAlphaStepper(PythonStepper):
             tail = len(q0) + len(u0)  # internal states and quadratures
             works = (1 - x) * self._before[tail:] + x * self._state[tail:]
             found[i] = np.concatenate((self._model.advance(q0, move), rates, works))
-            found[i] = self._dynamics.projected(times[i], found[i], self._formula.stiffness_share(h) * self._stiffness)
+            found[i] = self._closed(times[i], found[i], h)
         return found
 
     def restart(self, t: float, y: Vector) -> None:
@@ -120,7 +120,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         self._move = np.zeros_like(u)
         self._power = self._dynamics.powers(t, y, self._du)
         self._states.forget()
-        self._kept: _Kept | None = None
+        self._kept: KeptMatrices | None = None
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to go on; of the kept matrices those that are factored."""
@@ -132,7 +132,7 @@ class GeneralisedAlphaStepper(PythonStepper):
             "a": self._a.copy(),
             **({} if self._jerk is None else {"jerk": self._jerk.copy()}),
             "power": self._power.copy(),
-            **({} if kept is None else {"mass": kept.mass.copy(), "matrix": kept.matrix.copy()}),
+            **({} if kept is None else kept.arrays()),
         }
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
@@ -142,7 +142,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         self._h_of_a, self._jerk = h_of_a, np.array(snapshot["jerk"]) if "jerk" in snapshot else None
         self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
         if "matrix" in snapshot:
-            self._kept = _factored(h, np.array(snapshot["mass"]), np.array(snapshot["matrix"]))
+            self._kept = KeptMatrices.from_arrays(self._model, h, snapshot)
 
     def _counted(self) -> dict[str, int | float]:
         return {"factorisations": self._factorisations}
@@ -184,15 +184,17 @@ class GeneralisedAlphaStepper(PythonStepper):
         works, y = self._state[-WORKS:], np.concatenate((q, u, z))
         power = self._dynamics.powers(self.t + h, np.concatenate((y, works)), du)
         works = works + 0.5 * h * (self._power + power)
-        # in the metric of the iteration, so that closing a loop does not strike stiff modes
-        stiffness = self._formula.stiffness_share(h) * self._stiffness
-        self._state = self._dynamics.projected(self.t + h, np.concatenate((y, works)), stiffness)
+        self._state = self._closed(self.t + h, np.concatenate((y, works)), h)
         self._du, self._a, self._power = du, a, power
         self._t = target if h == rest else self.t + h
         if self._fixed:
             return
         grown = h * min(2.0, 0.9 * max(error, 1e-6) ** (-1 / 3))
         self._h = max(grown, self._h) if h < self._h and error < 1.0 else grown
+
+    def _closed(self, t: float, y: Vector, h: float) -> Vector:
+        """Return the nearest state with closed loops, in the metric of the iteration: stiff modes are not struck."""
+        return self._dynamics.projected(t, y, self._formula.stiffness_share(h))
 
     def _begin(self, h: float) -> Vector:
         """Return the algorithmic acceleration at the start of a step of h: that of the last step if it was as long."""
@@ -214,17 +216,14 @@ class GeneralisedAlphaStepper(PythonStepper):
         mass = mass_matrix(state)[:n, :n]
         matrix = self._iteration_matrix(h, mass, state)
         self._factorisations += 1
-        if not model.constraints:
-            return _factored(h, mass, matrix).solve(mass @ jerk)
-        rows = constraint_rates(state).over(slice(n))
-        return constrained_solver(model, matrix, rows).solve(mass @ jerk, -rows.J @ jerk)[0]
+        return KeptMatrices.factored(model, h, mass, matrix, self._rows(state)).correction(jerk)
 
     def _try(self, h: float) -> tuple[float, Vector, Vector, Vector, Vector, Vector] | None:
         """Return (error, q, u, du, a, z) after a step of h, or None if the iteration does not converge."""
         q0, u0 = self._dynamics.parts(self._state)
         if not self._model.free_count:  # driven all through: nothing to solve for
             return 0.0, q0, u0, self._du, self._a, self._followed(h, q0, u0)
-        is_swept = not self._dynamics.route.lacks(Form.SWEEPS) and not self._model.constraints
+        is_swept = not self._dynamics.route.lacks(Form.SWEEPS)
         correct = self._correct_by_rates if is_swept else self._correct_literally
         if self._kept is not None and self._kept.h != h:
             self._kept = None
@@ -249,8 +248,8 @@ class GeneralisedAlphaStepper(PythonStepper):
         kept = self._kept
         if kept is None:
             raise TypeError("an iteration leaves its matrices behind")
-        filtered = kept.solve(kept.mass @ self._formula.error(h, self._begun, a))
-        if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents or self._model.constraints:
+        filtered = kept.filtered(self._formula.error(h, self._begun, a))
+        if iteration >= KEPT_ITERATIONS or self._model.has_varying_tangents:
             self._kept = None
         return self._size(filtered), q, u, du, a, self._followed(h, q, u)
 
@@ -280,6 +279,10 @@ class GeneralisedAlphaStepper(PythonStepper):
             return z
         return self._states.reached(State(self._model, self.t + h, q, u, z), z, h)
 
+    def _rows(self, state: State) -> Rates | None:
+        """Return the rows that hold the loops of a state; None where nothing is constrained."""
+        return constraint_rates(state).over(slice(self._model.free_count)) if self._model.constraints else None
+
     def _iteration_matrix(self, h: float, M: Matrix, state: State) -> Matrix:
         K, C = current_tangents(state, self._stiffness, self._damping)
         return np.asarray(M + self._formula.damping_share(h) * C + self._formula.stiffness_share(h) * K)
@@ -299,8 +302,9 @@ class GeneralisedAlphaStepper(PythonStepper):
             state = self._literal(t, y)
             mass = mass_matrix(state)[:n, :n]
             self._factorisations += 1
-            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, state))
-        return self._kept.solve(self._kept.mass @ (du - needed))
+            matrix = self._iteration_matrix(h, mass, state)
+            self._kept = KeptMatrices.factored(self._model, h, mass, matrix, self._rows(state))
+        return self._kept.correction(du - needed)
 
     def _correct_literally(self, h: float, q: Vector, u: Vector, du: Vector, z: Vector) -> Vector | None:
         """Return a Newton step from the assembled equations, with the loops held."""
@@ -314,51 +318,13 @@ class GeneralisedAlphaStepper(PythonStepper):
         if not np.all(np.isfinite(residual)):
             return None
         mass = M[:n, :n]
-        if model.constraints:
-            rows = constraint_rates(state)
-            matrix = self._iteration_matrix(h, mass, state)
-            solver = constrained_solver(model, matrix, rows.over(slice(n)))
+        rows = self._rows(state)
+        if self._kept is None or rows is not None or model.has_varying_tangents:
             self._factorisations += 1
-            self._kept = _Kept(h, mass, matrix, partial(_solve_held, solver))
-            return -solver.solve(-residual, rows.J @ rates + rows.remainder)[0]
-        if self._kept is None or model.has_varying_tangents:
-            self._factorisations += 1
-            self._kept = _factored(h, mass, self._iteration_matrix(h, mass, state))
-        return self._kept.solve(residual)
-
-
-class _Kept(NamedTuple):
-    """Step, mass matrix, iteration matrix and its solver, of an earlier iteration."""
-
-    h: float
-    mass: Matrix
-    matrix: Matrix
-    solve: Callable[[Vector], Vector]
-
-
-def _factored(h: float, mass: Matrix, matrix: Matrix) -> _Kept:
-    factors = scipy.linalg.lu_factor(matrix, check_finite=False)
-    return _Kept(h, mass, matrix, partial(scipy.linalg.lu_solve, factors, check_finite=False))
-
-
-def _solve_held(solver: ConstrainedSolver, force: Vector) -> Vector:
-    """Return the motion that a force causes with the loops held."""
-    return solver.solve(force, np.zeros(solver.row_count))[0]
-
-
-def iteration_matrices(model: ModelData) -> tuple[np.ndarray, np.ndarray]:
-    """Return K and C of flexible bodies and of springs and dampers in joints over the free speeds, (free, free)."""
-    K = elastic_stiffness(model)
-    C = np.zeros_like(K)
-    for body in model.bodies:
-        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
-            if force is not None and where < model.free_count:
-                K[where, where], C[where, where] = force.stiffness, force.damping
-        if body.flexible:
-            k, at = body.flexible.body.free_count, body.flexible.speeds
-            if body.flexible.damping is not None:
-                C[at, at] = body.flexible.damping[:k]
-    return K, C
+            self._kept = KeptMatrices.factored(model, h, mass, self._iteration_matrix(h, mass, state), rows)
+        held = constraint_rates(state) if rows is not None else None
+        opening = np.zeros(0) if held is None else held.J @ rates + held.remainder
+        return self._kept.solve(residual, opening)
 
 
 def stiffest_rate(model: Model, start: float) -> float:
@@ -368,7 +334,7 @@ def stiffest_rate(model: Model, start: float) -> float:
     one on a stiff spring, vibrates faster than its own modes say.
     """
     state = State(model, start, model.initial_coordinates, model.initial_speeds)
-    return highest_rate(model, start, *current_tangents(state, *iteration_matrices(model)))
+    return highest_rate(model, start, *current_tangents(state, *constant_tangents(model)))
 
 
 def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:

@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.tangents import current_tangents
+from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.tree.scales import joint_scales, scene_length
 from kanefe.unreduced.bordered import Bordered, Edge
 from kanefe.unreduced.route import Residual, UnreducedRoute
@@ -51,7 +50,7 @@ class IterationMatrices:
     def __init__(self, scene: UnreducedRoute, formula: GeneralisedAlpha, span: float) -> None:
         self._scene, self._formula, self._span = scene, formula, span
         self._changes = scene.model.has_varying_tangents
-        self._stiffness, self._damping = iteration_matrices(scene.small)
+        self._stiffness, self._damping = constant_tangents(scene.small)
         self._edges: OrderedDict[int, tuple[list[Edge], Vector]] = OrderedDict()
         is_large = any(member.body.free_count > LARGE for member in scene.condensed.members)
         self._kept = 2 if is_large else 4

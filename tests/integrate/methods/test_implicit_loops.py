@@ -8,11 +8,11 @@ from scipy.linalg import null_space
 
 from kanefe.checks.verification.loops import parallelograms
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.loop_closure import project_speeds
 from kanefe.kane.state import State
+from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from loop_scenes import four_bar, sprung_loop
@@ -31,7 +31,7 @@ def test_a_sweep_solves_the_dense_equations_with_loops(seed: int) -> None:
     vectors[PUSH_DAMPING, n : n + m], vectors[PUSH_STIFFNESS, n : n + m] = rng.normal(size=(2, m))
     pushes = vectors[PUSH_DAMPING, n : n + m].copy(), vectors[PUSH_STIFFNESS, n : n + m].copy()
     order_n(model).sweep(0.0, vectors, share_damping, share_stiffness)
-    K, C = iteration_matrices(model)
+    K, C = constant_tangents(model)
     M = model.mass_matrix(0.0, np.concatenate((q, u))) + share_damping * C + share_stiffness * K
     F = model.forces(0.0, np.concatenate((q, u))) + C @ pushes[0] + K @ pushes[1]
     rows = constraint_rates(State(model, 0.0, q, u))
@@ -79,3 +79,17 @@ def test_near_a_singular_position_the_nearest_closed_state_is_taken() -> None:
     np.testing.assert_array_equal(vectors[AT], open_y)
     speeds = slice(model.coordinate_count, None)
     np.testing.assert_allclose(vectors[SLOPE, speeds], expected[speeds], rtol=0, atol=1e-9 * abs(expected).max())
+
+
+def test_fixed_steps_of_generalised_alpha_keep_their_matrices_with_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fewer than one factorisation a step, not one an iteration; and the compiled route closes the loops."""
+    literal: list[object] = []
+    monkeypatch.setattr("kanefe.kane.route.project_positions", lambda *given: literal.append(given))
+    model = sprung_loop(0)
+    run = integrate(model, (0.0, 0.1), method="generalised-alpha", step=5e-4)
+    assert 0 < run.statistics["factorisations"] < run.statistics["steps"] == 200
+    assert not literal
+    exact = integrate(model, (0.0, 0.1), method="dop853", rtol=1e-10).coordinates[-1]
+    finer = integrate(model, (0.0, 0.1), method="generalised-alpha", step=2.5e-4).coordinates[-1]
+    errors = [abs(found - exact).max() for found in (run.coordinates[-1], finer)]
+    assert errors[1] < 0.3 * errors[0]  # of order 2: a quarter

@@ -12,9 +12,9 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.extrapolation import METHOD
-from kanefe.integrate.methods.generalised_alpha import iteration_matrices
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
+from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
 from kanefe.order_n.planar_route import PlanarRoute
 from order_n_rates import order_n
@@ -47,7 +47,7 @@ def check(model: Model, y: np.ndarray) -> None:
     vectors[PUSH_DAMPING, n : n + m], vectors[PUSH_STIFFNESS, n : n + m] = rng.normal(size=(2, m))
     pushes = vectors[PUSH_DAMPING, n : n + m].copy(), vectors[PUSH_STIFFNESS, n : n + m].copy()
     order_n(model).sweep(0.0, vectors, share_damping, share_stiffness)
-    K, C = iteration_matrices(model)
+    K, C = constant_tangents(model)
     M, F = model.mass_matrix(0.0, y), model.forces(0.0, y)
     expected = np.linalg.solve(M + share_damping * C + share_stiffness * K, F + C @ pushes[0] + K @ pushes[1])
     np.testing.assert_allclose(vectors[SLOPE, n : n + m], expected, rtol=0, atol=1e-9 * abs(expected).max())
