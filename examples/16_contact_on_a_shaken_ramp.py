@@ -45,9 +45,12 @@ scene.add_contact("tyre", tyre, deck, normal=kf.HuntCrossley(2e6, damping=2.0), 
 beam = straight_beam(0.4, Rectangle(0.03, 0.03), Material(E=70e9, nu=0.3, rho=2700.0), elements=4)
 post = beam_body(beam, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=4), kf.ModalDamping(0.05))
 stop = scene.add_flexible_body(
-    "stop", post, parent=ramp, at=tuple(on_deck.axes @ (0.8, -2.0, 0.0)),
+    "stop",
+    post,
+    parent=ramp,
+    at=tuple(on_deck.axes @ (0.8, -2.0, 0.0)),
     orientation=kf.rotation_about("y", TILT - math.pi / 2),
-)  # fmt: skip
+)
 box = scene.add_rigid_body(
     "box", 5.0, 0.05, joint=kf.Free(position=tuple(on_deck.axes @ (0.0, -2.0, 0.1)), orientation=tilted)
 )

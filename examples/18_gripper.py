@@ -41,9 +41,12 @@ for name, side, end in (("left", -1.0, "root"), ("right", 1.0, "tip")):
     scene.add_force(finger, (-side * GRIP, 0, 0))
     pad = scene.add_surface(f"{name} pad", finger, shapes.Plane((-side, 0, 0)))
     scene.add_contact(
-        f"{name} grip", bar.patch(end, most=4), pad,
-        normal=kf.KelvinVoigt(5e4, damping=20.0), friction=kf.Coulomb(0.6, static=0.7),
-    )  # fmt: skip
+        f"{name} grip",
+        bar.patch(end, most=4),
+        pad,
+        normal=kf.KelvinVoigt(5e4, damping=20.0),
+        friction=kf.Coulomb(0.6, static=0.7),
+    )
 
 result = scene.simulate((0.0, 3.0))
 print(result)

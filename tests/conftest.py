@@ -8,9 +8,13 @@ import pytest
 
 # marker -> the module that its tests import
 NEEDS = {
-    "fenicsx": "dolfinx", "gmsh": "gmsh", "dask": "distributed", "urdf": "yourdfpy", "mjcf": "mujoco",
+    "fenicsx": "dolfinx",
+    "gmsh": "gmsh",
+    "dask": "distributed",
+    "urdf": "yourdfpy",
+    "mjcf": "mujoco",
     "collision": "coal" if sys.version_info >= (3, 12) else "hppfcl",
-}  # fmt: skip
+}
 
 # Set by `make test` and `make test-latest`, whose set-up brings these packages: a skip would hide a broken set-up.
 REQUIRED = os.environ.get("KANEFE_TEST_REQUIRE", "").split()

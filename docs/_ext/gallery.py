@@ -110,9 +110,14 @@ def _write(app: Sphinx) -> None:
             player = PLAYER.format(stem=path.stem)
         page = PAGE.format(
             player=player,
-            title=title, text=text, stem=path.stem, printed=told["printed"].rstrip(),
-            value=value, reference=reference, tolerance=tolerance,
-        )  # fmt: skip
+            title=title,
+            text=text,
+            stem=path.stem,
+            printed=told["printed"].rstrip(),
+            value=value,
+            reference=reference,
+            tolerance=tolerance,
+        )
         (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
         cards.append(CARD.format(title=title, stem=path.stem, lead=lead))
         pages.append(path.stem)

@@ -93,9 +93,13 @@ class CompiledLaw(NormalLaw):
         if own.ndim != 1 or not np.all(np.isfinite(own)):
             raise ModelError(f"constants of CompiledLaw must be finite numbers in a row, not {constants!r}")
         for name, value in (
-            ("damping", 0.0), ("exponent", 0.0), ("restitution", None), ("function", function), ("constants", own),
+            ("damping", 0.0),
+            ("exponent", 0.0),
+            ("restitution", None),
+            ("function", function),
+            ("constants", own),
             ("has_slopes", bool(slopes)),
-        ):  # fmt: skip
+        ):
             object.__setattr__(self, name, value)
         given = _checked(lambda d, rate: _written(address, own, d, rate), depth, self.has_slopes)
         object.__setattr__(self, "gives", given)  # by which one function is told from another
@@ -169,9 +173,14 @@ def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: 
 
 
 def _check_slope(
-    f: Callable[[float, float], np.ndarray], what: str, slope: int, value: int, at: tuple[float, float],
-    step: tuple[float, float], large: float,
-) -> None:  # fmt: skip
+    f: Callable[[float, float], np.ndarray],
+    what: str,
+    slope: int,
+    value: int,
+    at: tuple[float, float],
+    step: tuple[float, float],
+    large: float,
+) -> None:
     """Raise a ModelError if a number is not the slope of another: not between both one-sided ones, as at a kink."""
     (d, rate), (h, h_rate), size = at, step, max(step)
     middle, given = f(d, rate)[value], f(d, rate)[slope]

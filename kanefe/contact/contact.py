@@ -75,9 +75,15 @@ class Contact(Load):
 
     kind = "contact"
     columns = (
-        *(f"force {c} [N]" for c in "xyz"), "normal [N]", "tangential [N]",
-        "penetration [m]", "slip [m]", *(f"point {c} [m]" for c in "xyz"), "work [J]", "status [1]",
-    )  # fmt: skip
+        *(f"force {c} [N]" for c in "xyz"),
+        "normal [N]",
+        "tangential [N]",
+        "penetration [m]",
+        "slip [m]",
+        *(f"point {c} [m]" for c in "xyz"),
+        "work [J]",
+        "status [1]",
+    )
     needs_rotation = False
     acts_at_once = True
     may_part = True
@@ -170,9 +176,16 @@ class Contact(Load):
             return touch
         gone = np.zeros(3) if self.rest is None else self.rest.turned(i, surface, end)
         couple = couple_of(
-            law, *self._anchor(law, probe), probe.lever, surface.A, touch.normal, end.w - surface.w, touch.press,
-            states[self._turning(i)], gone,
-        )  # fmt: skip
+            law,
+            *self._anchor(law, probe),
+            probe.lever,
+            surface.A,
+            touch.normal,
+            end.w - surface.w,
+            touch.press,
+            states[self._turning(i)],
+            gone,
+        )
         return touch._replace(couple=couple)
 
     def _located(self, surface: End, end: End, probe: Probe, met: BoxPair | None) -> tuple[float, Vector, Vector]:
@@ -215,9 +228,14 @@ class Contact(Load):
         if isinstance(law, LuGre):
             drag, rate, beyond = law.bent(n, along, w, self.rest is not None)
             return touch._replace(
-                along=along, carried=carried, drag=touch.press * drag, stretch=w, stretch_rate=rate,
-                slip_rate=float(np.linalg.norm(along - rate)), reserve=beyond * touch.press,
-            )  # fmt: skip
+                along=along,
+                carried=carried,
+                drag=touch.press * drag,
+                stretch=w,
+                stretch_rate=rate,
+                slip_rate=float(np.linalg.norm(along - rate)),
+                reserve=beyond * touch.press,
+            )
         k, c = self._anchor(law, probe)
         pull = k * (w - (w @ n) * n) + c * along
         size, most, kept = float(np.linalg.norm(pull)), 0.0, 1.0
@@ -240,9 +258,16 @@ class Contact(Load):
         if not is_held and law.stribeck_speed > 0.0:
             reserve = size * (1.0 - kept)
         return touch._replace(
-            potential=potential, along=along, carried=carried, pull=pull, drag=drag, stretch=w, stretch_rate=rate,
-            slip_rate=float(np.linalg.norm(pull - drag)) / c, reserve=reserve,
-        )  # fmt: skip
+            potential=potential,
+            along=along,
+            carried=carried,
+            pull=pull,
+            drag=drag,
+            stretch=w,
+            stretch_rate=rate,
+            slip_rate=float(np.linalg.norm(pull - drag)) / c,
+            reserve=reserve,
+        )
 
     def _anchor(self, law: Coulomb | LuGre, probe: Probe) -> tuple[float, float]:
         """Stiffness and damping of the spring of an anchor; bristles keep no energy that is told."""

@@ -68,10 +68,21 @@ def kernel_of(contact: Numbered) -> LoadKernel:
         (float(end), *probe.point, probe.radius, probe.share, probe.ring, *probe.axis) for end, probe in contact.probes
     ]
     head: list[float] = [
-        len(contact.probes), len(contact.ends), 0.0, kind, has_memory, law.restitution is not None, 0.0,
-        0.0 if rest is None else rest.softness, law.kind, law.stiffness, law.exponent, law.damping, *of_friction,
+        len(contact.probes),
+        len(contact.ends),
+        0.0,
+        kind,
+        has_memory,
+        law.restitution is not None,
+        0.0,
+        0.0 if rest is None else rest.softness,
+        law.kind,
+        law.stiffness,
+        law.exponent,
+        law.damping,
+        *of_friction,
         *contact.belt,
-    ]  # fmt: skip
+    ]
     parts = [np.array(head, dtype=float), np.ravel(probes)]
     if rest is not None:
         parts[0][places.RESTS_AT] = sum(map(len, parts))
@@ -98,6 +109,12 @@ def _of_friction(law: Coulomb | LuGre | None) -> tuple[float, list[float]]:
         own = [law.coulomb, law.coulomb, law.static / law.coulomb, law.stribeck_speed, law.sigma0, law.sigma1]
         return BRISTLES, [*own, law.sigma2, 0.0, 0.0, 0.0, 0.0]
     return ANCHORED, [
-        *law.coefficients, law.static_ratio, law.stribeck_speed, float(law.stiffness or 0.0),
-        float(law.damping or 0.0), law.torsional, law.rolling, *law.axis,
-    ]  # fmt: skip
+        *law.coefficients,
+        law.static_ratio,
+        law.stribeck_speed,
+        float(law.stiffness or 0.0),
+        float(law.damping or 0.0),
+        law.torsional,
+        law.rolling,
+        *law.axis,
+    ]

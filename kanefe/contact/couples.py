@@ -33,9 +33,17 @@ class Couple(NamedTuple):
 
 
 def couple_of(
-    law: Coulomb, stiffness: float, damping: float, lever: float, A: Matrix, n: Vector, omega: Vector, press: float,
-    states: Vector, gone: Vector,
-) -> Couple:  # fmt: skip
+    law: Coulomb,
+    stiffness: float,
+    damping: float,
+    lever: float,
+    A: Matrix,
+    n: Vector,
+    omega: Vector,
+    press: float,
+    states: Vector,
+    gone: Vector,
+) -> Couple:
     """Return what friction does against turning (Eq. 11).
 
     Parameters

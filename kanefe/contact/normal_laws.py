@@ -111,9 +111,14 @@ class Hertz(NormalLaw):
 
     @classmethod
     def of_sphere(
-        cls, radius: float, E: float, nu: float, other_E: float | None = None, other_nu: float = 0.0,
+        cls,
+        radius: float,
+        E: float,
+        nu: float,
+        other_E: float | None = None,
+        other_nu: float = 0.0,
         damping: float = 0.0,
-    ) -> Hertz:  # fmt: skip
+    ) -> Hertz:
         """Return the law of a ball on a plane: ``k = 4/3 E* sqrt(R)``, ``1/E* = (1 - nu^2)/E + (1 - nu2^2)/E2``.
 
         Parameters
@@ -170,9 +175,12 @@ class Restitution(NormalLaw):
         if e.shape != () or not 0.0 < e <= 1.0:
             raise ModelError(f"restitution must be a number above 0, at most 1, not {restitution!r}")
         for name, value in (
-            ("stiffness", stiffness), ("damping", 0.0), ("exponent", exponent), ("restitution", float(e)),
+            ("stiffness", stiffness),
+            ("damping", 0.0),
+            ("exponent", exponent),
+            ("restitution", float(e)),
             ("least_speed", positive(least_speed, "least_speed of Restitution")),
-        ):  # fmt: skip
+        ):
             object.__setattr__(self, name, value)
         self.__post_init__()
 

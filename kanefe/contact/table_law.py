@@ -61,9 +61,12 @@ class TableLaw(NormalLaw):
         if brake.shape != () or not np.isfinite(brake) or brake < 0.0:
             raise ModelError(f"damping {label} must be one number, finite and >= 0, not {damping!r}")
         for name, value in (
-            ("stiffness", float(f[-1] / d[-1])), ("damping", float(brake)), ("exponent", 0.0), ("restitution", None),
+            ("stiffness", float(f[-1] / d[-1])),
+            ("damping", float(brake)),
+            ("exponent", 0.0),
+            ("restitution", None),
             ("pieces", _pieces(d, f)),
-        ):  # fmt: skip
+        ):
             object.__setattr__(self, name, value)
 
     def pressed(self, d: float, rate: float, share: float, damping: float) -> Pressed:

@@ -178,14 +178,16 @@ def _for_machines(examination: Examination) -> dict[str, Any]:
         "kanefe": __version__,
         "python": platform.python_version(),
         "platform": platform.platform(),
-        "packages": [asdict(found.part) | {"state": found.state, "version": found.version, "trouble": found.trouble}
-                     for found in examination.parts],
+        "packages": [
+            asdict(found.part) | {"state": found.state, "version": found.version, "trouble": found.trouble}
+            for found in examination.parts
+        ],
         "kernels": asdict(examination.kernels),
         "cache": [asdict(store) | {"folder": str(store.folder)} for store in examination.stores],
         "solves": [_without_nan(asdict(solve)) for solve in examination.solves],
         "faults": examination.faults,
         "seconds": examination.seconds,
-    }  # fmt: skip
+    }
 
 
 def _without_nan(values: dict[str, Any]) -> dict[str, Any]:

@@ -112,9 +112,14 @@ class DeckMotion(GivenPose):
     def _kernel(self) -> LinkKernel:
         edges = self.edges
         head = (
-            float(len(self.pieces)), edges[0], edges[1] - edges[0], *self.point, self.ramp.start, self.ramp.duration,
+            float(len(self.pieces)),
+            edges[0],
+            edges[1] - edges[0],
+            *self.point,
+            self.ramp.start,
+            self.ramp.duration,
             float(self.is_small),
-        )  # fmt: skip
+        )
         return LinkKernel(deck_motion, np.concatenate((head, self.pieces.ravel())), deck_motion)
 
     def kernel(self) -> LinkKernel:

@@ -178,9 +178,13 @@ class MotionRao:
         )
         if np.any(unknown):
             first, last = self.headings_deg[0], self.headings_deg[-1]
-            why = "" if self.is_symmetric else (
-                ": the ship is not its own mirror image, or its head and following seas, which tell that, are missing"
-            )  # fmt: skip
+            why = (
+                ""
+                if self.is_symmetric
+                else (
+                    ": the ship is not its own mirror image, or its head and following seas, which tell that, are missing"
+                )
+            )
             raise ModelError(
                 f"{self.name} has headings of {first:g} to {last:g} degrees and was asked for "
                 f"{asked[unknown][0] % 360.0:.4g}{why}. Remedy: an RAO of these headings (spreading seas need 90 "

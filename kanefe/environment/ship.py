@@ -298,9 +298,11 @@ class Ship:
         spectrum = self.sea.spectrum
         inside = max(low, float(known[0])), min(high, float(known[-1]))
         kept = spectrum.moment(0, *inside) / spectrum.moment(0) if inside[0] < inside[1] else 0.0
-        peak = "" if known[0] < spectrum.peak < known[-1] else (
-            f"; even its peak, Tp = {2.0 * math.pi / spectrum.peak:.4g} s, lies outside"
-        )  # fmt: skip
+        peak = (
+            ""
+            if known[0] < spectrum.peak < known[-1]
+            else (f"; even its peak, Tp = {2.0 * math.pi / spectrum.peak:.4g} s, lies outside")
+        )
         raise ModelError(
             f"the waves of the sea go from {low:.4g} to {high:.4g} rad/s, but {self.rao.name} is known from "
             f"{known[0]:.4g} to {known[-1]:.4g}{peak}. Remedy: an RAO that reaches further, or "

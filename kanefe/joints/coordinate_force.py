@@ -140,9 +140,13 @@ class CoordinateForce:
             raise ModelError(f"play of backlash must be one number, finite and > 0, not {play!r}")
         ends = rest - 0.5 * play, rest + 0.5 * play
         return cls(
-            rest=rest, friction=friction, limits=ends, limit_stiffness=stiffness, limit_damping=damping,
+            rest=rest,
+            friction=friction,
+            limits=ends,
+            limit_stiffness=stiffness,
+            limit_damping=damping,
             limit_restitution=restitution,
-        )  # fmt: skip
+        )
 
     def _check_restitution(self, is_limited: bool) -> None:
         e = numbers(self.limit_restitution)

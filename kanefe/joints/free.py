@@ -73,8 +73,13 @@ class Free(Joint):
     holds_floating: ClassVar[bool] = True
     coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]", "e0", "e1", "e2", "e3")
     speed_names: ClassVar[tuple[str, ...]] = (
-        "vx [m/s]", "vy [m/s]", "vz [m/s]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]",
-    )  # fmt: skip
+        "vx [m/s]",
+        "vy [m/s]",
+        "vz [m/s]",
+        "wx [rad/s]",
+        "wy [rad/s]",
+        "wz [rad/s]",
+    )
 
     def __post_init__(self) -> None:
         refuse_forces(self.forces, self.kind)

@@ -147,9 +147,11 @@ class PoseMotion(GivenPose):
             "acceleration": (ahead.velocity - back.velocity, here.acceleration, here.velocity),
             "angular_velocity": (turned, here.angular_velocity, np.ones(3)),
             "angular_acceleration": (
-                ahead.angular_velocity - back.angular_velocity, here.angular_acceleration, here.angular_velocity,
+                ahead.angular_velocity - back.angular_velocity,
+                here.angular_acceleration,
+                here.angular_velocity,
             ),
-        }  # fmt: skip
+        }
         for name, (change, given, of) in found.items():
             rate = change / (2.0 * STEP)
             # as for a Motion: enough for the slopes of what goes at some kHz, far below a wrong sign or frame

@@ -104,9 +104,10 @@ class _Event:
         self.concerned = self._past(state)
         near = NEAR * scene_length(model)
         self.keys = [
-            key for key, one in self.met.items()
+            key
+            for key, one in self.met.items()
             if self.before[key] != OPEN or one.gap <= near or (kind == TOUCH and key in self.concerned)
-        ]  # fmt: skip
+        ]
         self._surfaces = {c: state.marker(self._contact((c, 0)).ends[0]).A_NF for c in {key[0] for key in self.keys}}
         self.happened: list[tuple[str, float]] = []
 
@@ -122,8 +123,11 @@ class _Event:
             return set()
         found = margins(state)
         values = {
-            TOUCH: found.gaps, LIFT: found.normals, SLIP: found.reserves, STICK: found.slips,
-        }[self.kind]  # fmt: skip
+            TOUCH: found.gaps,
+            LIFT: found.normals,
+            SLIP: found.reserves,
+            STICK: found.slips,
+        }[self.kind]
         least = min(values.values(), default=0.0)
         scale = {TOUCH: scene_length(self.model), STICK: float(np.abs(self.u).max(initial=0.0))}.get(
             self.kind, max((abs(x) for x in found.normals.values()), default=0.0)
@@ -139,8 +143,13 @@ class _Event:
         rows = np.vstack([probe_jacobian(free, *key) for key in self.keys])
         J = rows[:, :n]
         G = J @ answers(free, J.T)
-        sizes = np.repeat([np.abs(rows[3 * k : 3 * k + 3]).max(axis=0) @ np.abs(free.full[: rows.shape[1]])
-                           for k in range(len(self.keys))], 3)  # fmt: skip
+        sizes = np.repeat(
+            [
+                np.abs(rows[3 * k : 3 * k + 3]).max(axis=0) @ np.abs(free.full[: rows.shape[1]])
+                for k in range(len(self.keys))
+            ],
+            3,
+        )
         fallen = float(np.abs(self._free_accelerations(free)).max()) * MOMENT * self.span
         still, self.stopped = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
@@ -198,9 +207,10 @@ class _Event:
             free = self._without(self.u)
             y, statuses, kept = self._forces(free, G, rates, still, closed)
             resting = [
-                k for k, key in enumerate(self.keys)
+                k
+                for k, key in enumerate(self.keys)
                 if not closed[k] and rates[3 * k] > 0.0 and self._is_crowded(key, rates[3 * k], y[3 * k])
-            ]  # fmt: skip
+            ]
             if not resting:
                 break
             for k in resting:
@@ -209,10 +219,13 @@ class _Event:
                 self.happened.append((f"{self._contact(self.keys[k]).name} rest", self.t + left))
             held = [3 * k for k in range(len(self.keys)) if closed[k]]
             held += [
-                3 * k + j for k in range(len(self.keys)) for j in (1, 2)
-                if closed[k] and np.all(np.abs(rates[3 * k : 3 * k + 3]) <= still[3 * k])
+                3 * k + j
+                for k in range(len(self.keys))
+                for j in (1, 2)
+                if closed[k]
+                and np.all(np.abs(rates[3 * k : 3 * k + 3]) <= still[3 * k])
                 and self._contact(self.keys[k]).friction is not None
-            ]  # fmt: skip
+            ]
             stopped = -np.linalg.lstsq(G[np.ix_(held, held)], rates[held], rcond=None)[0]
             self.u = self.u + answers(free, (J[held].T @ stopped)[:, None])[:, 0]
             rates = rates + G[:, held] @ stopped
@@ -263,11 +276,12 @@ class _Event:
             y = problem.G @ x + problem.b
             biggest = float(np.abs(x).max(initial=0.0))
             new = [
-                at for at in sticking
+                at
+                for at in sticking
                 if x[3 * at] > PRESSED * biggest
                 and np.hypot(*x[3 * at + 1 : 3 * at + 3]) >= problem.mu[at] * x[3 * at] * (1.0 - 1e-9)
                 and np.hypot(*y[3 * at + 1 : 3 * at + 3]) > PRESSED * float(np.abs(problem.b).max())
-            ]  # fmt: skip
+            ]
             if not new:
                 break
             for at in new:

@@ -346,9 +346,14 @@ def push_row(
     for end in range(2):
         force, moment = vector(wrenches, j, 6 * end), vector(wrenches, j, 6 * end + 3)
         push(
-            tables.rows, flexible, loops.rows[j, ROW_A + end], times(multiplier, force), times(multiplier, moment),
-            work, modal,
-        )  # fmt: skip
+            tables.rows,
+            flexible,
+            loops.rows[j, ROW_A + end],
+            times(multiplier, force),
+            times(multiplier, moment),
+            work,
+            modal,
+        )
 
 
 @kernel

@@ -151,9 +151,18 @@ def _accelerate(control: np.ndarray, bodies: np.ndarray, u: np.ndarray, h: float
 
 @kernel
 def _detect(
-    control: np.ndarray, bodies: np.ndarray, balls: np.ndarray, walls: np.ndarray, left_out: np.ndarray,
-    q: np.ndarray, u: np.ndarray, order: np.ndarray, places: np.ndarray, contacts: np.ndarray, pairs: np.ndarray,
-) -> int:  # fmt: skip
+    control: np.ndarray,
+    bodies: np.ndarray,
+    balls: np.ndarray,
+    walls: np.ndarray,
+    left_out: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    order: np.ndarray,
+    places: np.ndarray,
+    contacts: np.ndarray,
+    pairs: np.ndarray,
+) -> int:
     """Write what is closed; return how many, or -1 if there is no room."""
     count, found = len(balls), 0
     largest = 0.0
@@ -204,9 +213,21 @@ def _detect(
             length = math.sqrt(square)
             n = times(1.0 / length, away) if length > 0.0 else (0.0, 0.0, 1.0)
             _meet(
-                found, key, probe, int(balls[other, OF_BODY]), length - reach, n, control, bodies, balls, q, u, places,
-                contacts, pairs,
-            )  # fmt: skip
+                found,
+                key,
+                probe,
+                int(balls[other, OF_BODY]),
+                length - reach,
+                n,
+                control,
+                bodies,
+                balls,
+                q,
+                u,
+                places,
+                contacts,
+                pairs,
+            )
             found += 1
     return found
 
@@ -225,9 +246,21 @@ def _is_among(numbers: np.ndarray, one: int) -> bool:
 
 @kernel
 def _meet(
-    found: int, key: int, ball: int, other: int, gap: float, n: Numbers, control: np.ndarray, bodies: np.ndarray,
-    balls: np.ndarray, q: np.ndarray, u: np.ndarray, places: np.ndarray, contacts: np.ndarray, pairs: np.ndarray,
-) -> None:  # fmt: skip
+    found: int,
+    key: int,
+    ball: int,
+    other: int,
+    gap: float,
+    n: Numbers,
+    control: np.ndarray,
+    bodies: np.ndarray,
+    balls: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    places: np.ndarray,
+    contacts: np.ndarray,
+    pairs: np.ndarray,
+) -> None:
     """Write a contact of a ball with another body, or a wall."""
     control[DEEPEST] = max(control[DEEPEST], -gap)
     body = int(balls[ball, OF_BODY])
@@ -297,9 +330,14 @@ def _push(row: np.ndarray, k: int, body: int, other: int, bodies: np.ndarray, u:
 
 @kernel
 def _solve(
-    found: int, most: int, control: np.ndarray, bodies: np.ndarray, u: np.ndarray, contacts: np.ndarray,
+    found: int,
+    most: int,
+    control: np.ndarray,
+    bodies: np.ndarray,
+    u: np.ndarray,
+    contacts: np.ndarray,
     pairs: np.ndarray,
-) -> int:  # fmt: skip
+) -> int:
     """Write impulses, and the speeds that they lead to; return the number of sweeps."""
     e, mu = control[RESTITUTION], control[FRICTION]
     largest = 0.0

@@ -281,9 +281,13 @@ def _modal_forces(
         )
         coriolis = 2.0 * (w[0] * of_deta[i] + w[1] * of_deta[k + i] + w[2] * of_deta[2 * k + i])
         carried = (
-            a[0] * coupling[0, i] + a[1] * coupling[1, i] + a[2] * coupling[2, i]
-            + alpha[0] * coupling[3, i] + alpha[1] * coupling[4, i] + alpha[2] * coupling[5, i]
-        )  # fmt: skip
+            a[0] * coupling[0, i]
+            + a[1] * coupling[1, i]
+            + a[2] * coupling[2, i]
+            + alpha[0] * coupling[3, i]
+            + alpha[1] * coupling[4, i]
+            + alpha[2] * coupling[5, i]
+        )
         p[i] = centrifugal - coriolis - carried
 
 

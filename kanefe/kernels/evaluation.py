@@ -269,9 +269,21 @@ def put_rates(
     pivot = 1.0
     if len(loops.rows) > 0:
         pivot = hold(
-            loops, tables, flexible, drives, z, applied, work, modal, border, du, driving, multipliers, holding,
+            loops,
+            tables,
+            flexible,
+            drives,
+            z,
+            applied,
+            work,
+            modal,
+            border,
+            du,
+            driving,
+            multipliers,
+            holding,
             is_implicit,
-        )  # fmt: skip
+        )
         if len(reactions) > 0:
             answer_multipliers(
                 loops, tables, flexible, applied, work, modal, border, is_implicit, len(du), multipliers, holding

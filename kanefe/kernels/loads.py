@@ -95,9 +95,13 @@ def _push_modes(
 def _add_share(basis: np.ndarray, a: Numbers, b: Numbers, p: np.ndarray) -> None:
     for j in range(len(p)):
         p[j] += (
-            basis[0, j] * a[0] + basis[1, j] * a[1] + basis[2, j] * a[2]
-            + basis[3, j] * b[0] + basis[4, j] * b[1] + basis[5, j] * b[2]
-        )  # fmt: skip
+            basis[0, j] * a[0]
+            + basis[1, j] * a[1]
+            + basis[2, j] * a[2]
+            + basis[3, j] * b[0]
+            + basis[4, j] * b[1]
+            + basis[5, j] * b[2]
+        )
 
 
 @kernel

@@ -14,8 +14,17 @@ from kanefe.kernels.reach import Reach, no_reach
 
 # Columns of the integers of a load
 (
-    FIRST_END, END_COUNT, FIRST_NUMBER, INPUT, FIRST_STATE, STATE_COUNT, TEAM, FIRST_POINT, POINT_COUNT, POINT_END,
-) = range(10)  # fmt: skip
+    FIRST_END,
+    END_COUNT,
+    FIRST_NUMBER,
+    INPUT,
+    FIRST_STATE,
+    STATE_COUNT,
+    TEAM,
+    FIRST_POINT,
+    POINT_COUNT,
+    POINT_END,
+) = range(10)
 LOAD_INTEGERS = 10
 REAL, COMPLEX = range(2)
 # Of the workspace: all of it, that of `find_near`, and that of points

@@ -31,9 +31,16 @@ def axes_of(numbers: np.ndarray, n: int, row: int, work: np.ndarray) -> Numbers:
     if row < 0:
         z = 0.0 * work[0, R]
         return (
-            z + axes[0], z + axes[1], z + axes[2], z + axes[3], z + axes[4], z + axes[5], z + axes[6], z + axes[7],
+            z + axes[0],
+            z + axes[1],
+            z + axes[2],
+            z + axes[3],
+            z + axes[4],
+            z + axes[5],
+            z + axes[6],
+            z + axes[7],
             z + axes[8],
-        )  # fmt: skip
+        )
     return product(matrix(work, row, R), axes)
 
 

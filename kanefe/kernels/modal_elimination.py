@@ -284,9 +284,15 @@ def _hand_over_stiffly(flexible: FlexibleTables, body: np.ndarray, work: np.ndar
     for c in range(body[CARRIED_COUNT]):
         i = flexible.carrying[body[CARRIED] + c]
         hand_inward(
-            work, body[ROW], vector(work, i, OFFSET), symmetric(work, i, M), matrix(work, i, H), symmetric(work, i, J),
-            vector(work, i, FORCE), vector(work, i, MOMENT),
-        )  # fmt: skip
+            work,
+            body[ROW],
+            vector(work, i, OFFSET),
+            symmetric(work, i, M),
+            matrix(work, i, H),
+            symmetric(work, i, J),
+            vector(work, i, FORCE),
+            vector(work, i, MOMENT),
+        )
 
 
 @kernel
@@ -321,9 +327,13 @@ def modal_accelerations(
         for i in range(6 * carried):
             block = parts.lever[i]
             parts.column[i] = (
-                block[0] * a[0] + block[1] * a[1] + block[2] * a[2]
-                + block[3] * alpha[0] + block[4] * alpha[1] + block[5] * alpha[2]
-            )  # fmt: skip
+                block[0] * a[0]
+                + block[1] * a[1]
+                + block[2] * a[2]
+                + block[3] * alpha[0]
+                + block[4] * alpha[1]
+                + block[5] * alpha[2]
+            )
         for i in range(6 * carried):
             y = parts.held[i] + total(parts.series[i], parts.column)
             _subtract(basis[i], y, x)
@@ -361,9 +371,13 @@ def _scale(rows: np.ndarray, scale: np.ndarray) -> None:
 def _answer(coupling: np.ndarray, p: np.ndarray, a: Numbers, alpha: Numbers, x: np.ndarray) -> None:
     for i in range(len(x)):
         x[i] = p[i] - (
-            a[0] * coupling[0, i] + a[1] * coupling[1, i] + a[2] * coupling[2, i]
-            + alpha[0] * coupling[3, i] + alpha[1] * coupling[4, i] + alpha[2] * coupling[5, i]
-        )  # fmt: skip
+            a[0] * coupling[0, i]
+            + a[1] * coupling[1, i]
+            + a[2] * coupling[2, i]
+            + alpha[0] * coupling[3, i]
+            + alpha[1] * coupling[4, i]
+            + alpha[2] * coupling[5, i]
+        )
 
 
 @vector_kernel

@@ -296,9 +296,19 @@ def balances_of_states(
     for k in range(len(states)):
         y, given = states[k], inputs[min(k, len(inputs) - 1)]
         kinetic, elastic, weight, _ = _energies(
-            tables, flexible, between, times[k], drives[k], given, y[:n], y[n:m], y[m : m + tables.sizes[STATES]],
-            work, modal, acting,
-        )  # fmt: skip
+            tables,
+            flexible,
+            between,
+            times[k],
+            drives[k],
+            given,
+            y[:n],
+            y[n:m],
+            y[m : m + tables.sizes[STATES]],
+            work,
+            modal,
+            acting,
+        )
         found[k, 0], found[k, 1], found[k, 2] = kinetic, elastic, weight
         momentum, spin = _momenta_about_origin(tables, flexible, work, modal)
         put_three(found[k], 3, momentum)

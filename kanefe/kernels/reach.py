@@ -26,8 +26,17 @@ ORIGIN, AXES, LOWER, UPPER, ROUNDING, STRETCH, IS_ROOM = 0, 3, 12, 15, 18, 19, 2
 BOUNDS_NUMBERS = 21
 # Columns of the integers of a team
 (
-    FIRST_LOAD, LOADS, BALL_OF_TEAM, FIRST_STATE_OF_TEAM, STATES_OF_TEAM, BODY, POINTS, POOL, TURNS, IS_PLAIN,
-) = range(10)  # fmt: skip
+    FIRST_LOAD,
+    LOADS,
+    BALL_OF_TEAM,
+    FIRST_STATE_OF_TEAM,
+    STATES_OF_TEAM,
+    BODY,
+    POINTS,
+    POOL,
+    TURNS,
+    IS_PLAIN,
+) = range(10)
 TEAM_INTEGERS = 10
 # Of a load in `Reach.loads`
 BOUNDS_ROW, FIRST_BALL, BALL_COUNT = range(3)
@@ -87,9 +96,18 @@ def no_reach() -> Reach:
     """Return the tables of a scene without loads."""
     none, two = np.zeros(0), np.zeros((0, 2), dtype=np.int64)
     return Reach(
-        np.zeros((0, TEAM_INTEGERS), dtype=np.int64), np.zeros((0, 3), dtype=np.int64), two, np.zeros((0, BALL)), two,
-        none, np.zeros(0, dtype=np.int64), np.zeros((0, BOUNDS_NUMBERS)), two, none, np.zeros(3, dtype=np.int64),
-    )  # fmt: skip
+        np.zeros((0, TEAM_INTEGERS), dtype=np.int64),
+        np.zeros((0, 3), dtype=np.int64),
+        two,
+        np.zeros((0, BALL)),
+        two,
+        none,
+        np.zeros(0, dtype=np.int64),
+        np.zeros((0, BOUNDS_NUMBERS)),
+        two,
+        none,
+        np.zeros(3, dtype=np.int64),
+    )
 
 
 def reach_size(reach: Reach) -> int:
@@ -259,6 +277,13 @@ def gap_to(bounds: np.ndarray, n: int, x: Numbers, radius: float) -> Any:
 def real_matrix(array: np.ndarray, i: int, at: int) -> Numbers:
     """Read the real part of a matrix in row i of an array."""
     return (
-        array[i, at].real, array[i, at + 1].real, array[i, at + 2].real, array[i, at + 3].real, array[i, at + 4].real,
-        array[i, at + 5].real, array[i, at + 6].real, array[i, at + 7].real, array[i, at + 8].real,
-    )  # fmt: skip
+        array[i, at].real,
+        array[i, at + 1].real,
+        array[i, at + 2].real,
+        array[i, at + 3].real,
+        array[i, at + 4].real,
+        array[i, at + 5].real,
+        array[i, at + 6].real,
+        array[i, at + 7].real,
+        array[i, at + 8].real,
+    )

@@ -128,9 +128,8 @@ def loaded_files() -> dict[int, Path]:
 def expect(units: Iterable[Unit]) -> None:
     """Have what is missing of units built now, side by side, where their files can be kept."""
     missing = [
-        unit for unit in units
-        if _is_kept(unit) and (unit.module, unit.name) not in _loaded and path_of(unit) is None
-    ]  # fmt: skip
+        unit for unit in units if _is_kept(unit) and (unit.module, unit.name) not in _loaded and path_of(unit) is None
+    ]
     if missing and _can_keep():
         import subprocess
 
@@ -275,8 +274,22 @@ def write_unit(path: Path, made: ObjectCode) -> None:
         support.write_text(SUPPORT)
         renamed = f"-Wl,--defsym=kanefe_unit={made.symbol}"
         subprocess.run(
-            [linker(), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", renamed,
-             "-o", str(whole), str(of_numba), str(support), "-lm"],
-            check=True, capture_output=True, text=True,
-        )  # fmt: skip
+            [
+                linker(),
+                "-shared",
+                "-fPIC",
+                "-O2",
+                "-Wl,-z,notext",
+                "-Wl,-s",
+                renamed,
+                "-o",
+                str(whole),
+                str(of_numba),
+                str(support),
+                "-lm",
+            ],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
         write_whole(path, lambda file: file.write(whole.read_bytes()))

@@ -91,9 +91,15 @@ class Aerodynamics(Load):
 
     kind = "aerodynamics"
     columns = (
-        "wind [m/s]", "angle [rad]", "force along x [N]", "force along y [N]", "force along z [N]",
-        "moment about x [N m]", "moment about y [N m]", "moment about z [N m]",
-    )  # fmt: skip
+        "wind [m/s]",
+        "angle [rad]",
+        "force along x [N]",
+        "force along y [N]",
+        "force along z [N]",
+        "moment about x [N m]",
+        "moment about y [N m]",
+        "moment about z [N m]",
+    )
 
     def __post_init__(self) -> None:
         label = f"aerodynamics {self.name!r}"

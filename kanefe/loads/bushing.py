@@ -52,9 +52,11 @@ class Bushing(Load):
 
     kind = "bushing"
     columns = (
-        *(f"offset {c} [m]" for c in "xyz"), *(f"rotation {c} [rad]" for c in "xyz"),
-        *(f"force {c} [N]" for c in "xyz"), *(f"moment {c} [N m]" for c in "xyz"),
-    )  # fmt: skip
+        *(f"offset {c} [m]" for c in "xyz"),
+        *(f"rotation {c} [rad]" for c in "xyz"),
+        *(f"force {c} [N]" for c in "xyz"),
+        *(f"moment {c} [N m]" for c in "xyz"),
+    )
 
     @property
     def exchanges_energy(self) -> bool:

@@ -206,10 +206,25 @@ class CoordinateFriction(Load):
         bearing = self.bearing or Bearing(self.arms, 0.0, np.zeros(3))
         unused = (0.0,) * (MOST_DIRECTIONS - self.count)
         numbers = (
-            self.count, self.has_memory, self.sliding, self.static, self.stiffness, self.damping, self.base,
-            self.bearing is not None, self.load_time, bearing.kind, bearing.per_length, bearing.thrust, bearing.twist,
-            *self.arms, *unused, self.rest is not None, *(self.rest or self.count * (0.0,)), *unused,
-        )  # fmt: skip
+            self.count,
+            self.has_memory,
+            self.sliding,
+            self.static,
+            self.stiffness,
+            self.damping,
+            self.base,
+            self.bearing is not None,
+            self.load_time,
+            bearing.kind,
+            bearing.per_length,
+            bearing.thrust,
+            bearing.twist,
+            *self.arms,
+            *unused,
+            self.rest is not None,
+            *(self.rest or self.count * (0.0,)),
+            *unused,
+        )
         if self.stribeck_speed > 0.0:
             from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
 

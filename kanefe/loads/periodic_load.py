@@ -85,9 +85,13 @@ class PeriodicLoad(Load):
 
     kind = "periodic load"
     columns = (
-        "force along x [N]", "force along y [N]", "force along z [N]",
-        "moment about x [N m]", "moment about y [N m]", "moment about z [N m]",
-    )  # fmt: skip
+        "force along x [N]",
+        "force along y [N]",
+        "force along z [N]",
+        "moment about x [N m]",
+        "moment about y [N m]",
+        "moment about z [N m]",
+    )
 
     def __post_init__(self) -> None:
         label = f"periodic load {self.name!r}"

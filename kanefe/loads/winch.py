@@ -199,9 +199,15 @@ class Winch(Load):
 
         times, tensions = self.tension
         head = (
-            len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled,
-            self.breaking_load is not None, len(times),
-        )  # fmt: skip
+            len(self.ends),
+            self.stiffness,
+            self.length,
+            self.speed,
+            self.damping,
+            self.is_settled,
+            self.breaking_load is not None,
+            len(times),
+        )
         return LoadKernel(winch, np.concatenate((np.array(head, dtype=float), times, tensions)), winch)
 
 

@@ -28,9 +28,10 @@ def lacking(model: ModelData) -> str:
     if len(crowds) > 1 or len(model.loads) > 1:
         return "other loads between frames"
     for what, is_there in (
-        ("loops", bool(model.constraints)), ("controllers", bool(model.controllers)),
+        ("loops", bool(model.constraints)),
+        ("controllers", bool(model.controllers)),
         ("driven joints", model.driven_count > 0),
-    ):  # fmt: skip
+    ):
         if is_there:
             return what
     for body in model.bodies:
@@ -117,9 +118,12 @@ class CrowdSteps:
         """Return copies of what the next step depends on."""
         n = int(self._keys[-1])
         return {
-            "control": self._control.copy(), "counts": self._counts.copy(), "order": self._order.copy(),
-            "kept": self._kept[:n].copy(), "keys": self._keys[:n].copy(),
-        }  # fmt: skip
+            "control": self._control.copy(),
+            "counts": self._counts.copy(),
+            "order": self._order.copy(),
+            "kept": self._kept[:n].copy(),
+            "keys": self._keys[:n].copy(),
+        }
 
     def recall(self, memory: dict[str, np.ndarray]) -> None:
         """Go on from such copies."""
@@ -135,10 +139,26 @@ class CrowdSteps:
         q, u = after[: 7 * count].reshape(-1, 7).copy(), after[7 * count : 13 * count].reshape(-1, 6).copy()
         self._control[kernel.STEP], self._control[kernel.TAKEN] = h, 0.0
         self._counts[kernel.STEPS] = steps
-        while kernel.march_crowd(
-            self._counts, self._control, self.bodies, self.balls, self.walls, self._out, q, u, self._order,
-            self._places, self._contacts, self._pairs, self._slots, self._kept, self._keys,
-        ) == kernel.TOO_MANY:  # fmt: skip
+        while (
+            kernel.march_crowd(
+                self._counts,
+                self._control,
+                self.bodies,
+                self.balls,
+                self.walls,
+                self._out,
+                q,
+                u,
+                self._order,
+                self._places,
+                self._contacts,
+                self._pairs,
+                self._slots,
+                self._kept,
+                self._keys,
+            )
+            == kernel.TOO_MANY
+        ):
             self._make_room(2 * len(self._kept))
         after[: 7 * count], after[7 * count : 13 * count] = q.ravel(), u.ravel()
         after[13 * count : 13 * count + 3] = self._counts[kernel.TOUCHING], self.residual, self.deepest

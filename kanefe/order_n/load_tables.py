@@ -81,10 +81,15 @@ def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
                 forces.append((*places[i], len(laws), -1))
                 laws.append(
                     (
-                        law.stiffness, law.damping, law.rest, law.lower, law.upper, law.limit_stiffness,
+                        law.stiffness,
+                        law.damping,
+                        law.rest,
+                        law.lower,
+                        law.upper,
+                        law.limit_stiffness,
                         law.limit_damping,
                     )
-                )  # fmt: skip
+                )
     return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 7)
 
 

@@ -246,9 +246,12 @@ class OrderN(LiteralRoute):
     def derivative_call(self, size: int) -> DerivativeCall:
         """Return a call that differentiates the rates of states with quadratures, of that size."""
         return DerivativeCall(
-            (self.tables, self.elastic, self.between, self.loops), self.memory_size, size, len(self._drives),
+            (self.tables, self.elastic, self.between, self.loops),
+            self.memory_size,
+            size,
+            len(self._drives),
             len(self.inputs.constants),
-        )  # fmt: skip
+        )
 
     @cached_property
     def is_complex(self) -> bool:

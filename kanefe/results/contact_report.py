@@ -9,9 +9,16 @@ import numpy as np
 from kanefe.results.contact_history import STATUS, ContactHistory
 
 HEADER = (
-    "contact", "first touch [s]", "touches", "largest normal [N]", "at [s]", "tangential [N]", "held", "slip [m]",
+    "contact",
+    "first touch [s]",
+    "touches",
+    "largest normal [N]",
+    "at [s]",
+    "tangential [N]",
+    "held",
+    "slip [m]",
     "work [J]",
-)  # fmt: skip
+)
 
 OPEN, STICKS, _ = STATUS
 

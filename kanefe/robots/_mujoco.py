@@ -9,9 +9,21 @@ from typing import Any
 from kanefe.errors import FileError, MissingDependency
 
 _UNUSED = (
-    "keys", "sensors", "actuators", "tendons", "pairs", "excludes", "skins", "flexes", "lights", "cameras", "tuples",
-    "texts", "numerics", "plugins",
-)  # fmt: skip
+    "keys",
+    "sensors",
+    "actuators",
+    "tendons",
+    "pairs",
+    "excludes",
+    "skins",
+    "flexes",
+    "lights",
+    "cameras",
+    "tuples",
+    "texts",
+    "numerics",
+    "plugins",
+)
 """Elements that a scene does not have, in an order in which none is left that refers to one gone."""
 
 _OF_SHAPES = ("materials", "textures")
@@ -20,9 +32,12 @@ SILENT = {"keys": "keyframes", "sensors": "sensors", "cameras": "cameras", "ligh
 """Those that would not change the motion, as `RobotScene.not_taken` calls them."""
 
 ACTING = {
-    "actuators": "actuators", "tendons": "tendons", "flexes": "flexes", "plugins": "plugins",
+    "actuators": "actuators",
+    "tendons": "tendons",
+    "flexes": "flexes",
+    "plugins": "plugins",
     "equalities": "equalities of other kinds",
-}  # fmt: skip
+}
 
 
 class CompiledRobot:

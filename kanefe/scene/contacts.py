@@ -202,9 +202,10 @@ class ContactMethods(LoadMethods):
         """
         left_out = {frozenset((a.name, b.name)) for a, b in ignore}
         pairs = [
-            (a, b) for a, b in combinations(among, 2)
+            (a, b)
+            for a, b in combinations(among, 2)
             if a.frame.number != b.frame.number and frozenset((a.name, b.name)) not in left_out
-        ]  # fmt: skip
+        ]
         if isinstance(normal, Rigid) and len(pairs) > FEW:
             name = f"contacts among {among[0].name} and others"
             self._new_load(name, "contact")

@@ -206,8 +206,10 @@ def _parameters(theta: np.ndarray) -> np.ndarray:
 def _matrices(e: np.ndarray) -> np.ndarray:
     """Return the rotation matrices of Euler parameters (T, 4), (T, 3, 3)."""
     a, b, c, d = e.T
-    return np.array((
-        (a * a + b * b - c * c - d * d, 2.0 * (b * c - a * d), 2.0 * (b * d + a * c)),
-        (2.0 * (b * c + a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d - a * b)),
-        (2.0 * (b * d - a * c), 2.0 * (c * d + a * b), a * a - b * b - c * c + d * d),
-    )).transpose(2, 0, 1)  # fmt: skip
+    return np.array(
+        (
+            (a * a + b * b - c * c - d * d, 2.0 * (b * c - a * d), 2.0 * (b * d + a * c)),
+            (2.0 * (b * c + a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d - a * b)),
+            (2.0 * (b * d - a * c), 2.0 * (c * d + a * b), a * a - b * b - c * c + d * d),
+        )
+    ).transpose(2, 0, 1)

@@ -388,9 +388,10 @@ def _stuck(load: Load) -> Load:
         raise TypeError("only Coulomb's friction gets as far as here")
     mu = np.multiply(law.mu, STICKY)
     more = replace(
-        law, mu=float(mu) if mu.ndim == 0 else (float(mu[0]), float(mu[1])),
+        law,
+        mu=float(mu) if mu.ndim == 0 else (float(mu[0]), float(mu[1])),
         static=None if law.static is None else STICKY * law.static,
-    )  # fmt: skip
+    )
     return replace(load, friction=more)
 
 

@@ -291,9 +291,13 @@ class _Run:
         n, m = model.coordinate_count, model.free_count
         unknown = np.full(len(times), np.nan)
         return Trajectory(
-            times=times, coordinates=states[:, :n], speeds=states[:, n : n + m], dissipated=unknown, work=unknown,
+            times=times,
+            coordinates=states[:, :n],
+            speeds=states[:, n : n + m],
+            dissipated=unknown,
+            work=unknown,
             statistics={"method": "screened", "steps": self.steps, "windows": len(self.windows)},
             status=RunStatus("finished", self.span[1]),
             events={name: np.array(found) for name, found in self.happened.items()},
             internal=states[:, n + m :],
-        )  # fmt: skip
+        )

@@ -129,14 +129,26 @@ class Operability:
         low, high = fit.exceedance_band(limit, self.band) if fit else (math.nan, math.nan)
         lower, upper = fit.quantile_band(0.9, self.band) if fit else (math.nan, math.nan)
         return {
-            **cell.parameters, "output": output, "limit": limit, "runs": cell.runs, "failed": cell.failed,
-            "exceeded": cell.exceeded, "probability": cell.probability, "probability low": cell.band[0],
-            "probability high": cell.band[1], "mean maximum": cell.mean, "highest": cell.highest,
-            "fit location": fit.location if fit else math.nan, "fit scale": fit.scale if fit else math.nan,
-            "fit probability": fit.exceedance(limit) if fit else math.nan, "fit probability low": low,
-            "fit probability high": high, "fit 90 %": fit.quantile(0.9) if fit else math.nan, "fit 90 % low": lower,
+            **cell.parameters,
+            "output": output,
+            "limit": limit,
+            "runs": cell.runs,
+            "failed": cell.failed,
+            "exceeded": cell.exceeded,
+            "probability": cell.probability,
+            "probability low": cell.band[0],
+            "probability high": cell.band[1],
+            "mean maximum": cell.mean,
+            "highest": cell.highest,
+            "fit location": fit.location if fit else math.nan,
+            "fit scale": fit.scale if fit else math.nan,
+            "fit probability": fit.exceedance(limit) if fit else math.nan,
+            "fit probability low": low,
+            "fit probability high": high,
+            "fit 90 %": fit.quantile(0.9) if fit else math.nan,
+            "fit 90 % low": lower,
             "fit 90 % high": upper,
-        }  # fmt: skip
+        }
 
     def _known(self, output: str) -> str:
         if output not in self.cells:

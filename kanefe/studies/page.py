@@ -96,9 +96,13 @@ def _section(output: str, limit: float, cells: tuple[Cell, ...], share: float) -
 def _cell_texts(cell: Cell, limit: float, band: float) -> list[str]:
     fit = cell.fit
     texts = [
-        str(cell.runs), str(cell.exceeded), _share(cell.probability), _range(_short, cell.band), _number(cell.mean),
+        str(cell.runs),
+        str(cell.exceeded),
+        _share(cell.probability),
+        _range(_short, cell.band),
+        _number(cell.mean),
         _number(cell.highest),
-    ]  # fmt: skip
+    ]
     if fit is None:
         return [*texts, "-", "-", "-", "-"]
     return [

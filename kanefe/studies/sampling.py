@@ -53,8 +53,10 @@ def _unit_samples(dimension: int, samples: int, sampling: str, generator: np.ran
     from scipy.stats import qmc
 
     makers: dict[str, Callable[..., Any]] = {
-        "latin hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol, "halton": qmc.Halton
-    }  # fmt: skip
+        "latin hypercube": qmc.LatinHypercube,
+        "sobol": qmc.Sobol,
+        "halton": qmc.Halton,
+    }
     shares = np.asarray(makers[sampling](dimension, seed=generator).random(samples))
     tiny = np.finfo(float).eps  # a distribution without ends has no value at 0 and 1
     return shares.clip(tiny, 1.0 - tiny)

@@ -202,10 +202,16 @@ class Condensed:
             elif isinstance(terms.body, UnreducedBody):
                 members.append(
                     Member(
-                        number, terms.body, terms.eta, terms.speeds, Q, *self._slices[number],
-                        body.field_loads, body.has_gravity,
+                        number,
+                        terms.body,
+                        terms.eta,
+                        terms.speeds,
+                        Q,
+                        *self._slices[number],
+                        body.field_loads,
+                        body.has_gravity,
                     )
-                )  # fmt: skip
+                )
         speeds[model.free_count :] = u + np.arange(model.driven_count)
         self.members = tuple(members)
         self._coordinates, self._speeds, self._sizes = coordinates, speeds, (q, u)

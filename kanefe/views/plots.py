@@ -229,9 +229,15 @@ def _contacts_picture(result: Reader, names: Sequence[str]) -> Figure:
             before = np.concatenate(([False], there[:-1])) | there
             if there.any():
                 ax.fill_between(
-                    times, 0.0, 1.0, where=before, transform=ax.get_xaxis_transform(), color=color, linewidth=0.0,
+                    times,
+                    0.0,
+                    1.0,
+                    where=before,
+                    transform=ax.get_xaxis_transform(),
+                    color=color,
+                    linewidth=0.0,
                     label=status,
-                )  # fmt: skip
+                )
         _curves(ax, times, [("normal", history.normal)])
         if history.slip.any() or history.tangential.any():
             _curves(ax, times, [("friction", history.tangential)], color=1)

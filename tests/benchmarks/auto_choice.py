@@ -129,8 +129,10 @@ def _arm(is_sampled: bool) -> kf.System:
         scene.add_controller(
             "control",
             lambda t, r, memory: (torque("one", t, r[0], r[1]), torque("two", t, r[2], r[3])),
-            every=1e-3, reads=reads, drives=("motor one", "motor two"),
-        )  # fmt: skip
+            every=1e-3,
+            reads=reads,
+            drives=("motor one", "motor two"),
+        )
         return scene
     for name in wanted:
 

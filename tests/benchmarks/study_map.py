@@ -74,9 +74,15 @@ def peaks(result: kf.Result) -> dict[str, Any]:
 
 def study(duration: float) -> kf.Study:
     return kf.Study(
-        on_helideck, peaks, rtol=1e-4, simulate={"output_step": 0.1},
-        table=[{"duration": duration}], heading_deg=HEADINGS, sea_state=SEA_STATES, seed=range(SEEDS),
-    )  # fmt: skip
+        on_helideck,
+        peaks,
+        rtol=1e-4,
+        simulate={"output_step": 0.1},
+        table=[{"duration": duration}],
+        heading_deg=HEADINGS,
+        sea_state=SEA_STATES,
+        seed=range(SEEDS),
+    )
 
 
 def rows(store: Path) -> list[list[str]]:

@@ -24,10 +24,16 @@ def test_routes_agree_on_all_that_can_be_touched(touched):
 
 @pytest.mark.parametrize(
     "touching",
-    [shapes.Capsule(0.2, 0.5), shapes.Cylinder(0.3, 0.4), shapes.Box((0.4, 0.5, 0.6)), shapes.Torus(0.3, 0.1),
-     shapes.Torus(0.3, 0.0), shapes.Points([(0, 0, -0.2), (0.3, 0, -0.2), (0, 0.3, -0.2)], radius=0.05)],
+    [
+        shapes.Capsule(0.2, 0.5),
+        shapes.Cylinder(0.3, 0.4),
+        shapes.Box((0.4, 0.5, 0.6)),
+        shapes.Torus(0.3, 0.1),
+        shapes.Torus(0.3, 0.0),
+        shapes.Points([(0, 0, -0.2), (0.3, 0, -0.2), (0, 0.3, -0.2)], radius=0.05),
+    ],
     ids=["capsule", "cylinder", "box", "tyre", "disc", "points"],
-)  # fmt: skip
+)
 def test_routes_agree_on_all_that_touches_a_plane(touching):
     assert_routes_agree(scene_of(TOUCHED["plane"], touching, friction=FRICTION["one"]), range(20), (0.1, 0.2, 0.3))
 
@@ -35,10 +41,16 @@ def test_routes_agree_on_all_that_touches_a_plane(touching):
 @pytest.mark.parametrize("friction", FRICTION.values(), ids=FRICTION)
 @pytest.mark.parametrize(
     "normal",
-    [LAW, kf.Hertz(3e4, damping=0.2), kf.HuntCrossley(3e4, 0.2, exponent=2.2), kf.KelvinVoigt(3e4, damping=200.0),
-     kf.Restitution(3e4, 0.7), kf.TableLaw((0.02, 0.1, 0.2), (200.0, 3e3, 9e3), damping=0.2)],
+    [
+        LAW,
+        kf.Hertz(3e4, damping=0.2),
+        kf.HuntCrossley(3e4, 0.2, exponent=2.2),
+        kf.KelvinVoigt(3e4, damping=200.0),
+        kf.Restitution(3e4, 0.7),
+        kf.TableLaw((0.02, 0.1, 0.2), (200.0, 3e3, 9e3), damping=0.2),
+    ],
     ids=["hunt-crossley", "hertz", "exponent", "kelvin-voigt", "restitution", "table"],
-)  # fmt: skip
+)
 def test_routes_agree_on_all_laws(normal, friction):
     belt = (0.3, 0.1, 0.0) if friction is not None else (0.0, 0.0, 0.0)
     assert_routes_agree(scene_of(TOUCHED["plane"], shapes.Sphere(0.3), normal, friction, belt), range(12), (0.1, 0.2))
@@ -70,10 +82,13 @@ def test_normals_are_the_gradients_of_distances(touched):
         if isinstance(touched, shapes.HeightField):
             ground = x - (0, 0, phi / normal[2])  # on the surface below
             slopes = [
-                (touched.distance(ground + e)[0] / touched.distance(ground + e)[1][2]
-                 - touched.distance(ground - e)[0] / touched.distance(ground - e)[1][2]) / (2 * h)
+                (
+                    touched.distance(ground + e)[0] / touched.distance(ground + e)[1][2]
+                    - touched.distance(ground - e)[0] / touched.distance(ground - e)[1][2]
+                )
+                / (2 * h)
                 for e in h * np.eye(3)
-            ]  # fmt: skip
+            ]
             np.testing.assert_allclose(np.array(slopes) / np.linalg.norm(slopes), normal, atol=1e-7)
             continue
         gradient = [(touched.distance(x + e)[0] - touched.distance(x - e)[0]) / (2 * h) for e in h * np.eye(3)]

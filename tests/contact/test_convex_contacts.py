@@ -55,10 +55,13 @@ def test_capsules_are_as_far_as_their_axes_less_their_radii():
 @needs_library
 @pytest.mark.parametrize(
     "one",
-    [shapes.Convex(np.random.default_rng(1).standard_normal((30, 3)) * 0.3), shapes.Cylinder(0.2, 0.6, "y"),
-     shapes.Box((0.2, 0.3, 0.5))],
+    [
+        shapes.Convex(np.random.default_rng(1).standard_normal((30, 3)) * 0.3),
+        shapes.Cylinder(0.2, 0.6, "y"),
+        shapes.Box((0.2, 0.3, 0.5)),
+    ],
     ids=["hull", "cylinder", "box"],
-)  # fmt: skip
+)
 def test_what_stands_over_a_large_box_is_as_far_as_its_lowest_place(one):
     rng, table = np.random.default_rng(2), shapes.Convex([probe.point for probe in shapes.Box((8, 8, 2)).probes()])
     for x in (0.9, 0.3, 0.1, 0.05):
@@ -82,7 +85,7 @@ def test_what_stands_over_a_large_box_is_as_far_as_its_lowest_place(one):
         (shapes.Box((1.0, 0.9, 0.8)), shapes.Capsule(0.2, 0.5, "x")),
     ],
     ids=["capsules", "hull on box", "capsule on box"],
-)  # fmt: skip
+)
 def test_routes_agree(touched, touching):
     """Poses differ by round-off, of which hpp-fcl makes up to 1e-8 m at edges: 4e-4 N, 4e-5 J."""
     friction = kf.Coulomb(0.4, static=0.5, stiffness=3e4, damping=20.0)

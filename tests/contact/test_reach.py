@@ -24,9 +24,14 @@ def test_what_is_out_of_bounds_does_not_touch(shape):
     rng = np.random.default_rng(3)
     bounds = shape.bounds
     row = np.concatenate(
-        (np.zeros(3), bounds.axes.ravel(), bounds.lower, bounds.upper,
-         (bounds.rounding, bounds.stretch, float(bounds.is_room)))
-    )[None]  # fmt: skip
+        (
+            np.zeros(3),
+            bounds.axes.ravel(),
+            bounds.lower,
+            bounds.upper,
+            (bounds.rounding, bounds.stretch, float(bounds.is_room)),
+        )
+    )[None]
     told = 0
     for _ in range(1000):
         centre, radius = rng.uniform(-1.5, 1.5, 3), rng.uniform(0.0, 0.2)

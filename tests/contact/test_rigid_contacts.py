@@ -292,9 +292,10 @@ def test_painleves_paradox_ends_a_run_with_cause_and_remedy():
     scene, floor, _ = on_floor(position=(0, 0, 5.0))
     angle = math.radians(45.0)
     start = kf.Free(
-        position=(0.5 * math.cos(angle), 0, 0.5 * math.sin(angle)), orientation=kf.rotation_about("y", -angle),
+        position=(0.5 * math.cos(angle), 0, 0.5 * math.sin(angle)),
+        orientation=kf.rotation_about("y", -angle),
         velocity=(-5.0, 0, 0),
-    )  # fmt: skip
+    )
     rod = scene.add_rigid_body("rod", 1.0, (1e-3, 1.0 / 12.0, 1.0 / 12.0), joint=start)
     scene.add_contact("c", rod.frame(at=(-0.5, 0, 0)), floor, normal=kf.Rigid(), friction=kf.Coulomb(1.6))
     with pytest.warns(kf.SimulationWarning, match="Painleve"):

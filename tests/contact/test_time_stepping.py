@@ -21,9 +21,10 @@ def boxed(count: int, law: kf.Rigid, mu: float, *, is_crowd: bool = True, seed: 
     skins = []
     for i in range(count):
         start = kf.Free(
-            position=(*rng.uniform(0.1, 0.2, 2), 0.07 + 0.13 * i), velocity=rng.standard_normal(3),
+            position=(*rng.uniform(0.1, 0.2, 2), 0.07 + 0.13 * i),
+            velocity=rng.standard_normal(3),
             angular_velocity=5 * rng.standard_normal(3),
-        )  # fmt: skip
+        )
         ball = scene.add_rigid_body(f"b{i}", 1.0 + i, (0.001, 0.0015, 0.002), joint=start)
         skins.append(scene.add_surface(f"s{i}", ball, shapes.Sphere(radius)))
     friction = kf.Coulomb(mu)

@@ -25,16 +25,21 @@ from ship_motions import (
     write_table,
     write_veres,
     write_wamit,
-)  # fmt: skip
+)
 
 CONVENTIONS = [
     dict(zip(OURS, (*choice, "cg"), strict=True))
     for choice in itertools.product(
-        ("exp(+iwt)", "exp(-iwt)"), ("head", "following"), ("port", "starboard"), ("forward", "aft"),
-        ("port", "starboard"), ("up", "down"), ("rad/m", "deg/slope"),
+        ("exp(+iwt)", "exp(-iwt)"),
+        ("head", "following"),
+        ("port", "starboard"),
+        ("forward", "aft"),
+        ("port", "starboard"),
+        ("up", "down"),
+        ("rad/m", "deg/slope"),
     )
     if sum(ours != other for ours, other in zip(("forward", "port", "up"), choice[3:6], strict=True)) % 2 == 0
-]  # fmt: skip
+]
 
 
 def assert_same_ship(rao: kf.MotionRao) -> None:
@@ -174,9 +179,15 @@ def test_a_raft_stays_normal_to_the_surface_of_long_waves(heading: float) -> Non
 def test_interpolation_is_of_real_and_imaginary_parts() -> None:
     rao = kf.MotionRao(FREQUENCIES, HEADINGS, np.array((0.0, 4.0)), table((0.0, 4.0)))
     omega = 0.5 * (FREQUENCIES[3] + FREQUENCIES[4])
-    wanted = np.mean([
-        motions(FREQUENCIES[i], heading, speed)[0] for i in (3, 4) for heading in (30.0, 60.0) for speed in (0.0, 4.0)
-    ], axis=0)  # fmt: skip
+    wanted = np.mean(
+        [
+            motions(FREQUENCIES[i], heading, speed)[0]
+            for i in (3, 4)
+            for heading in (30.0, 60.0)
+            for speed in (0.0, 4.0)
+        ],
+        axis=0,
+    )
     np.testing.assert_allclose(rao.at(np.array([omega]), 45.0, 2.0)[0], wanted, rtol=1e-13)
 
 

@@ -129,10 +129,13 @@ def test_compiled_pieces_are_the_sums_of_cosines(sea: kf.Sea, speed: float, head
         deck_motion(numbers, np.array([t]), out)
         axes = wanted.axes
         pairs = (
-            (out[:3], wanted.position), (out[3:12], axes.ravel()), (out[12:15], wanted.velocity),
-            (out[15:18], axes @ wanted.angular_velocity), (out[18:21], wanted.acceleration),
+            (out[:3], wanted.position),
+            (out[3:12], axes.ravel()),
+            (out[12:15], wanted.velocity),
+            (out[15:18], axes @ wanted.angular_velocity),
+            (out[18:21], wanted.acceleration),
             (out[21:], axes @ wanted.angular_acceleration),
-        )  # fmt: skip
+        )
         for found, same in pairs:
             # m and rad; what the polynomials leave out is 1e-13 of the amplitudes, and 45 m have an ulp of 7e-15
             np.testing.assert_allclose(found, same, rtol=0, atol=1e-12)
@@ -306,7 +309,7 @@ def test_the_picture_shows_amplitudes_and_phases(tmp_path: Path) -> None:
         (lambda: ship().at((0, 0, 0), rotations="linear"), 'are "exact" or "small"'),
         (lambda: kf.Ship(BOW, SPREADING, 0.0, 60.0), "has headings of 0 to 90 degrees"),
     ],
-)  # fmt: skip
+)
 def test_what_a_ship_does_not_know_is_refused(make: Any, said: str) -> None:
     with pytest.raises(ModelError, match=said):
         make()

@@ -38,7 +38,7 @@ JOINTS = {
     "driven screw": lambda: kf.Screw(
         "z", lead=0.1, motion=kf.Motion.steady(0.3), friction=kf.JointFriction(radius=0.02, **RUBS)
     ),
-}  # fmt: skip
+}
 
 
 def in_state(model: Model, stretch: float, load: float) -> Model:

@@ -252,7 +252,9 @@ FOUR = np.arange(4.0)
         (lambda: kf.PoseTable(FOUR, np.zeros((4, 3)), accelerations=np.zeros((4, 3))), "needs velocities too"),
         (
             lambda: kf.PoseTable(
-                TIMES, None, [orientation(t) for t in TIMES],
+                TIMES,
+                None,
+                [orientation(t) for t in TIMES],
                 angular_velocities=[np.degrees(spin(t)) for t in TIMES],
             ),
             "angular_velocities of a PoseTable are not those of its values.*rad/s",
@@ -270,7 +272,7 @@ FOUR = np.arange(4.0)
         (lambda: kf.Free(motion=TABLE, orientation=np.eye(3)), "Remedy: leave out orientation"),
         (lambda: kf.Spherical(motion=TABLE), "gives positions, but its point stays"),
     ],
-)  # fmt: skip
+)
 def test_bad_input_is_named(make: Callable[[], object], message: str) -> None:
     with pytest.raises(ModelError, match=message):
         make()

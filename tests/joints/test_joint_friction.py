@@ -171,7 +171,7 @@ LAW = {"friction": 2.0, "static_friction": 3.0, "friction_stiffness": 40.0, "fri
         lambda law: kf.Prismatic("x", motion=kf.Motion.steady(0.3), forces=law),
     ],
     ids=["prismatic", "revolute", "screw", "cylindrical", "universal", "planar", "curve", "driven"],
-)  # fmt: skip
+)
 def test_both_routes_agree_in_every_joint(joint, stretch: float, is_flexible: bool) -> None:
     model = stretched(scene_of(joint(kf.CoordinateForce(**LAW)), is_flexible=is_flexible).freeze(), stretch)
     assert_routes_agree(model)

@@ -156,7 +156,8 @@ def test_a_motion_whose_rate_contradicts_it_is_refused(motion: kf.Motion, messag
 def test_fast_large_and_slow_motions_pass_the_check() -> None:
     for a, w in ((1e-6, 6e3), (1e4, 1e-3), (1.0, 6e3), (1e6, 1.0)):
         motion = kf.Motion(
-            lambda t, a=a, w=w: a * np.sin(w * t), lambda t, a=a, w=w: a * w * np.cos(w * t),
+            lambda t, a=a, w=w: a * np.sin(w * t),
+            lambda t, a=a, w=w: a * w * np.cos(w * t),
             lambda t, a=a, w=w: -a * w * w * np.sin(w * t),
-        )  # fmt: skip
+        )
         assert kf.Revolute("z", motion=motion).motion is motion

@@ -35,8 +35,11 @@ def controlled(seed: int) -> Model:
 
 
 MODELS: dict[str, Callable[[int], Model]] = {
-    "joint forces": joints_only, "connected": connected, "controlled": controlled, "everything": everything,
-}  # fmt: skip
+    "joint forces": joints_only,
+    "connected": connected,
+    "controlled": controlled,
+    "everything": everything,
+}
 
 
 @pytest.mark.parametrize("seed", range(3))

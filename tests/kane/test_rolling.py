@@ -78,9 +78,11 @@ def test_a_disc_rolls_on_a_circle_at_a_steady_lean():
     np.testing.assert_allclose(A[:, 2], axle, atol=1e-15)
     scene = kf.System(gravity=(0, 0, -9.81))
     disc = scene.add_rigid_body(
-        "disc", MASS, (across, across, along),
+        "disc",
+        MASS,
+        (across, across, along),
         joint=kf.Free(position=place, orientation=turn, velocity=velocity, angular_velocity=A.T @ w),
-    )  # fmt: skip
+    )
     scene.add_rolling_wheel("roll", disc, RADIUS)
     model = scene.freeze()
     np.testing.assert_allclose(model.initial_speeds, np.concatenate((velocity, A.T @ w)), atol=1e-12)

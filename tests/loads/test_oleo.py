@@ -45,9 +45,16 @@ def test_a_drop_test_is_that_of_an_independent_integration():
     result = scene.simulate((0.0, 1.0), rtol=1e-9, output_step=1e-3)
     # the strut begins at its full extension, pressed against the stop by the gas
     wanted = solve_ivp(
-        independent, (0.0, 1.0), (1.0, 0.0, -speed, -speed), args=(lift,), rtol=1e-10, atol=1e-12,
-        max_step=1e-3, t_eval=result.times, method="DOP853",
-    )  # fmt: skip
+        independent,
+        (0.0, 1.0),
+        (1.0, 0.0, -speed, -speed),
+        args=(lift,),
+        rtol=1e-10,
+        atol=1e-12,
+        max_step=1e-3,
+        t_eval=result.times,
+        method="DOP853",
+    )
     np.testing.assert_allclose(result.position("body")[:, 2], wanted.y[0], atol=2e-7)
     told = result.load("oleo")
     np.testing.assert_allclose(told[:, 0], 1.0 - wanted.y[0] + wanted.y[1], atol=2e-7)

@@ -84,9 +84,14 @@ def test_what_a_callback_changes_in_its_answers_changes_nothing() -> None:
     state = SceneState(model, T, q, u, frames=sweep_outward(model, T, q, full))
     before = q.copy(), full.copy(), state.rotation("base").copy()
     for array in (
-        state.rotation("base"), state.angular_velocity("base"), state.position("base"), state.joint_speeds("tip"),
-        state.joint_coordinates("tip"), state.modal_coordinates("first"), state.modal_speeds("first"),
-    ):  # fmt: skip
+        state.rotation("base"),
+        state.angular_velocity("base"),
+        state.position("base"),
+        state.joint_speeds("tip"),
+        state.joint_coordinates("tip"),
+        state.modal_coordinates("first"),
+        state.modal_speeds("first"),
+    ):
         array[...] = 7.0
     assert np.array_equal(q, before[0])
     assert np.array_equal(full, before[1])

@@ -145,8 +145,11 @@ def test_json_that_cannot_be_written_is_refused_first(tmp_path: Path, monkeypatc
 def test_the_command_runs_and_writes_json_alone_to_standard_output() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "kanefe", "doctor", "--json", "-"],
-        capture_output=True, text=True, timeout=200, env=surroundings(),
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=200,
+        env=surroundings(),
+    )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["faults"] == []
     assert "packages" in done.stderr

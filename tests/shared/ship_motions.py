@@ -21,10 +21,16 @@ def motions(omega: Any, heading_deg: Any, speed: Any = 0.0) -> np.ndarray:
     less = 1.0 / (1.0 + (omega / 0.9) ** 4 + 0.4j * (omega / 0.9) ** 3)
     roll = ROLL**2 / (ROLL**2 - met**2 + 2j * ROLL_RATIO * ROLL * met)
     return np.stack(
-        (1j * c * less, 1j * s * less, less * (1.0 + 0.2j * (1.0 - c**2) * k), 1j * k * s * roll, -1j * k * c * less,
-         0.1 * k * s * c * less),
+        (
+            1j * c * less,
+            1j * s * less,
+            less * (1.0 + 0.2j * (1.0 - c**2) * k),
+            1j * k * s * roll,
+            -1j * k * c * less,
+            0.1 * k * s * c * less,
+        ),
         axis=-1,
-    )  # fmt: skip
+    )
 
 
 def table(speeds: Any = (0.0,), headings: Any = HEADINGS) -> np.ndarray:
@@ -80,9 +86,15 @@ def capytaine_dataset(**more: Any) -> Any:
 
 
 OURS = {
-    "time": "exp(+iwt)", "heading_zero": "head", "heading_90": "port", "x": "forward", "y": "port", "z": "up",
-    "rotations": "rad/m", "reference": "centre of gravity",
-}  # fmt: skip
+    "time": "exp(+iwt)",
+    "heading_zero": "head",
+    "heading_90": "port",
+    "x": "forward",
+    "y": "port",
+    "z": "up",
+    "rotations": "rad/m",
+    "reference": "centre of gravity",
+}
 
 
 def write_table(path: Path, said: dict[str, str] = OURS, *, polar: bool = False, declared: Any = None) -> Path:
@@ -98,9 +110,11 @@ def write_table(path: Path, said: dict[str, str] = OURS, *, polar: bool = False,
     if said["time"] == "exp(-iwt)":
         values = values.conj()
     headings = {
-        ("head", "port"): HEADINGS, ("head", "starboard"): -HEADINGS,
-        ("following", "port"): 180.0 - HEADINGS, ("following", "starboard"): HEADINGS - 180.0,
-    }[said["heading_zero"], said["heading_90"]]  # fmt: skip
+        ("head", "port"): HEADINGS,
+        ("head", "starboard"): -HEADINGS,
+        ("following", "port"): 180.0 - HEADINGS,
+        ("following", "starboard"): HEADINGS - 180.0,
+    }[said["heading_zero"], said["heading_90"]]
     names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     parts = ("amplitude", "phase") if polar else ("re", "im")
     lines = [f"# {name}: {value}" for name, value in (said if declared is None else declared).items()]

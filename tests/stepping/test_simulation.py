@@ -76,9 +76,12 @@ def test_a_restored_simulation_goes_on_to_the_bit() -> None:
     scene = pendulum()
     scene.add_rigid_body("crank", 1.0, 0.1, joint=kf.Revolute("z", motion=kf.Motion.steady(2.0)))
     scene.add_controller(
-        "filter", lambda t, reads, memory: memory.setdefault("sum", []).append(t) or 0.01 * len(memory["sum"]),
-        every=0.03, reads="joint_speeds rod", drives="motor rod",
-    )  # fmt: skip
+        "filter",
+        lambda t, reads, memory: memory.setdefault("sum", []).append(t) or 0.01 * len(memory["sum"]),
+        every=0.03,
+        reads="joint_speeds rod",
+        drives="motor rod",
+    )
     sim = scene.start(inputs=("force rod y", "drive crank"), outputs=("joint_speeds rod", "joint_speeds crank"))
     sim.step(DT, {"force rod y": 0.3})
     kept, controlled = sim.save(), len(sim.controllers["filter"].times)

@@ -38,9 +38,14 @@ def maxima(result: kf.Result) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def table() -> kf.StudyTable:
     study = kf.Study(
-        still, maxima, duration=0.1, simulate={"output_step": 0.1},
-        heading_deg=range(0, 360, 90), sea_state=(3, 4), seed=range(RUNS),
-    )  # fmt: skip
+        still,
+        maxima,
+        duration=0.1,
+        simulate={"output_step": 0.1},
+        heading_deg=range(0, 360, 90),
+        sea_state=(3, 4),
+        seed=range(RUNS),
+    )
     return study.run("serial")
 
 

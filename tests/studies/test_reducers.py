@@ -98,6 +98,8 @@ def test_a_study_takes_several() -> None:
     reducers = [peak("joint_coordinates", "rod"), exceedances("joint_coordinates", "rod", level=0.0)]
     table = kf.Study(pendulum, reducers, duration=0.2, length=1.0, angle=[0.1, 0.2]).run("serial")
     assert table.outputs == (
-        "peak joint coordinates rod angle", "rate joint coordinates rod angle", "share joint coordinates rod angle"
-    )  # fmt: skip
+        "peak joint coordinates rod angle",
+        "rate joint coordinates rod angle",
+        "share joint coordinates rod angle",
+    )
     assert table.counts["finished"] == 2

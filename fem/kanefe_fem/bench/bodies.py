@@ -164,8 +164,16 @@ def _timed(
 
 
 # In VTK's numbers of the quadratic element. The octahedron that is left in the middle is cut along one diagonal.
-TETRAHEDRA = ((0, 4, 6, 7), (4, 1, 5, 8), (6, 5, 2, 9), (7, 8, 9, 3),
-              (6, 8, 4, 5), (6, 8, 5, 9), (6, 8, 9, 7), (6, 8, 7, 4))  # fmt: skip
+TETRAHEDRA = (
+    (0, 4, 6, 7),
+    (4, 1, 5, 8),
+    (6, 5, 2, 9),
+    (7, 8, 9, 3),
+    (6, 8, 4, 5),
+    (6, 8, 5, 9),
+    (6, 8, 9, 7),
+    (6, 8, 7, 4),
+)
 
 
 TRIANGLES = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))

@@ -52,8 +52,10 @@ def impacts(effort: Effort) -> Iterator[Finding]:
     """Bounce thousands of times, without loss and with it."""
     count = effort.count(10000, 40)
     scene = System()
-    walls = [scene.add_surface(f"wall {i}", scene.ground, Plane(n), at=(x, 0.0, 0.0))
-             for i, (n, x) in enumerate((("x", -1e-3), ("-x", 1e-3)))]  # fmt: skip
+    walls = [
+        scene.add_surface(f"wall {i}", scene.ground, Plane(n), at=(x, 0.0, 0.0))
+        for i, (n, x) in enumerate((("x", -1e-3), ("-x", 1e-3)))
+    ]
     mass = scene.add_point("mass", 1.0, joint=Prismatic("x", speed=1.0))
     for i, wall in enumerate(walls):
         scene.add_contact(f"impact {i}", mass, wall, normal=HuntCrossley(1e6))
@@ -79,8 +81,15 @@ def _chattering() -> Iterator[Finding]:
     result = _ran(scene, 6.0, 1e-9, output_step=0.05)
     note = f"{len(result.events['c touch'])} landings"
     sunk = abs(float(result.position("ball")[-1, 2]) + GRAVITY / 1e7)
-    yield Finding("ball of restitution 0.8 until it lies", 1, "depth at rest, error [m]", sunk, 1e-8,
-                  "a hundredth of the depth", note)  # fmt: skip
+    yield Finding(
+        "ball of restitution 0.8 until it lies",
+        1,
+        "depth at rest, error [m]",
+        sunk,
+        1e-8,
+        "a hundredth of the depth",
+        note,
+    )
 
 
 def crowds(effort: Effort) -> Iterator[Finding]:
@@ -185,8 +194,14 @@ def _over_the_edge() -> Iterator[Finding]:
     scene.add_contact("c", skin, shelf, normal=LAW, friction=FRICTION)
     result = _ran(scene, 1.0, 1e-8, output_step=1e-3)
     falling = float(result.acceleration("ball")[-1, 2]) + GRAVITY
-    yield Finding("ball over the edge of a box", 1, "acceleration but for gravity [m/s2]", abs(falling), 1e-9,
-                  "nothing touches it")  # fmt: skip
+    yield Finding(
+        "ball over the edge of a box",
+        1,
+        "acceleration but for gravity [m/s2]",
+        abs(falling),
+        1e-9,
+        "nothing touches it",
+    )
     energy = result.energy
     error = float(np.abs(energy.balance_error).max() / energy.total[0])
     yield Finding("ball over the edge of a box", 1, "energy, relative", error, 1e-6, "rtol 1e-8, some events")
@@ -203,8 +218,14 @@ def balances(effort: Effort) -> Iterator[Finding]:
     ):
         result = _ran(system, span, 1e-10)
         error = float(np.abs(result.energy.balance_error).max() / work)
-        yield Finding(f"{name}, rtol 1e-10", 1, "energy, of the work done", error, 1e-8,
-                      "a few dozen events, each with some 1e-10")  # fmt: skip
+        yield Finding(
+            f"{name}, rtol 1e-10",
+            1,
+            "energy, of the work done",
+            error,
+            1e-8,
+            "a few dozen events, each with some 1e-10",
+        )
 
 
 CASES = (

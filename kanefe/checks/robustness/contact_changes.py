@@ -29,9 +29,14 @@ def changes(effort: Effort) -> Iterator[Finding]:
         missed += missed_changes(result)
         told += len(result.events["contact slip"]) + len(result.events["contact stick"])
     yield Finding(
-        "balls and boxes that bounce, slip and stick, at random", count, "changes that no event tells of", missed, 0.5,
-        "each has one", f"{told} events",
-    )  # fmt: skip
+        "balls and boxes that bounce, slip and stick, at random",
+        count,
+        "changes that no event tells of",
+        missed,
+        0.5,
+        "each has one",
+        f"{told} events",
+    )
 
 
 def thrown(seed: int) -> System:

@@ -71,9 +71,10 @@ def paradoxes(effort: Effort) -> Iterator[Finding]:
         scene, floor = on_floor()
         angle = math.radians(degrees)
         start = Free(
-            position=(0.5 * math.cos(angle), 0.0, 0.5 * math.sin(angle)), orientation=rotation_about("y", -angle),
+            position=(0.5 * math.cos(angle), 0.0, 0.5 * math.sin(angle)),
+            orientation=rotation_about("y", -angle),
             velocity=(v, 0.0, 0.0),
-        )  # fmt: skip
+        )
         rod = scene.add_rigid_body("rod", 1.0, (1e-3, 1.0 / 12.0, 1.0 / 12.0), joint=start)
         scene.add_contact("c", rod.frame(at=(-0.5, 0, 0)), floor, normal=Rigid(), friction=Coulomb(mu))
         model = scene.freeze()
@@ -140,8 +141,10 @@ def falling_balls(count: int, seed: int = 0, restitution: float = 0.5, friction:
     rng = np.random.default_rng(seed)
     scene, floor = on_floor()
     sides = (("x", (0.0, 0.0, 0.0)), ("-x", (1.0, 0.0, 0.0)), ("y", (0.0, 0.0, 0.0)), ("-y", (0.0, 1.0, 0.0)))
-    surfaces = [floor, *(scene.add_surface(f"side {i}", scene.ground, Plane(n), at=at)
-                         for i, (n, at) in enumerate(sides))]  # fmt: skip
+    surfaces = [
+        floor,
+        *(scene.add_surface(f"side {i}", scene.ground, Plane(n), at=at) for i, (n, at) in enumerate(sides)),
+    ]
     for i in range(count):
         layer, (column, row) = i // 25, divmod(i % 25, 5)
         place = np.array((0.1 + 0.2 * column, 0.1 + 0.2 * row, 0.1 + 0.15 * layer)) + rng.uniform(-0.01, 0.01, 3)

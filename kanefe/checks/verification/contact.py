@@ -169,9 +169,10 @@ def tippe_top(reference: Reference) -> Iterator[Check]:
     scene = System(gravity=(0.0, 0.0, -GRAVITY))
     floor = scene.add_surface("floor", scene.ground, Plane("z"))
     start = Free(
-        position=(0.0, 0.0, radius - mass * GRAVITY / stiffness), orientation=rotation_about("y", 0.1),
+        position=(0.0, 0.0, radius - mass * GRAVITY / stiffness),
+        orientation=rotation_about("y", 0.1),
         angular_velocity=(0.0, 0.0, 155.0),
-    )  # fmt: skip
+    )
     top = scene.add_rigid_body("top", mass, (across, across, along), com=(0.0, 0.0, -offset), joint=start)
     skin = scene.add_surface("skin", top, Sphere(radius))
     scene.add_contact("c", skin, floor, normal=HuntCrossley(stiffness, DAMPING), friction=Coulomb(0.3))
@@ -193,9 +194,10 @@ def coin(reference: Reference) -> Iterator[Check]:
     scene = System(gravity=(0.0, 0.0, -GRAVITY))
     floor = scene.add_surface("floor", scene.ground, Plane("z"))
     start = Free(
-        position=(0.0, 0.0, radius * math.sin(tilt) - GRAVITY / stiffness), orientation=rotation_about("y", tilt),
+        position=(0.0, 0.0, radius * math.sin(tilt) - GRAVITY / stiffness),
+        orientation=rotation_about("y", tilt),
         angular_velocity=(-rate * math.sin(tilt), 0.0, 0.0),
-    )  # fmt: skip
+    )
     inertia = 0.25 * radius**2
     disc = scene.add_rigid_body("disc", 1.0, (inertia, inertia, 2.0 * inertia), joint=start)
     edge = scene.add_surface("edge", disc, Torus(radius, 0.0, axis="z"))

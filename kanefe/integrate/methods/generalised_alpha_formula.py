@@ -96,10 +96,13 @@ class GeneralisedAlpha:
         """Return a step of h from a state, with all that does not depend on du1 done once."""
         known = (self.alpha_f * du0 - self.alpha_m * a0) / (1 - self.alpha_m)
         return Step(
-            self.ratio, known,
-            h * self.gamma, u0 + h * (1 - self.gamma) * a0,
-            h * h * self.beta, h * u0 + h * h * (0.5 - self.beta) * a0,
-        )  # fmt: skip
+            self.ratio,
+            known,
+            h * self.gamma,
+            u0 + h * (1 - self.gamma) * a0,
+            h * h * self.beta,
+            h * u0 + h * h * (0.5 - self.beta) * a0,
+        )
 
     def delay(self, h: float) -> float:
         """Return by how much the time of the algorithmic acceleration is after that of the state, s; below zero.

@@ -171,9 +171,14 @@ class UnreducedStepper(PythonStepper):
         kept = {"q": self._q, "u": self._u, "du": self._du, "a": self._a, "power": self._power, "works": self._works}
         arrays = {name: array.copy() for name, array in kept.items()}
         counters = (
-            self._halvings, self._ticks, self._patience, self._calm, self._is_first, self._unmeasured,
+            self._halvings,
+            self._ticks,
+            self._patience,
+            self._calm,
+            self._is_first,
+            self._unmeasured,
             self._measured.halvings,
-        )  # fmt: skip
+        )
         arrays["counters"] = np.array(counters, dtype=np.int64)
         arrays["numbers"] = np.array((self._start, self._span, self._rate, self._measured.error, self._measured.first))
         arrays |= self._matrices.snapshot()

@@ -260,9 +260,11 @@ def met_by(numbers: Any, ends: Any) -> Any:
     if numbers[PROBE + RING] >= 0.0:
         return zero, zero, zero, zero, -1, -1
     return boxes_meet(
-        ends, END_NUMBERS * int(numbers[PROBE + END]), three(numbers, PROBE + AXIS),
+        ends,
+        END_NUMBERS * int(numbers[PROBE + END]),
+        three(numbers, PROBE + AXIS),
         times(0.5, three(numbers, int(numbers[SHAPE]) + 1)),
-    )  # fmt: skip
+    )
 
 
 @inlined

@@ -4,11 +4,28 @@ from __future__ import annotations
 
 # Numbers of a contact
 (
-    PROBES, ENDS, SHAPE, HAS_FRICTION, HAS_MEMORY, HAS_RESTITUTION, RESTS_AT, SOFTNESS,
-    LAW, STIFFNESS, EXPONENT, DAMPING,
-    MU_ALONG, MU_ACROSS, STATIC_RATIO, STRIBECK_SPEED, ANCHOR_STIFFNESS, ANCHOR_DAMPING, TORSIONAL, ROLLING,
+    PROBES,
+    ENDS,
+    SHAPE,
+    HAS_FRICTION,
+    HAS_MEMORY,
+    HAS_RESTITUTION,
+    RESTS_AT,
+    SOFTNESS,
+    LAW,
+    STIFFNESS,
+    EXPONENT,
+    DAMPING,
+    MU_ALONG,
+    MU_ACROSS,
+    STATIC_RATIO,
+    STRIBECK_SPEED,
+    ANCHOR_STIFFNESS,
+    ANCHOR_DAMPING,
+    TORSIONAL,
+    ROLLING,
     ALONG,
-) = range(21)  # fmt: skip
+) = range(21)
 VISCOUS = TORSIONAL  # of bristles, which do not hold against turning
 BELT = ALONG + 3
 PROBE = BELT + 3

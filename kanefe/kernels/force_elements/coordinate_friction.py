@@ -22,9 +22,21 @@ from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, times
 
 # Numbers: see `kanefe.loads.coordinate_friction.CoordinateFriction.kernel`
 (
-    COUNT, HAS_MEMORY, SLIDING, STATIC, STIFFNESS, DAMPING, BASE,
-    FOLLOWS, LOAD_TIME, KIND, PER_LENGTH, THRUST, TWIST, ARMS,
-) = range(14)  # fmt: skip
+    COUNT,
+    HAS_MEMORY,
+    SLIDING,
+    STATIC,
+    STIFFNESS,
+    DAMPING,
+    BASE,
+    FOLLOWS,
+    LOAD_TIME,
+    KIND,
+    PER_LENGTH,
+    THRUST,
+    TWIST,
+    ARMS,
+) = range(14)
 AT_REST = ARMS + 3
 REST = AT_REST + 1
 # Kinds of the load, as in `kanefe.joints.joint_friction`

@@ -77,14 +77,20 @@ def deck_motion(numbers: Any, q: Any, out: Any) -> None:
     if numbers[IS_SMALL] > 0.0:
         out[P], out[P + 1], out[P + 2] = out[P] + p0, out[P + 1] + p1, out[P + 2] + p2
         out[P], out[P + 1], out[P + 2] = (
-            out[P] + a1 * p2 - a2 * p1, out[P + 1] + a2 * p0 - a0 * p2, out[P + 2] + a0 * p1 - a1 * p0,
-        )  # fmt: skip
+            out[P] + a1 * p2 - a2 * p1,
+            out[P + 1] + a2 * p0 - a0 * p2,
+            out[P + 2] + a0 * p1 - a1 * p0,
+        )
         out[V], out[V + 1], out[V + 2] = (
-            out[V] + d1 * p2 - d2 * p1, out[V + 1] + d2 * p0 - d0 * p2, out[V + 2] + d0 * p1 - d1 * p0,
-        )  # fmt: skip
+            out[V] + d1 * p2 - d2 * p1,
+            out[V + 1] + d2 * p0 - d0 * p2,
+            out[V + 2] + d0 * p1 - d1 * p0,
+        )
         out[DV], out[DV + 1], out[DV + 2] = (
-            out[DV] + c1 * p2 - c2 * p1, out[DV + 1] + c2 * p0 - c0 * p2, out[DV + 2] + c0 * p1 - c1 * p0,
-        )  # fmt: skip
+            out[DV] + c1 * p2 - c2 * p1,
+            out[DV + 1] + c2 * p0 - c0 * p2,
+            out[DV + 2] + c0 * p1 - c1 * p0,
+        )
     else:
         r0 = out[A] * p0 + out[A + 1] * p1 + out[A + 2] * p2
         r1 = out[A + 3] * p0 + out[A + 4] * p1 + out[A + 5] * p2

@@ -88,8 +88,12 @@ def sweep_outward(
     zero = work[0, W]
     for i in range(1, len(rows)):
         kind, parent, at, speed, drive = (
-            rows[i, KIND], rows[i, PARENT], rows[i, COORDINATE], rows[i, SPEED], rows[i, DRIVE],
-        )  # fmt: skip
+            rows[i, KIND],
+            rows[i, PARENT],
+            rows[i, COORDINATE],
+            rows[i, SPEED],
+            rows[i, DRIVE],
+        )
         if drive < 0:
             position, rate, acceleration = q[at], u[speed], zero
             rates[at] = rate

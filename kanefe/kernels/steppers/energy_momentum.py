@@ -236,9 +236,12 @@ def advance_keeping(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray
         # where round-off is above what is aimed at, what many sweeps leave is small enough
         if max(missing, reals[CHANGE] / SOLVED) > (1.0 if integers[SWEEPS] < MANY_SWEEPS else 1e2):
             mix(
-                vectors[MEMORY : MEMORY + ROWS_OF_MIXING], integers[CORRECTIONS],
-                vectors[RESIDUAL], vectors[FOUND], vectors[TRIED],
-            )  # fmt: skip
+                vectors[MEMORY : MEMORY + ROWS_OF_MIXING],
+                integers[CORRECTIONS],
+                vectors[RESIDUAL],
+                vectors[FOUND],
+                vectors[TRIED],
+            )
             integers[CORRECTIONS] += 1
             return _ask_middle(integers, reals, vectors)
         if integers[KEEPS_MOMENTA]:

@@ -29,8 +29,15 @@ def sprung_chain(is_planar: bool) -> Model:
     for i, axis in enumerate(("y", "y", "y") if is_planar else ("y", "z", "x")):
         forces = kf.CoordinateForce(stiffness=10.0**i, damping=0.3 * i)
         joint = kf.Revolute(axis, position=0.2 + 0.1 * i, speed=0.5, forces=forces)
-        link = scene.add_rigid_body(f"link {i}", 1.0, (0.1, 0.2, 0.3), com=(0.3, 0, 0.1), joint=joint, parent=parent,
-                                    at=(0, 0, 0) if parent is None else (0.6, 0, 0))  # fmt: skip
+        link = scene.add_rigid_body(
+            f"link {i}",
+            1.0,
+            (0.1, 0.2, 0.3),
+            com=(0.3, 0, 0.1),
+            joint=joint,
+            parent=parent,
+            at=(0, 0, 0) if parent is None else (0.6, 0, 0),
+        )
         parent = link
     slide = kf.Prismatic("x", position=0.1, speed=0.2, forces=kf.CoordinateForce(stiffness=40.0, damping=2.0))
     scene.add_rigid_body("slide", 0.5, 0.1, com=(0, 0, 0.1), joint=slide, parent=parent)

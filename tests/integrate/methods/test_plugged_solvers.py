@@ -21,8 +21,11 @@ ALL_SCENES = {**SCENES, "four-bar": four_bar}
 
 def test_there_are_four_of_them() -> None:
     assert {name for name, method in METHODS.items() if method.is_plugged} == {
-        "scipy-bdf", "scipy-radau", "scipy-lsoda", "sundials-cvode",
-    }  # fmt: skip
+        "scipy-bdf",
+        "scipy-radau",
+        "scipy-lsoda",
+        "sundials-cvode",
+    }
 
 
 @pytest.mark.parametrize("scene", ALL_SCENES)
