@@ -178,13 +178,8 @@ class MotionRao:
         )
         if np.any(unknown):
             first, last = self.headings_deg[0], self.headings_deg[-1]
-            why = (
-                ""
-                if self.is_symmetric
-                else (
-                    ": the ship is not its own mirror image, or its head and following seas, which tell that, are missing"
-                )
-            )
+            lopsided = "the ship is not its own mirror image, or head and following seas, which tell that, are missing"
+            why = "" if self.is_symmetric else f": {lopsided}"
             raise ModelError(
                 f"{self.name} has headings of {first:g} to {last:g} degrees and was asked for "
                 f"{asked[unknown][0] % 360.0:.4g}{why}. Remedy: an RAO of these headings (spreading seas need 90 "
