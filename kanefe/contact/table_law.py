@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +17,7 @@ PIECE = 6
 up to there (J)."""
 
 
+@dataclass(frozen=True, init=False)
 class TableLaw(NormalLaw):
     """``F = f(d) max(0, 1 + lambda dd/dt)``, f by a table: monotone and smooth between its points, straight beyond.
 
@@ -43,8 +45,11 @@ class TableLaw(NormalLaw):
     40.0
     """
 
-    kind = TABLE
-    pieces: np.ndarray
+    kind: ClassVar[float] = TABLE
+    # two laws are one where these are
+    depths: tuple[float, ...] = ()
+    forces: tuple[float, ...] = ()
+    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, PIECE)), compare=False, repr=False)
 
     def __init__(self, depths: Any, forces: Any, damping: float = 0.0) -> None:
         d, f = numbers(depths), numbers(forces)
@@ -65,6 +70,8 @@ class TableLaw(NormalLaw):
             ("damping", float(brake)),
             ("exponent", 0.0),
             ("restitution", None),
+            ("depths", tuple(d.tolist())),
+            ("forces", tuple(f.tolist())),
             ("pieces", _pieces(d, f)),
         ):
             object.__setattr__(self, name, value)

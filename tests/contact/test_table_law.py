@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.storage.digest import digest
 
 DEPTHS, FORCES = (1e-3, 2e-3, 2.5e-3, 4e-3), (10.0, 12.0, 80.0, 300.0)
 
@@ -24,6 +25,13 @@ def test_a_table_is_monotone_and_smooth_and_straight_beyond_its_end():
     np.testing.assert_allclose(np.diff(energy) / h, 0.5 * (force[1:] + force[:-1]), atol=2e-6 * force.max())
     assert slope[-1] == pytest.approx(slope[np.searchsorted(at, 4e-3)], rel=1e-12)
     assert np.abs(np.diff(slope)).max() < 0.02 * slope.max()  # it does not jump
+
+
+def test_tables_with_the_same_end_are_two_laws():
+    """A checkpoint of one is no checkpoint of the other."""
+    soft, hard, again = (kf.TableLaw((1e-3, 2e-3), (force, 40.0)) for force in (10.0, 20.0, 10.0))
+    assert soft == again != hard
+    assert digest(law=soft) == digest(law=again) != digest(law=hard)
 
 
 def test_a_straight_table_is_a_spring():
