@@ -38,6 +38,9 @@ SOFTNESS = 3e-2, 3e-3, 3e-4, 3e-5, 3e-6
 MOST_ROUNDS, SAME_LOADS = 30, 1e-10
 """Searches at most, each under the loads of joints that the last one has found, and what of these may still change."""
 
+MOST_TOLD = 6
+"""Modal coordinates of a body that are listed one by one."""
+
 
 class Equilibrium(Instant):
     """A state of rest or of steady motion, found by `equilibrium`; it tells all that a `Result` tells of one time.
@@ -66,7 +69,15 @@ class Equilibrium(Instant):
             f"balance at t = {self.time:g} s after {self.iterations} iterations; left over where it balances worst: "
             f"{self.imbalance}, {self.imbalance.ratio:.1e} of what acts there"
         ]
-        return "\n".join([*lines, *(f"  {name}: {value:.6g}" for name, value in self.coordinates.items())])
+        told = [f"  {name}: {value:.6g}" for name, value in self.coordinates.items()]
+        for body in reversed(self.model.bodies):
+            if body.flexible is not None and body.flexible.body.free_count > MOST_TOLD:
+                eta = self.q[body.flexible.eta]
+                at = int(np.argmax(np.abs(eta)))
+                told[body.flexible.eta] = [
+                    f"  {body.name}: {len(eta)} modal coordinates, the largest eta {at}: {eta[at]:.6g}"
+                ]
+        return "\n".join([*lines, *told])
 
     def linearise(self, *, inputs: Named | None = None, outputs: Named | None = None) -> Linearisation:
         """Linearise about this state: see `kanefe.linearise`."""

@@ -55,6 +55,17 @@ class StateSpace:
     output_values: Vector
     small: SmallMotions
 
+    def __str__(self) -> str:
+        """Return what it is of, and its inputs and outputs."""
+
+        def listed(names: tuple[str, ...]) -> str:
+            return ", ".join(names) if names else "none named"
+
+        return (
+            f"small motions about t = {self.time:g} s: {len(self.A)} states; A, B, C, D are arrays\n"
+            f"  inputs   {listed(self.input_names)}\n  outputs  {listed(self.output_names)}"
+        )
+
     @property
     def position_count(self) -> int:
         """Number of tangent coordinates p; the rest of x are speeds."""

@@ -43,6 +43,17 @@ class ContactHistory(NamedTuple):
     work: np.ndarray
     status: np.ndarray
 
+    def __str__(self) -> str:
+        """Return it in two lines: how often it touched and slid, the largest forces, and what sliding came to."""
+        if not len(self.status):
+            return "contact at no times"
+        counts = ", ".join(f"{word} at {np.count_nonzero(self.status == word)}" for word in STATUS)
+        return (
+            f"contact at {len(self.status)} times: {counts}\n"
+            f"  largest normal force {self.normal.max():.4g} N, friction {self.tangential.max():.4g} N, penetration "
+            f"{self.penetration.max():.3g} m; slid {self.slip[-1]:.4g} m, which took {self.work[-1]:.4g} J"
+        )
+
 
 def is_contact(columns: Sequence[str]) -> bool:
     """Return whether a load that tells these is a contact."""

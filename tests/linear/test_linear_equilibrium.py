@@ -6,9 +6,10 @@ import pytest
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError
 from kanefe.kane.loop_closure import project_positions
-from linear_scenes import GRAVITY, governor
+from linear_scenes import GRAVITY, cart_and_rod, governor
 from loop_scenes import four_bar
 from scenes import lattice_body
+from steel_beams import steel_bar
 
 EXACT = 1e-9
 """Newton's method ends at round-off: what is left is that of the forces over the stiffness."""
@@ -152,3 +153,15 @@ def falling():
 def test_what_is_wrong_is_named(call, error, words):
     with pytest.raises(error, match=words):
         call()
+
+
+def test_what_is_printed_fits_a_screen() -> None:
+    """Modal coordinates by their number and their largest, and no arrays of a linearisation."""
+    found = kf.equilibrium(steel_bar(0.02, 0.01, gravity=9.81, reduction=kf.CraigBampton(modes=10)))
+    lines = str(found).splitlines()
+    eta = found.q[found.model.bodies[-1].flexible.eta]
+    assert len(lines) == 3
+    assert lines[2].startswith(f"  bar: {len(eta)} modal coordinates, the largest eta {np.argmax(abs(eta))}: ")
+    small = kf.linearise(cart_and_rod(), outputs=("joint_coordinates rod",))
+    shown = "small motions about t = 0 s: 4 states; A, B, C, D are arrays\n  inputs   none named\n  outputs  joint_"
+    assert str(small).startswith(shown)
