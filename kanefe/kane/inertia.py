@@ -35,6 +35,8 @@ def rigid_masses(bodies: Sequence[tuple[RigidMass, FrameMotion]]) -> Matrix | No
     if not bodies:
         return None
     columns = bodies[0][1].V.shape[1]
+    if not columns:  # driven all through
+        return np.zeros((0, 0))
     W = np.array([R.W for _, R in bodies])
     V = np.array([R.V for _, R in bodies]) - np.array([skew(body.com) for body, _ in bodies]) @ W
     moved = np.array([body.mass for body, _ in bodies])[:, None, None] * V

@@ -34,6 +34,19 @@ def test_a_force_that_jumps_at_a_touch_holds_no_method_up(method, rtol):
     assert run.velocity("mass")[-1, 2] == pytest.approx(left, rel=max(10.0 * rtol, 1e-9))
 
 
+def test_flights_between_impacts_keep_their_energy():
+    """A Jacobian of the contact, kept as steps grow a million times in the flight behind it, cost up to 9e-7 J."""
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    ball = scene.add_point("ball", 1.0, joint=kf.Prismatic("z", position=1.0))
+    scene.add_contact("c", ball, floor, normal=kf.Restitution(1e7, 0.8))
+    run = scene.simulate((0.0, 4.5), rtol=1e-10, method="radau5")
+    flights = zip(run.events["c lift"][:10], run.events["c touch"][1:11], strict=True)
+    energies = [run.energy.total[(run.times > lift) & (run.times < touch)] for lift, touch in flights]
+    # of 10 J: a few steps of rtol
+    assert max(np.ptp(energy) for energy in energies) < 1e-9
+
+
 @pytest.mark.parametrize("method", ["radau5", "dop853"])
 def test_a_law_that_remembers_an_impact_needs_no_friction(method):
     """Its state stays between events: the implicit method does not solve for it, and has a row for it all the same."""

@@ -9,7 +9,7 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import root_scalar
+from scipy.optimize import brentq
 
 from kanefe.contact import Coulomb, HuntCrossley
 from kanefe.contact.shapes import Plane
@@ -175,5 +175,5 @@ def lashing_length(saddles: Saddles = "fixed") -> float:
 
     unloaded = math.hypot(given.LASHING_POINT - given.CORNERS[2, 0], given.CG_HEIGHT + given.CORNERS[2, 1])
     slack = given.LASHING_PRELOAD / given.LASHING_STIFFNESS
-    # the gear gives way by some millimetres, by the lashings too; what they pull is nearly linear in their length
-    return float(root_scalar(excess, x0=unloaded - 2.0 * slack, x1=unloaded - slack, xtol=1e-12, method="secant").root)
+    # the gear gives way by some millimetres, by the lashings too, of which longer ones are slack
+    return float(brentq(excess, unloaded - 10.0 * slack, unloaded - slack, xtol=1e-12))

@@ -20,6 +20,7 @@ from kanefe.kernels.entries import pointer
 from kanefe.kernels.steppers.radau_polynomial import (
     CHANGES,
     CORRECTION,
+    DIFFERENTIATED_STEP,
     EIGENVALUES,
     ESTIMATE,
     FACTORED,
@@ -90,6 +91,10 @@ SLOW = 0.1
 """Rate of convergence above which the Jacobian is made anew for the next step: large, since one costs as much as two to
 four evaluations a speed, and an iteration three."""
 
+OUTGROWN = 10.0
+"""Growth of the step since then that asks for it too. With stiffness that has gone, such as that of a contact, an
+iteration seems to converge, since its matrix makes all that it still has to do look small."""
+
 KEPT = 1.2
 """Growth of the step up to which it and the factors are kept."""
 
@@ -132,7 +137,7 @@ def _shorten(integers: np.ndarray, reals: np.ndarray, share: float) -> bool:
 def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Begin a step, or the same step again with another length: see to its matrices, guess its changes."""
     while True:
-        if integers[IS_WANTED]:
+        if integers[IS_WANTED] or (reals[STEP] > OUTGROWN * reals[DIFFERENTIATED_STEP] and not integers[IS_FRESH]):
             integers[JACOBIANS] += 1
             return ask(integers, JACOBIAN, DIFFERENTIATED)
         if reals[FACTORED] == reals[STEP] or factorise_systems(integers, reals, vectors, table):
@@ -298,6 +303,7 @@ def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
         return _judge(integers, reals, vectors, table, _error(integers, reals, vectors, table, vectors[SLOPE]))
     if stage == DIFFERENTIATED:
         integers[IS_WANTED], integers[IS_FRESH], reals[FACTORED] = 0, 1, 0.0
+        reals[DIFFERENTIATED_STEP] = reals[STEP]
         return _begin_step(integers, reals, vectors, table)
     if stage == BEGIN:
         integers[IS_FIRST], integers[IS_WANTED], integers[HAS_POLYNOMIAL] = 1, 1, 0

@@ -89,13 +89,22 @@ NODE, ITERATION, IS_FIRST, WAS_REJECTED, IS_FRESH, IS_WANTED, HAS_POLYNOMIAL, FO
 
 
 # Reals of the method: step of the factors (0: none) and of the polynomial, sizes of the last two corrections, rate of
-# convergence, its share of the remaining error, step and error of the last accepted step
-FACTORED, POLYNOMIAL_STEP, CORRECTION, RATIO, RATE_OF_CONVERGENCE, REMAINING, OLD_STEP, OLD_ERROR = range(
-    REALS_OF_METHOD, REALS_OF_METHOD + 8
-)
+# convergence, its share of the remaining error, step and error of the last accepted step, step for which the Jacobian
+# was made
+(
+    FACTORED,
+    POLYNOMIAL_STEP,
+    CORRECTION,
+    RATIO,
+    RATE_OF_CONVERGENCE,
+    REMAINING,
+    OLD_STEP,
+    OLD_ERROR,
+    DIFFERENTIATED_STEP,
+) = range(REALS_OF_METHOD, REALS_OF_METHOD + 9)
 
 
-REALS = REALS_OF_METHOD + 8
+REALS = REALS_OF_METHOD + 9
 
 
 # Rows of the method: rates at the start of the step, changes Z at the nodes, the same transformed, rates at the nodes,
