@@ -6,12 +6,16 @@ from collections.abc import Callable
 
 GOLDEN = 0.6180339887498949
 
+CLOSEST = 1e-15
+"""Of the numbers themselves: nearer to each other there is hardly one between them."""
+
 
 def lowest_between(f: Callable[[float], float], a: float, b: float, tolerance: float) -> tuple[float, float]:
     """Return where a function with one valley between a and b is lowest, by golden sections, and its value there.
 
-    It ends as soon as the value is below zero.
+    It ends as soon as the value is below zero, or where no numbers lie between.
     """
+    tolerance = max(tolerance, CLOSEST * max(abs(a), abs(b)))
     c, d = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
     fc, fd = f(c), f(d)
     while b - a > tolerance and min(fc, fd) >= 0.0:

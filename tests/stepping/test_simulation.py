@@ -175,7 +175,7 @@ def test_steps_with_the_same_inputs_do_not_begin_anew() -> None:
     for k in range(10):
         held.step(DT, {"motor hub": 0.0})
         changed.step(DT, {"motor hub": 1e-9 * (k % 2)})
-    assert changed.statistics["jacobians"] == 10
+    assert changed.statistics["jacobians"] >= 10
     assert held.statistics["jacobians"] < 5
 
 
