@@ -101,7 +101,7 @@ def _object_code(function: Callable[..., Any], signature: Any) -> ObjectCode:
         result = made._compile_uncached()  # type: ignore[attr-defined]
         library, symbol = result.library, result.fndesc.llvm_cfunc_wrapper_name
         library._ensure_finalized()
-        _optimise_whole(library)
+        _optimise_whole(library, symbol)
     codegen = library._codegen
     # numba's own code is for its process alone: that of a library may be put anywhere
     target = binding.Target.from_triple(binding.get_process_triple()).create_target_machine(
@@ -112,7 +112,7 @@ def _object_code(function: Callable[..., Any], signature: Any) -> ObjectCode:
     return ObjectCode(code, symbol, lambda: int(library.get_pointer_to_function(symbol)))
 
 
-def _optimise_whole(library: Any) -> None:
+def _optimise_whole(library: Any, symbol: str) -> None:
     """Optimise a unit where `build_alone` has kept numba from it; else it is done."""
 
 
@@ -139,7 +139,17 @@ def build_alone() -> None:
         (ir_utils, "compute_live_map", live_variables),
     )
     if all(hasattr(owner, name) for owner, name, _ in changes):
-        _optimise_whole = codegen.CPUCodeLibrary._optimize_final_module
+        optimise = codegen.CPUCodeLibrary._optimize_final_module
+
+        def optimise_whole(library: Any, symbol: str) -> None:
+            # each function that stays apart is handed every array of the scene's tables, by up to ten numbers an array:
+            # what only the unit can call is laid in where it is called once
+            for function in library._final_module.functions:
+                if not function.is_declaration and function.name != symbol:
+                    function.linkage = "internal"
+            optimise(library)
+
+        _optimise_whole = optimise_whole
         for owner, name, instead in changes:
             setattr(owner, name, instead)
 
