@@ -46,8 +46,14 @@ PADS, BALL = 0.0, 1.0
 @called_by_address(*SIGNATURE)
 def coordinate_friction(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces along the coordinates, and the rates of the stretches."""
+    drag_along(numbers, ends, states, share_kept(numbers, ends, states), out)
+
+
+@inlined
+def drag_along(numbers: Any, ends: Any, states: Any, kept: Any, out: Any) -> None:
+    """Write the same, with the share of the pull that friction keeps."""
     count, k, c = int(numbers[COUNT]), numbers[STIFFNESS], numbers[DAMPING]
-    kept, mobility = share_kept(numbers, ends, states), 1.0 / c
+    mobility = 1.0 / c
     rates = WRENCHES + WRENCH * count
     for i in range(count):
         w, v = stretch(numbers, ends, states, i), slipping(numbers, ends, i)

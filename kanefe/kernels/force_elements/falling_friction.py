@@ -9,21 +9,16 @@ import numpy as np
 from kanefe.kernels._numba import kernel
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.force_elements.coordinate_friction import (
-    ARMS,
-    AT_REST,
-    COUNT,
     DAMPING,
     REST,
     SLIDING,
     STATIC,
-    STIFFNESS,
+    drag_along,
     is_held,
     load_on,
     pull_size,
-    slipping,
-    stretch,
 )
-from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCH, WRENCHES
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
 
 SPEED = REST + 3
 """Of its numbers, beside those of `coordinate_friction`: the speed in which it falls."""
@@ -33,21 +28,10 @@ MOST_TRIALS = 60
 @called_by_address(*SIGNATURE)
 def falling_friction(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces along the coordinates, and the rates of the stretches."""
-    count, k, c = int(numbers[COUNT]), numbers[STIFFNESS], numbers[DAMPING]
     size = pull_size(numbers, ends, states)
     slips = slip_force(numbers, size, ends, states)
     kept = 1.0 - slips / size if slips.real > 0.0 else 0.0 * size + 1.0
-    rates = WRENCHES + WRENCH * count
-    for i in range(count):
-        w, v = stretch(numbers, ends, states, i), slipping(numbers, ends, i)
-        elastic = k * w
-        drag = kept * (elastic + c * v)
-        stretching = (drag - elastic) / c
-        out[POTENTIAL] += 0.5 * elastic * w
-        out[TAKEN] += drag * v - elastic * stretching
-        out[WRENCHES + WRENCH * i] = -numbers[ARMS + i] * drag
-        if numbers[AT_REST] == 0.0:
-            out[rates + i] = stretching
+    drag_along(numbers, ends, states, kept, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)
