@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
+from kanefe.environment.directional import DirectionalTable
 from kanefe.environment.dispersion import encounter_frequency, wave_number
 from kanefe.environment.harmonics import Harmonics, Ramp
 from kanefe.environment.rao import NAMES, MotionRao, at_point
@@ -21,6 +22,7 @@ from kanefe.environment.rao_files import read_rao
 from kanefe.environment.roll_damping import RollDamping
 from kanefe.environment.sea import Sea
 from kanefe.environment.spectra import gauss
+from kanefe.environment.spreading import Spreading
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Vector, shaped_numbers
 
@@ -29,8 +31,7 @@ if TYPE_CHECKING:
 
 SLOWEST_HZ = 0.03
 """Encounter frequency below which surge, sway and yaw are left out: strip theory has no restoring force in them, so
-that
-they grow without bound there; autopilots and helmsmen hold them in truth."""
+that they grow without bound there; autopilots and helmsmen hold them in truth."""
 
 HORIZONTAL = np.array((0, 1, 5))
 """Surge, sway and yaw."""
@@ -40,6 +41,9 @@ TOLD = 0.01
 
 DIRECTIONS = 90
 """Parts of equal energy that spreading waves are integrated over."""
+
+COURSES = 32
+"""Of which what is left out is kept: the seeds and sea states of a map meet a ship on the same ones."""
 
 STEPS = 12
 """Of each piece of an RAO between its frequencies, over which responses are integrated by Gauss with four points."""
@@ -244,8 +248,9 @@ class Ship:
         """Share of the variance of surge, sway and yaw that is slower than `slowest_hz`, by name; 0 to 1."""
         omega, weights = _over(self.rao.frequencies)
         weights = weights * self.sea.spectrum.density(omega)
-        kept, whole = (weights @ self._mean_square(omega, slowest_hz=slowest) for slowest in (self.slowest_hz, 0.0))
-        return {NAMES[k]: float(1.0 - kept[k] / whole[k]) if whole[k] > 0.0 else 0.0 for k in HORIZONTAL}
+        slow, whole = (weights @ part for part in _horizontal(self._course, self.slowest_hz))
+        shares = np.divide(slow, whole, out=np.zeros(len(whole)), where=whole > 0.0)
+        return {NAMES[k]: float(share) for k, share in zip(HORIZONTAL, shares, strict=True)}
 
     def plot_rao(self, path: str | Path | None = None) -> Figure:
         """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
@@ -273,21 +278,21 @@ class Ship:
             f"points from {self.rao.reference}; {self.sea}"
         )
 
-    def _mean_square(self, omega: Vector, point: Vector | None = None, slowest_hz: float | None = None) -> np.ndarray:
+    @property
+    def _course(self) -> _Course:
+        sea = self.sea
+        return _Course(self.rao, sea.spreading, sea.depth, sea.gravity, self.heading_deg, self.speed)
+
+    def _mean_square(self, omega: Vector, point: Vector | None = None) -> np.ndarray:
         """Return the mean square of the responses of a point over the directions, (n, 6)."""
-        number = wave_number(omega, self.sea.depth, self.sea.gravity)
-        count = 1 if self.sea.spreading.is_long_crested else DIRECTIONS
         found = np.zeros((len(omega), 6))
-        for share in (np.arange(count) + 0.5) / count:
-            headings = self.heading_deg + self.sea.spreading.quantile_at(omega, np.full(len(omega), share))
-            met = encounter_frequency(omega, number, headings, self.speed)
-            response = self._filtered(self.rao.at(omega, headings, self.speed), met, slowest_hz)
-            found += abs(response if point is None else at_point(response, point)) ** 2 / count
+        for share, met, response in self._course.responses(omega):
+            kept = self._filtered(response, met)
+            found += share * abs(kept if point is None else at_point(kept, point)) ** 2
         return found
 
-    def _filtered(self, response: np.ndarray, met: Vector, slowest_hz: float | None = None) -> np.ndarray:
-        limit = 2.0 * np.pi * (self.slowest_hz if slowest_hz is None else slowest_hz)
-        response[np.ix_(np.flatnonzero(abs(met) < limit), HORIZONTAL)] = 0.0
+    def _filtered(self, response: np.ndarray, met: Vector) -> np.ndarray:
+        response[np.ix_(np.flatnonzero(abs(met) < 2.0 * np.pi * self.slowest_hz), HORIZONTAL)] = 0.0
         return response
 
     def _refuse_waves_outside(self) -> None:
@@ -321,6 +326,39 @@ def damped(rao: MotionRao, damping: RollDamping, gravity: float) -> MotionRao:
             met = encounter_frequency(rao.frequencies, number, float(heading), float(speed))
             values[s, h, :, 3] *= fitted.factor(met)
     return replace(rao, values=values)
+
+
+@dataclass(frozen=True)
+class _Course:
+    """A ship on its way through waves of any height: the same for all seeds, and seas of one spreading."""
+
+    rao: MotionRao
+    spreading: Spreading | DirectionalTable
+    depth: float
+    gravity: float
+    heading_deg: float
+    speed: float
+
+    def responses(self, omega: Vector) -> Iterator[tuple[float, Vector, np.ndarray]]:
+        """Yield of each direction its share of the energy, frequencies of encounter (n,) and responses (n, 6)."""
+        number = wave_number(omega, self.depth, self.gravity)
+        count = 1 if self.spreading.is_long_crested else DIRECTIONS
+        for share in (np.arange(count) + 0.5) / count:
+            headings = self.heading_deg + self.spreading.quantile_at(omega, np.full(len(omega), share))
+            met = encounter_frequency(omega, number, headings, self.speed)
+            yield 1.0 / count, met, self.rao.at(omega, headings, self.speed)
+
+
+@lru_cache(maxsize=COURSES)
+def _horizontal(course: _Course, slowest_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean squares of surge, sway and yaw (n, 3) at the points of `_over`: the slow part, and the whole."""
+    omega, _ = _over(course.rao.frequencies)
+    slow, whole = np.zeros((len(omega), len(HORIZONTAL))), np.zeros((len(omega), len(HORIZONTAL)))
+    for share, met, response in course.responses(omega):
+        square = share * abs(response[:, HORIZONTAL]) ** 2
+        whole += square
+        slow += np.where(abs(met) < 2.0 * np.pi * slowest_hz, 1.0, 0.0)[:, None] * square
+    return slow, whole
 
 
 def _over(frequencies: Vector) -> tuple[Vector, Vector]:

@@ -203,6 +203,15 @@ class Motion:
             )
         return value
 
+    def over(self, times: np.ndarray, body: str) -> np.ndarray:
+        """Return position, velocity and acceleration at many times, (T, 3): see `at`."""
+        functions = {name: getattr(self, name) for name in ("position", "velocity", "acceleration")}
+        if self.pieces is None:  # functions of the user take one time
+            return np.array([[self.at(name, t, body) for name in functions] for t in times.tolist()]).reshape(-1, 3)
+        for t in (times.min(initial=self.start), times.max(initial=self.start)):
+            self.at("position", float(t), body)
+        return np.column_stack([function(times) for function in functions.values()])
+
     @property
     def start(self) -> float:
         """Time zero, or the time nearest to it at which the motion is known, s."""

@@ -78,6 +78,14 @@ class Evaluated(Protocol):
         """Return position, speed and acceleration of the driven coordinates."""
         ...
 
+    def drives_over(self, times: np.ndarray) -> np.ndarray:
+        """Return the same at many times."""
+        ...
+
+    def values_over(self, times: np.ndarray, states: Matrix) -> np.ndarray:
+        """Return the values of all loads at many states."""
+        ...
+
     def values(self, t: float, y: Vector) -> np.ndarray:
         """Return the values of all loads."""
         ...

@@ -113,6 +113,20 @@ class OrderN(LiteralRoute):
             values = [[motion.at(what, t, name) for what in names] for motion, name in self._drives]
         return np.array(values).reshape(-1, 3)
 
+    def drives_over(self, times: np.ndarray) -> np.ndarray:
+        """Return the same at many times, (T, driven, 3)."""
+        if not self._drives:
+            return np.zeros((len(times), 0, 3))
+        with SPENT.counted():
+            return np.stack([motion.over(times, name) for motion, name in self._drives], axis=1)
+
+    def values_over(self, times: np.ndarray, states: Matrix) -> np.ndarray:
+        """Return the values of all loads at many states (T, n), (T, inputs): see `values`."""
+        if self._inputs_stay:
+            return np.repeat(self.inputs.constants[None], len(times), axis=0)
+        found = [self.values(t, y) for t, y in zip(times.tolist(), states, strict=True)]
+        return np.array(found).reshape(len(times), -1)
+
     def values(self, t: float, y: Vector) -> np.ndarray:
         """Return the values of all loads at a state that begins with q, u and z."""
         layout = self.inputs

@@ -62,10 +62,7 @@ class Sweeps:
 
     @cached_property
     def _drives(self) -> np.ndarray:
-        count = len(self._route.model.drives)
-        if not count:
-            return np.zeros((len(self._times), 0, 3))
-        return np.array([self._route.drives(float(t)) for t in self._times]).reshape(-1, count, 3)
+        return self._route.drives_over(self._times)
 
     @cached_property
     def placed(self) -> tuple[Seats, Tables, FlexibleTables | None]:

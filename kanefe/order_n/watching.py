@@ -39,9 +39,7 @@ class Watching:
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
         """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
         route = self._route
-        pairs = list(zip(times.tolist(), states, strict=True))
-        drives = np.array([route.drives(t) for t, _ in pairs]).reshape(len(pairs), -1, 3)
-        inputs = np.array([route.values(t, y) for t, y in pairs]).reshape(len(pairs), -1)
+        drives, inputs = route.drives_over(times), route.values_over(times, states)
         call, found = self.prepared(np.ascontiguousarray(times), drives, inputs, np.ascontiguousarray(states))
         call()
         return found

@@ -93,6 +93,13 @@ class Sticking:
         self._columns = [columns[event.number].start + event.index for event in self.events]
         self.names = (*(event.name for event in self.events), *(f"{model.loads[i].name} pull" for i in self.ropes))
 
+    def rates(self, times: Vector, states: Matrix) -> Matrix:
+        """Return the rates of states (T, n) with everything stuck."""
+        route, size = self.held.route, states.shape[1]
+        if (sweeps := route.sweeps(times, states)) is not None:
+            return np.asarray(sweeps.rates[:, :size])
+        return np.array([route.evaluate(t, y).rates[:size] for t, y in zip(times.tolist(), states, strict=True)])
+
     def watched(self, model: Model, times: Vector, states: Matrix) -> np.ndarray:
         """Return what the events look at, in states (T, n) of a model that watches the same, (T, events)."""
         watching = model.route.watching
@@ -291,9 +298,7 @@ class _Path:
         sticking, n = self._sticking, self._sticking.model.coordinate_count
         q, u, turns = sticking.riders.absolute(self._moved, self._q, motions)
         states = np.hstack((q, u, self._anchored(motions)))
-        evaluate = sticking.held.route.evaluate
-        size = states.shape[1]
-        rates = np.array([evaluate(t, y).rates[:size] for t, y in zip(self._times.tolist(), states, strict=True)])
+        rates = sticking.rates(self._times, states)
         m = n + sticking.riders.count
         found = sticking.riders.accelerations(self._moved, self._q, motions, turns, rates[:, n:m])
         left = found - motions.acceleration

@@ -42,7 +42,7 @@ APART = 2.0
 """s between two near stretches, below which one window takes both."""
 
 LOOK_AHEAD, MOST_WINDOW = 30.0, 30.0
-"""s: how far is superposed behind a window at first, and how long windows grow where nothing else is to be had."""
+"""s: how far is superposed behind what could not be, and how long windows grow where nothing else is to be had."""
 
 SLIP_STEP = 0.02
 """s between states of a window that are looked at for how far something slid."""
@@ -126,6 +126,7 @@ class _Run:
     options: dict[str, Any]
     windows: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
+    expected: list[float] = field(default_factory=list)
     rows: list[tuple[Vector, Matrix]] = field(default_factory=list)
     happened: dict[str, list[float]] = field(default_factory=dict)
     grazing: Counter[str] = field(default_factory=Counter)
@@ -137,16 +138,16 @@ class _Run:
         self.bound = np.zeros(len(self.sticking.names))
         self.scales = self.sticking.watched(model, np.array([self.span[0]]), model.initial_state[None])[0]
         t, y = self.span[0], model.initial_state
-        ahead, window = self.span[1] - t, 0.0
+        until, window = self.span[1], 0.0
         while t < self.span[1]:
-            until = min(self.span[1], t + ahead)
             near, reason, found = self._looked(t, y, until)
             if near is None:
                 if found is None:
                     raise TypeError("what is not near was superposed")
                 self._keep(found, until)
                 y = self._state_at(found, len(found.times) - 1)
-                t, window, ahead = until, 0.0, 2.0 * ahead
+                t, window = until, 0.0
+                until = self._far_enough(t)
                 continue
             begin, end = near
             if found is not None and begin > t:
@@ -159,8 +160,12 @@ class _Run:
             end = min(max(end + BEHIND, t + window), self.span[1])
             window = max(window, end - t)
             y = self._integrated(t, end, y, reason)
-            t, ahead = end, LOOK_AHEAD
+            t, until = end, min(end + LOOK_AHEAD, self.span[1]) if found is None else self._far_enough(end)
         return self._told()
+
+    def _far_enough(self, t: float) -> float:
+        """Return the end of the next stretch that seemed near when it was looked at from further away."""
+        return next((end for end in self.expected if end > t + APART), self.span[1])
 
     def _looked(self, t: float, y: Vector, until: float) -> tuple[tuple[float, float] | None, str, Superposed | None]:
         """Return the first stretch that is near, and why; None: there is none; and what was superposed."""
@@ -177,6 +182,8 @@ class _Run:
         rows = np.flatnonzero(is_near.any(axis=1))
         gap = round(APART / (fine[1] - fine[0]))
         stops = np.flatnonzero(np.diff(rows) > gap)
+        ends = fine[rows[np.append(stops, -1)]] + APART
+        self.expected = [float(end) for end in ends if end < until] + [end for end in self.expected if end > until]
         last = rows[stops[0]] if len(stops) else rows[-1]
         event = int(np.flatnonzero(is_near[rows[0]])[0])
         begin = fine[rows[0]] - LEAD * (times[1] - times[0])
@@ -192,7 +199,8 @@ class _Run:
         values = CubicSpline(t, found.watched)(fine)
         sides = np.sign(self.sticking.watched(self.sticking.model, t[:1], y[None])[0])
         count, bound = len(sides), np.repeat(found.bound, FINER, axis=0)[FINER // 2 :][: len(fine)]
-        bound = bound + found.left_of_start(fine)
+        # it only dies away: that of a step's start holds for the whole step
+        bound = bound + np.repeat(found.left_of_start(t), FINER, axis=0)[: len(fine)]
         is_near = values <= bound  # of ropes, which pull
         is_near[:, :count] = sides * values[:, :count] <= bound[:, :count]
         for rope, number in enumerate(self.sticking.ropes, count):

@@ -35,13 +35,13 @@ def main() -> None:
     warnings.simplefilter("ignore")
     with as_file(files("kanefe_fem") / "data" / "skid_gear.msh") as path:
         gear = spatial_gear(path)
-    rest = kf.equilibrium(spatial_scene(gear, mu=given.mu))
+    rest, rao = kf.equilibrium(spatial_scene(gear, mu=given.mu)), kf.example_rao()
     spent: dict[int, list[tuple[float, float, int]]] = {sea: [] for sea in given.seas}
     cases = [(sea, heading, seed) for sea in given.seas for heading in HEADINGS for seed in range(given.seeds)]
     compared = {round(i) for i in np.linspace(0, len(cases) - 1, given.whole)} if given.whole else set()
     for number, (state, heading, seed) in enumerate(cases):
         began = time.process_time()
-        ship = kf.Ship(kf.example_rao(), kf.Sea.state(state, spreading=2, seed=seed), heading_deg=heading)
+        ship = kf.Ship(rao, kf.Sea.state(state, spreading=2, seed=seed), heading_deg=heading)
         motion = ship.at(HELIDECK, duration=given.duration)
         scene = spatial_scene(gear, motion, mu=given.mu)
         start = resting_on(scene, rest, motion)

@@ -54,8 +54,8 @@ def test_events_on_a_helideck() -> None:
     ship = kf.Ship(kf.example_rao(), kf.Sea.state(6, spreading=2, seed=1), heading_deg=90.0)
     motion = ship.at((-45.0, 0.0, 6.0), duration=span, ramp=10.0)
     scene = spatial_scene(gear, motion, mu=mu)
-    # at 1e-5 slips that graze come and go
-    options = {"start": resting_on(scene, rest, motion), "rtol": 1e-6, "output_step": 3.0}
+    # at 1e-6 a whole run does not see one of the slips, which takes 2 ms; at 1e-7 and 1e-8 it does
+    options = {"start": resting_on(scene, rest, motion), "rtol": 1e-7, "output_step": 3.0}
     whole, screened = scene.simulate((0.0, span), **options), kf.screen(scene, span, **options)
     assert sum(map(len, whole.events.values())) > 0
     check_same(whole, screened)
