@@ -6,7 +6,7 @@ from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
-from kanefe.frames import Vector
+from kanefe.frames import Matrix, Vector
 from kanefe.kernels.constraints import Loops
 from kanefe.kernels.drives import Drives
 from kanefe.kernels.entries import Bound
