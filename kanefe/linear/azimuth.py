@@ -31,7 +31,7 @@ def times_ahead(model: Model, t: float, u: Vector) -> list[float]:
 def moved_on(model: Model, t: float, q: Vector, u: Vector, tau: float) -> tuple[Vector, Vector]:
     """Return the state after a time (s) in which speeds stay and loops are closed."""
     q_later = model.advance(q, tau * u)
-    if not model.constraints:
+    if not model.is_constrained:
         return q_later, u
     q_later = project_positions(model, t + tau, q_later)
     return q_later, project_speeds(model, t + tau, q_later, u)

@@ -80,11 +80,17 @@ class BalanceSearch:
             raise SimulationError(self._advice(imbalance))
         return state
 
+    @property
+    def is_held(self) -> bool:
+        """Whether something resists most of the forces that are left over where the search begins."""
+        state = self._closed(self.q, self.u)
+        return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False)[2] <= 0.5
+
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
         """Return what balances worst in a state."""
         du = self._rates(q, u)
         N, leading = np.eye(len(du)), np.arange(len(du))
-        if self.model.constraints:
+        if self.model.is_constrained:
             small = SmallMotions(self.model, self.t, q, u)
             N, leading = small.speeds.N, small.speeds.leading
         return worst_imbalance(self.model, self.t, q, u, du, N, leading)
@@ -95,7 +101,7 @@ class BalanceSearch:
         return self.model.parts(self.model.rhs(self.t, np.concatenate((q, u, z))))[1]
 
     def _closed(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
-        if not self.model.constraints:
+        if not self.model.is_constrained:
             return q, u
         q = project_positions(self.model, self.t, q)
         return q, project_speeds(self.model, self.t, q, u)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,24 +16,19 @@ from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import missed_statics
 from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.kane.loop_closure import project_positions
+from kanefe.kane.state import State
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
+from kanefe.linear.feeling import felt, is_put_down
 from kanefe.linear.imbalance import Imbalance
+from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
 from kanefe.linear.state import at_rest, model_in_state, rested_states
 from kanefe.scene.targets import Named
-from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.linear.linearisation import Linearisation
     from kanefe.linear.state import Freezable
-
-SHORTEST = 3e-3
-"""Of the steps of a search among contacts, in rad or scene lengths: they pass through nothing that is thicker."""
-
-SOFTNESS = 3e-2, 3e-3, 3e-4, 3e-5, 3e-6
-"""Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest."""
-
 
 MOST_ROUNDS, SAME_LOADS = 30, 1e-10
 """Searches at most, each under the loads of joints that the last one has found, and what of these may still change."""
@@ -65,10 +60,10 @@ class Equilibrium(Instant):
         self.imbalance, self.iterations = imbalance, iterations
 
     def __str__(self) -> str:
-        lines = [
-            f"balance at t = {self.time:g} s after {self.iterations} iterations; left over where it balances worst: "
-            f"{self.imbalance}, {self.imbalance.ratio:.1e} of what acts there"
-        ]
+        left = "nothing is left free to move"
+        if self.imbalance.name:
+            left = f"left over where it balances worst: {self.imbalance}, {self.imbalance.ratio:.1e} of what acts there"
+        lines = [f"balance at t = {self.time:g} s after {self.iterations} iterations; {left}"]
         told = [f"  {name}: {value:.6g}" for name, value in self.coordinates.items()]
         for body in reversed(self.model.bodies):
             if body.flexible is not None and body.flexible.body.free_count > MOST_TOLD:
@@ -77,7 +72,31 @@ class Equilibrium(Instant):
                 told[body.flexible.eta] = [
                     f"  {body.name}: {len(eta)} modal coordinates, the largest eta {at}: {eta[at]:.6g}"
                 ]
-        return "\n".join([*lines, *told])
+        return "\n".join([*lines, *told, *self._told_of_contacts()])
+
+    @property
+    def carrying(self) -> dict[str, float]:
+        """Normal forces of the contacts that carry something, by name, N; see ``contact(name)`` for more of one."""
+        forces = {name: float(self.contact(name).normal) for name in self.contacts}
+        return {name: force for name, force in forces.items() if force > 0.0}
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Rigid contacts whose normal forces rigid bodies could share otherwise: those told are of least norm."""
+        return undetermined(State(self.model, self.time, self.q, self.u, self.z))
+
+    def _told_of_contacts(self) -> list[str]:
+        """Return a line for each contact."""
+        lines, carrying, shared = [], self.carrying, self.undetermined
+        for name in self.contacts:
+            one = self.contact(name)
+            if name not in carrying:
+                lines.append(f"  contact {name}: carries nothing, gap {-float(one.penetration):.4g} m")
+                continue
+            rubs = f", friction {float(one.tangential):.6g} N" if float(one.tangential) > 0.0 else ""
+            how = " (not determined by what is rigid: of least norm)" if name in shared else ""
+            lines.append(f"  contact {name}: carries {carrying[name]:.6g} N{how}{rubs}")
+        return lines
 
     def linearise(self, *, inputs: Named | None = None, outputs: Named | None = None) -> Linearisation:
         """Linearise about this state: see `kanefe.linearise`."""
@@ -102,6 +121,9 @@ def equilibrium(
     method on a stiffness made positive); if there is no such place, to the nearest unstable one. A start that is in
     balance stays, also if it is unstable: see ``equilibrium(...).linearise().modes()``.
 
+    On rigid contacts it rests so that none pulls and none is entered. What sticks stays where it touches, as far as its
+    friction holds; ``carrying`` tells what each contact carries.
+
     Parameters
     ----------
     scene : System or Model
@@ -124,7 +146,8 @@ def equilibrium(
     ModelError
         If a name or a number makes no sense.
     SimulationError
-        If there is no balance: the message says what is left over, along which coordinate, and what to try.
+        If there is no balance: the message says what is left over, along which coordinate, or which contact slips, and
+        what to try.
 
     Warns
     -----
@@ -161,16 +184,29 @@ def balanced(
     if model.constraints and start is None:
         q = project_positions(model, time, q)
     u, found = _given_speeds(model, speeds or {}, find)
-    if len(found) and model.constraints:
+    if len(found) and model.is_constrained:
         raise ModelError(
-            "equilibrium: speeds to be found and loops at once are not offered. Remedy: give the speeds, and try "
-            "several"
+            "equilibrium: speeds to be found and rigid contacts or loops at once are not offered. Remedy: give the "
+            "speeds, and try several"
         )
     held = tuple(speeds or {}) if len(found) else ()
-    if any(load.may_part for load in model.loads) and _is_put_down(model):
-        q = _felt(model, time, q, u, found, held)
-        model = at_rest(model, time, np.concatenate((q, u, model.initial_states)))
-    model, search, state = _under_its_loads(model, time, q, u, found, held)
+    may_part = any(load.may_part for load in model.loads) and is_put_down(model)
+
+    def search_from(model: Model, q: Vector) -> Found:
+        return _under_its_loads(model, time, q, u, found, held)
+
+    if model.rigid_contacts:
+        stiff = model
+
+        def feel(q: Vector, yielding: Callable[[float], Model]) -> Vector:
+            return felt(stiff, time, q, u, found, held, yielding)
+
+        model, search, state = rest_on_contacts(model, time, q, u, search_from, feel, not may_part)
+    else:
+        if may_part:
+            q = felt(model, time, q, u, found, held)
+            model = at_rest(model, time, np.concatenate((q, u, model.initial_states)))
+        model, search, state = search_from(model, q)
     q, u = state
     if steady:
         _check_steady(model, time, *state)
@@ -194,28 +230,6 @@ def _under_its_loads(
         "the scene has no balance that could be found: friction that follows the loads of joints changes these again "
         "and again. Remedy: a run to rest, or CoordinateForce(friction=...), which is given"
     )
-
-
-def _is_put_down(model: Model) -> bool:
-    """Return whether loads are as they were added, and not as a run left them."""
-    states = zip(model.loads, model.load_states, strict=True)
-    return all(np.array_equal(model.initial_states[where], load.initial_states) for load, where in states)
-
-
-def _felt(model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...]) -> Vector:
-    """Return coordinates near the balance of a scene with contacts, which act from afar at first, then from less.
-
-    Steps are no longer than that, so that they pass through nothing. What sticks is put down anew, without tension,
-    each time: in the end friction holds what it has to and no more.
-    """
-    length = scene_length(model)
-    for softness in SOFTNESS:
-        soft = at_rest(model, t, np.concatenate((q, u, model.initial_states)), softness * length)
-        try:
-            q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST)).run()
-        except SimulationError:
-            continue  # the next ones may do without
-    return q
 
 
 def warn_of_missed(instant: Instant, what: str) -> None:

@@ -17,7 +17,7 @@ from kanefe.linear.modes import RIGID
 from kanefe.linear.periodic_motion import motion_around
 from kanefe.linear.shapes import body_masses
 from kanefe.linear.small_motions import SmallMotions
-from kanefe.linear.state import model_in_state
+from kanefe.linear.state import check_no_rigid_contacts, model_in_state
 from kanefe.linear.tangents import tangent_names
 
 if TYPE_CHECKING:
@@ -186,6 +186,7 @@ def floquet(
     True
     """
     model, time, q, u = model_in_state(scene, t, start, "floquet")
+    check_no_rigid_contacts(model, "floquet")
     seconds = _period(model, time, u) if period is None else numbers(period)
     if np.shape(seconds) != () or not np.isfinite(seconds) or not seconds > 0.0:
         raise ModelError(f"the period of floquet must be above zero s, not {period!r}")

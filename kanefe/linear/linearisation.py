@@ -184,7 +184,13 @@ def linearise(
     Raises
     ------
     ModelError
-        If a name is unknown, the state is not consistent, the loops are singular, or bodies are unreduced.
+        If a name is unknown, the state is not consistent, the loops are singular, bodies are unreduced, or nothing
+        can move.
+
+    Notes
+    -----
+    Rigid contacts that touch are constraints: what carries stays closed, and what sticks does not slide. The small
+    motions are those within which they go on to do so.
 
     Examples
     --------
@@ -203,6 +209,11 @@ def linearise(
     given = inputs_of(model, time, q, u, inputs)
     drives = tuple(dict.fromkeys(item.drive for item in given if item.drive is not None))
     small = SmallMotions(model, time, q, u, drives)
+    if not len(small.positions.leading) and not len(small.speeds.leading):
+        raise ModelError(
+            "linearise: nothing in the scene can move: loops and rigid contacts hold all of it. Remedy: a flexible "
+            "body, or contacts that yield, kanefe.HuntCrossley(...)"
+        )
     measured = outputs_of(small, outputs)
     return _linearisation(small, given, measured)
 

@@ -24,7 +24,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.equilibria import balanced
 from kanefe.linear.small_motions import SmallMotions
-from kanefe.linear.state import Freezable, model_in_state
+from kanefe.linear.state import Freezable, check_no_rigid_contacts, model_in_state
 from kanefe.linear.tangents import DIFFERENCE_STEP, difference, tangent_names, tangent_steps
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant
@@ -88,6 +88,7 @@ def load_path(
 ) -> LoadPath:
     """Return what loads do to the stiffness of a scene at rest; a ModelError names what cannot be served."""
     model, time, q, _ = model_in_state(scene, t, start, what)
+    check_no_rigid_contacts(model, what)
     raised, kept = _chosen(model, time, loads, what)
     _check_stiffening(model, what)
     none = _scaled(model, time, raised, 0.0)

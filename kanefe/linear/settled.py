@@ -47,7 +47,7 @@ def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
         pull = model.rhs(t, y)[rows]
         if not pull.any():
             return found
-        if model.constraints:
+        if model.is_constrained:
             break
         step = np.linalg.lstsq(model.jacobian(t, y)[np.ix_(rows, at)], -pull, rcond=1e-13)[0]
         found[at] += step

@@ -166,7 +166,7 @@ class SmallMotions:
     def rates_along(self, x: Vector) -> Vector:
         """Return A x for one direction; where there are no loops, without A."""
         n = len(self.positions.leading)
-        if self.model.constraints or self.drives:
+        if self.model.is_constrained or self.drives:
             return np.asarray(self.state_matrix() @ x)
         z, du = x[:n], x[n:]
         return np.concatenate((self.G @ z + du, self.derivatives.along(z[:, None], du[:, None])[:, 0]))
@@ -183,7 +183,7 @@ class SmallMotions:
         """Unit motions of p, with the speeds B that keep the loops closed and the accelerations that go with them."""
         N_h = self.positions.N
         B = np.zeros_like(N_h)
-        if self.model.constraints and self.is_moving:
+        if self.model.is_constrained and self.is_moving:
             if self.is_holonomic:
                 D = 0.5 * self._J @ (self.G @ N_h - self.along_speeds.ddu)
             else:

@@ -8,10 +8,12 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from kanefe.equations.given_state import Start, given_state, slack_time, time_of
+from kanefe.contact.rigid_contact import RigidContact
+from kanefe.equations.given_state import Start, given_state, knows_states, slack_time, time_of
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
+from kanefe.kane.route import touched_at_start
 from kanefe.loads.base import End, Load
 from kanefe.tree.scales import scene_weight
 
@@ -64,13 +66,23 @@ def _check_states(model: Model, what: str) -> None:
         names = [
             repr(load.name)
             for i, load in enumerate(model.loads)
-            if load.has_rates and load.resting(scene.load_ends(i)) is None
+            if load.has_rates and not isinstance(load, RigidContact) and load.resting(scene.load_ends(i)) is None
         ]
         if names:
             raise ModelError(
                 f"{what}: the load {', '.join(names)} has internal states that move, and small motions of those are "
                 "not offered. Remedy: leave it out, or frequencies from a run"
             )
+
+
+def check_no_rigid_contacts(model: Model, what: str) -> None:
+    """Raise a ModelError that names a rigid contact in an analysis that raises loads or follows a motion."""
+    if model.rigid_contacts:
+        raise ModelError(
+            f"{what} is not offered with rigid contacts, here {model.rigid_contact(0).title}: what touches may change "
+            "on the way. Remedy: a contact that yields, kanefe.HuntCrossley(...), or a loop joint in its place; "
+            "equilibrium and linearise take them"
+        )
 
 
 def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
@@ -133,6 +145,8 @@ def model_in_state(scene: object, t: float | None, start: Start, what: str) -> t
     at = time_of(start) if t is None else t
     model = model_of(scene, what, slack_time(start, at))
     time, y = given_state(model, at, start, what)
+    if model.rigid_contacts and not (start is not None and knows_states(model, start)):
+        y = touched_at_start(model, time, y)
     q, u, z = model.parts(y)
     if not np.array_equal(z, model.initial_states):
         model = replace(model, initial_states=z)

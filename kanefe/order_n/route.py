@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
-from kanefe.errors import SimulationError
+from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.bent import bent_too_far
@@ -235,7 +235,8 @@ class OrderN(LiteralRoute):
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
         """Return derivatives of dy/dt along directions in the rows of a matrix, exact to round-off, or None."""
-        if self.inputs.needs_state or not self.is_complex:
+        if self.inputs.needs_state:
+            self._check_directions(y, directions)
             return None
         return self.partial_derivatives(t, y, directions)
 
@@ -244,9 +245,12 @@ class OrderN(LiteralRoute):
 
         Raises
         ------
+        ModelError
+            If the state or the directions have another shape: the kernel would read beyond them.
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
+        self._check_directions(y, directions)
         if not self.is_complex:
             return None
         calls = self._derivative_calls
@@ -256,6 +260,21 @@ class OrderN(LiteralRoute):
         if not done:
             self.explain(t, y)
         return found
+
+    def _check_directions(self, y: Vector, directions: Matrix) -> None:
+        """Raise a ModelError if a state with quadratures, or directions beside it, have another shape."""
+        model = self.model
+        size = model.coordinate_count + model.free_count + model.state_count + WORKS
+        for name, given, is_right in (
+            ("the state", y, np.shape(y) == (size,)),
+            ("directions, one a row,", directions, np.ndim(directions) == 2 and np.shape(directions)[1] == size),
+        ):
+            if not is_right:
+                raise ModelError(
+                    f"derivatives: {name} of this model must have {size} entries, those of y and {WORKS} works, not "
+                    f"shape {np.shape(given)}. Remedy: numpy.append(y, numpy.zeros({WORKS})) for a state, and "
+                    f"numpy.eye({size}) for all directions"
+                )
 
     def derivative_call(self, size: int) -> DerivativeCall:
         """Return a call that differentiates the rates of states with quadratures, of that size."""

@@ -244,3 +244,18 @@ def test_reactions_and_driving_forces_are_those_of_the_result() -> None:
     np.testing.assert_allclose(model.joint_reactions(1.0, y)["rod"], result.joint_reaction("rod")[-1], rtol=1e-12)
     np.testing.assert_allclose(model.driving_forces(1.0, y)["crank"], result.driving_force("crank")[-1], rtol=1e-12)
     assert set(model.driving_forces(1.0, y)) == {"crank"}
+
+
+def test_derivatives_refuse_states_and_directions_of_another_shape() -> None:
+    scene = kf.System(gravity=(0, 0, -9.81))
+    scene.add_rigid_body("rod", 1.0, 1 / 12, com=(0.5, 0, 0), joint=kf.Revolute("y"))
+    route = scene.freeze().route
+    y = np.zeros(4)
+    for state, along in ((y, np.eye(len(y) - 1)), (y, y), (y[:-2], np.eye(len(y) - 2)), (y, np.eye(len(y))[:, :-2])):
+        with pytest.raises(ModelError, match=f"must have {len(y)} entries"):
+            route.derivatives(0.0, state, along)
+        with pytest.raises(ModelError, match="Remedy"):
+            route.partial_derivatives(0.0, state, along)
+    none = route.partial_derivatives(0.0, y, np.zeros((0, len(y))))
+    assert none is not None
+    assert none.shape == (0, len(y))
