@@ -6,6 +6,7 @@ The paper tells the structure and no numbers: the parameters here are assumed, a
 from kanefe_fem.sramss.aircraft_loads import add_haul_down as add_haul_down
 from kanefe_fem.sramss.aircraft_loads import add_rotors as add_rotors
 from kanefe_fem.sramss.aircraft_loads import add_wind as add_wind
+from kanefe_fem.sramss.chocks import add_chocks as add_chocks
 from kanefe_fem.sramss.gear import gear_body as gear_body
 from kanefe_fem.sramss.planar import Deck as Deck
 from kanefe_fem.sramss.planar import from_level as from_level

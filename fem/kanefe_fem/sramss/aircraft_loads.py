@@ -119,13 +119,13 @@ def add_haul_down(
     breaking_load : float, optional
         N.
     """
-    deck = _deck(scene)
+    deck = deck_of(scene)
     way = deck.frame((*at, -CABLE_BELOW)), deck.frame((*at, 0.0)), scene.body("airframe").frame(PROBE)
     cable = {"stiffness": CABLE_STIFFNESS, "damping": CABLE_DAMPING, "speed": CABLE_SPEED}
     scene.add(Winch("haul-down", way, tension=tension, breaking_load=breaking_load, **cable))
 
 
-def _deck(scene: System) -> Frame:
+def deck_of(scene: System) -> Frame:
     """Return the deck of a scene, which is the ground where it does not move."""
     try:
         return scene.body("deck")
