@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
-from kanefe.bodies.nodal_moments import NodalMoments
 from kanefe.errors import ModelError
-from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
-from kanefe.fe_model.node_shares import NodeShares
 from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.scipy_later import scipy, sp
 
 if TYPE_CHECKING:
+    from kanefe.bodies.nodal_moments import NodalMoments
+    from kanefe.fe_model.load_pattern import LoadPattern
+    from kanefe.fe_model.node_shares import NodeShares
     from kanefe.report import Report
     from kanefe.storage.object_file import FileKind
 

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.fe_model.model import TRANSLATIONS
 from kanefe.frames import Vector, numbers
 from kanefe.storage.scipy_later import sp, spla
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
 
 Field = Callable[[np.ndarray], Any] | Sequence[Sequence[float]] | np.ndarray
 """A function of places (P, 3) in G that gives vectors (P, 3), or a vector of each node (n, 3)."""

@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
-from kanefe.bodies.inertia_field import InertiaField
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
 from kanefe.storage.scipy_later import sp, spla
 from kanefe.storage.serialise import NOT_SAVED
+
+if TYPE_CHECKING:
+    from kanefe.bodies.inertia_field import InertiaField
 
 LISTED_FREQUENCIES = 12
 """How many of its natural frequencies an unreduced body tells."""

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from kanefe.contact.convex import Convex
 from kanefe.contact.outlines import axes_about
-from kanefe.contact.shape import SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
 from kanefe.errors import MissingDependency
 from kanefe.frames import Matrix, Vector
+
+if TYPE_CHECKING:
+    from kanefe.contact.shape import SurfaceShape
 
 TOLERANCE = 1e-13
 """Of the search for the nearest points, m: what it finds outside is good to round-off."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,15 +15,17 @@ from kanefe.contact.contact_events import Watched
 from kanefe.contact.contact_numbers import kernel_of
 from kanefe.contact.couples import couple_of, rested_states
 from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.normal_laws import NormalLaw
 from kanefe.contact.rest import Rest
-from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box
 from kanefe.contact.touch import Touch, velocity_past
 from kanefe.errors import SimulationWarning
 from kanefe.frames import Vector, cross
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.reach import LoadReach
+
+if TYPE_CHECKING:
+    from kanefe.contact.normal_laws import NormalLaw
+    from kanefe.contact.shape import Probe, SurfaceShape
 
 OPEN, STICKS, SLIPS = range(3)
 

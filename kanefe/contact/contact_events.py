@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from kanefe.contact.bristles import LuGre
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.normal_laws import NormalLaw, Restitution
 from kanefe.contact.touch import Touch, velocity_past
 from kanefe.frames import Vector
 from kanefe.loads.base import End, LoadEvent
+
+if TYPE_CHECKING:
+    from kanefe.contact.bristles import LuGre
 
 AT_THE_LIMIT = 1e-9
 """Of the normal force: probes this near to slipping or sticking do it with the first."""

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from kanefe.contact.bristles import LuGre
 from kanefe.contact.compiled_law import CompiledLaw
-from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.normal_laws import NormalLaw
-from kanefe.contact.rest import Rest
-from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.table_law import TableLaw
 from kanefe.loads.base import LoadKernel
+
+if TYPE_CHECKING:
+    from kanefe.contact.friction_laws import Coulomb
+    from kanefe.contact.normal_laws import NormalLaw
+    from kanefe.contact.rest import Rest
+    from kanefe.contact.shape import Probe, SurfaceShape
 
 
 class Numbered(Protocol):

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.contact._coal import check_library, nearest
-from kanefe.contact.box_pair import BoxPair
 from kanefe.contact.contact import Contact
 from kanefe.contact.convex import Convex
 from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
 from kanefe.frames import Vector
 from kanefe.loads.base import End, LoadKernel
-from kanefe.loads.reach import LoadReach
+
+if TYPE_CHECKING:
+    from kanefe.contact.box_pair import BoxPair
+    from kanefe.loads.reach import LoadReach
 
 
 @dataclass(frozen=True, eq=False)

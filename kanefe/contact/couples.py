@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.friction_laws import Coulomb
 from kanefe.frames import Matrix, Vector
+
+if TYPE_CHECKING:
+    from kanefe.contact.friction_laws import Coulomb
 
 
 class Couple(NamedTuple):

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.constraints.rows import MarkerMotion
-from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.frames import Vector, cross
+
+if TYPE_CHECKING:
+    from kanefe.constraints.rows import MarkerMotion
+    from kanefe.contact.shape import Probe, SurfaceShape
 
 
 class Meeting(NamedTuple):

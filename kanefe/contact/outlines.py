@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.shape import SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.frames import Matrix, Vector
+
+if TYPE_CHECKING:
+    from kanefe.contact.shape import SurfaceShape
 
 AROUND = 40
 """Sides of what is round."""

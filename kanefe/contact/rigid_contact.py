@@ -5,22 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
 from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
-from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.height_field import HeightField
 from kanefe.contact.meeting import Meeting, meeting
-from kanefe.contact.rigid import Rigid
-from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
 from kanefe.loads.base import Action, End, Load
+
+if TYPE_CHECKING:
+    from kanefe.contact.friction_laws import Coulomb
+    from kanefe.contact.rigid import Rigid
+    from kanefe.contact.shape import Probe, SurfaceShape
 
 TOLD, EACH = 2, 4
 """Internal states of a contact: the path slid and the work of friction; then of each probe its status, and where on the

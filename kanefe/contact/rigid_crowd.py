@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.rigid import NEWTON, Rigid
 from kanefe.contact.rigid_contact import check_rigid
 from kanefe.contact.shapes import Plane, Points, Sphere
-from kanefe.contact.surface import Surface
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.loads.base import Action, End, Load
+
+if TYPE_CHECKING:
+    from kanefe.contact.friction_laws import Coulomb
+    from kanefe.contact.surface import Surface
 
 FEW = 12
 """Pairs of surfaces up to which each has a contact of its own, whose touches and slips are events."""

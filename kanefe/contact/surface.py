@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kanefe.contact.box_pair import box_probes
 from kanefe.contact.convex import Convex
 from kanefe.contact.convex_contact import are_convex, convex_probe
-from kanefe.contact.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Plane, Points, Sphere
 from kanefe.errors import ModelError
+
+if TYPE_CHECKING:
+    from kanefe.contact.shape import Probe, SurfaceShape
 
 
 class Surface(NamedTuple):

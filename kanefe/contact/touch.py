@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.couples import Couple
 from kanefe.frames import Vector, cross
 from kanefe.loads.base import End
+
+if TYPE_CHECKING:
+    from kanefe.contact.couples import Couple
 
 
 class Touch(NamedTuple):

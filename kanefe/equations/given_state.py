@@ -9,8 +9,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
-from kanefe.kane.state import State
 from kanefe.kernels.tolerances import LARGEST_OPENING
 from kanefe.tree.model_data import BodyTerms, ModelData
 
@@ -147,6 +145,9 @@ def _same_modes(ours: Any, theirs: Any) -> bool:
 def _check_closed(model: Model, t: float, q: Vector, u: Vector, z: Vector, what: str) -> None:
     if not model.constraints or model.has_unreduced:  # of unreduced bodies the run closes them, or says what is open
         return
+    from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
+    from kanefe.kane.state import State
+
     state = State(model, t, q, u, z)
     full = state.full
     opened, rates = constraint_residuals(state), constraint_rates(state)

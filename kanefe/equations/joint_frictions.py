@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,15 +13,14 @@ from kanefe.bodies.marker import CoordinateMarker
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.joints.coordinate_force import CoordinateForce
-from kanefe.joints.joint_friction import Bearing, JointFriction
-from kanefe.kane.assemble import accelerations, mass_matrix
-from kanefe.kane.bearing_loads import with_consistent_loads
-from kanefe.kane.reactions import joint_reactions
-from kanefe.kane.state import State
 from kanefe.loads.base import Load
-from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.model_data import BodyTerms, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.joints.coordinate_force import CoordinateForce
+    from kanefe.joints.joint_friction import Bearing, JointFriction
+    from kanefe.kane.state import State
+    from kanefe.loads.coordinate_friction import CoordinateFriction
 
 STRETCHES = {"m": 1e-5, "rad": 1e-4}
 """Of an anchor's spring under a given cap, where no stiffness is given: by so much a joint moves before it slips."""
@@ -49,6 +49,10 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     found = (*_given_frictions(model, t), *_loaded_frictions(model, t))
     if not found:
         return model
+    from kanefe.kane.bearing_loads import with_consistent_loads
+    from kanefe.kane.state import State
+    from kanefe.loads.coordinate_friction import CoordinateFriction
+
     taken = {load.name for load in model.loads}
     for friction in found:
         if friction.name in taken:
@@ -80,6 +84,8 @@ def _given_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction]
         return ()
     inertias = None
     if not model.has_unreduced and any(law.friction_damping is None for _, _, law in rubbing):
+        from kanefe.kane.assemble import mass_matrix
+
         inertias = np.diag(mass_matrix(_start(model, t)))
     return [_given_friction(model.bodies[number], number, i, law, inertias) for number, i, law in rubbing]
 
@@ -88,6 +94,8 @@ def _given_friction(
     body: BodyTerms, number: int, i: int, law: CoordinateForce, inertias: Vector | None
 ) -> CoordinateFriction:
     """Return the friction along a coordinate of a body's joint; `inertias` along all speeds."""
+    from kanefe.loads.coordinate_friction import CoordinateFriction
+
     names, unit = body.joint.coordinate_names, body.joint.units[i]
     subject = body.name if len(names) == 1 else f"{body.name} {names[i].partition(' [')[0]}"
     static = law.friction if law.static_friction is None else law.static_friction
@@ -122,6 +130,9 @@ def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction
             f"friction from the load of the joint of {names} is not offered beside bodies that keep all degrees of "
             "freedom. Remedy: a reduction of these, or CoordinateForce(friction=...), which is given"
         )
+    from kanefe.kane.assemble import accelerations, mass_matrix
+    from kanefe.kane.reactions import joint_reactions
+
     state = _start(model, t)
     inertias, reactions = np.diag(mass_matrix(state)), joint_reactions(state, accelerations(state))
     carried = _carried_masses(model)
@@ -137,6 +148,8 @@ def _loaded_friction(
     body: BodyTerms, number: int, friction: JointFriction, bearing: Bearing, inertias: Vector, load: float
 ) -> CoordinateFriction:
     """Return the friction in a body's joint; `load` (N) is a large one of it."""
+    from kanefe.loads.coordinate_friction import CoordinateFriction
+
     large = load + friction.preload
     static = friction.mu if friction.static is None else friction.static
     stiffness = friction.stiffness
@@ -171,6 +184,8 @@ def _loaded_friction(
 
 
 def _start(model: ModelData, t: float) -> State:
+    from kanefe.kane.state import State
+
     return State(model, t, model.initial_coordinates, model.initial_speeds)
 
 

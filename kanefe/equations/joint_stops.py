@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from kanefe.bodies.marker import CoordinateMarker
-from kanefe.contact.normal_laws import LEAST_SPEED, impact_number
 from kanefe.errors import ModelError
 from kanefe.joints.coordinate_force import limits_of
-from kanefe.loads.coordinate_stop import CoordinateStop
 from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.loads.coordinate_stop import CoordinateStop
 
 
 def joint_stops(model: ModelData) -> tuple[CoordinateStop, ...]:
@@ -26,6 +29,10 @@ def joint_stops(model: ModelData) -> tuple[CoordinateStop, ...]:
         for i, law in enumerate(body.joint.coordinate_forces):
             if law is None or law.limit_restitution is None:
                 continue
+            # most scenes have none
+            from kanefe.contact.normal_laws import LEAST_SPEED, impact_number
+            from kanefe.loads.coordinate_stop import CoordinateStop
+
             coordinate = names[i].partition(" [")[0]
             subject = body.name if len(names) == 1 else f"{body.name} {coordinate}"
             lower, upper = limits_of(law)

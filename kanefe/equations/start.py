@@ -12,7 +12,6 @@ from kanefe.equations.joint_frictions import with_joint_frictions
 from kanefe.equations.joint_stops import joint_stops
 from kanefe.equations.model import Model
 from kanefe.equations.routes import starting_route
-from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
 
@@ -47,5 +46,7 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
     _, y = given_state(model, t, start, "the run")
     q, u, z = model.parts(starting_route(model).projected(t, y))
     if model.bearings and not knows_states(model, start):
+        from kanefe.kane.bearing_loads import with_consistent_loads
+
         z = with_consistent_loads(model, t, q, u, z)
     return replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)

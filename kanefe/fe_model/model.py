@@ -12,13 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.storage.scipy_later import sp
+
+if TYPE_CHECKING:
+    from kanefe.fe_model.load_pattern import NodalPattern
 
 TRANSLATIONS = ("x", "y", "z")
 

@@ -8,18 +8,20 @@ at interfaces are not looked at, which constraint modes (Craig and Bampton's) ho
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
-from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.fe_model.model import PRODUCTS
 from kanefe.frames import Vector, rotation_matrix
 from kanefe.instants.instant import Instant
 from kanefe.kane.state import State
 from kanefe.tree.model_data import BodyTerms, ModelData
 from kanefe.tree.scales import largest_extent
+
+if TYPE_CHECKING:
+    from kanefe.fe_model.load_pattern import LoadPattern
 
 TOLD = 0.05
 """Share of the deformation, by the root of its energy, from which on it is told."""

@@ -10,8 +10,6 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.integrate.events import Event
-from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH, resolved
-from kanefe.kane.rigid_contacts import margins
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
@@ -54,10 +52,14 @@ class ContactChange(Event):
     @property
     def blur(self) -> float:
         """What has just lifted has neither speed nor acceleration along the normal: its gap is round-off at first."""
+        from kanefe.kane.impacts import TOUCH
+
         return ROUND_OFF * scene_length(self.model) if self.kind == TOUCH else 0.0
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
+        from kanefe.kane.impacts import resolved
+
         found = resolved(self.model, t, y, self.kind, self.span)
         self.happened.extend(found.happened)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
@@ -81,6 +83,8 @@ def changes_of_contacts(model: ModelData, method: str, span: float) -> tuple[Eve
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
     if not model.rigid_contacts or method == STEPS_OVER:
         return ()
+    from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
+
     return tuple(
         ContactChange(f"a rigid contact: {kind}", partial(_nearest, kind), -1, model=model, kind=kind, span=span)
         for kind in (TOUCH, LIFT, SLIP, STICK)
@@ -110,6 +114,9 @@ def _never(t: float, state: SceneState) -> float:
 
 
 def _nearest(kind: str, t: float, state: SceneState) -> float:
+    from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
+    from kanefe.kane.rigid_contacts import margins
+
     if not isinstance(state, State):
         raise TypeError("scenes with rigid contacts are evaluated by the literal route")
     found = margins(state)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import time
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.forces_at import seen
 from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning
 from kanefe.frames import Vector
-from kanefe.integrate.checkpoint import CheckpointFile, Progress
 from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.contact_changes import taken
 from kanefe.integrate.dynamics import Dynamics
@@ -24,6 +23,9 @@ from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper, TellsAccele
 from kanefe.integrate.switching import check_switched
 from kanefe.kane.bent import bent_too_far
 from kanefe.tree.model_data import WORKS
+
+if TYPE_CHECKING:
+    from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
 CHUNK = 2000
 """Most steps taken in one go."""
@@ -348,6 +350,8 @@ class RunLoop:
             self.last_accelerations = self._telling.accelerations(np.array([t]))
 
     def _progress(self) -> Progress:
+        from kanefe.integrate.checkpoint import Progress
+
         return Progress(
             states=self.states[: self.stored],
             accelerations=None if self.accelerations is None else self.accelerations[: self.stored],

@@ -5,13 +5,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning
-from kanefe.integrate.checkpoint import CheckpointFile, Progress, identity, read_checkpoint
 from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contacts
@@ -27,6 +26,9 @@ from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.storage.watched import is_watched, progress_bar
 from kanefe.tree.model_data import WORKS
+
+if TYPE_CHECKING:
+    from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
 
 def integrate(model: Model, t_span: tuple[float, float], **options: Any) -> Trajectory:
@@ -146,6 +148,8 @@ def _checkpoints(
             f"{choice.name} keeps what it remembers of earlier steps to itself, so that its runs have no "
             "checkpoints. Remedy: method='radau5'"
         )
+    from kanefe.integrate.checkpoint import CheckpointFile, identity, read_checkpoint
+
     of = identity(model, choice, options.span, options.times, watched)
     saved = None if options.resume is None else read_checkpoint(options.resume, of)
     every = float(options.checkpoint_seconds)

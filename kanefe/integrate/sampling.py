@@ -8,15 +8,17 @@ from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, euler_parameters_from_matrix, rotation_vector
-from kanefe.loads.controller import Controller, Reading
 from kanefe.tree.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from kanefe.loads.controller import Controller, Reading
 
 Read = Callable[[float, Vector, Callable[[], SceneState]], float]
 

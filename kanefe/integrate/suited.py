@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.rigid_crowd import RigidCrowd
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import rate_of_functions
@@ -19,8 +18,10 @@ from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
 from kanefe.kane.tangents import constant_tangents
 from kanefe.loads.base import Load
-from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.scales import modal_frequencies, scene_length
+
+if TYPE_CHECKING:
+    from kanefe.contact.rigid_crowd import RigidCrowd
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""
@@ -269,6 +270,8 @@ def _takes_friction(model: Model, sudden: Sequence[Load], start: float, span: fl
 
     With what does as all of it sticks, and as anchors give way that slip.
     """
+    from kanefe.loads.coordinate_friction import CoordinateFriction
+
     frictions = [load for load in sudden if isinstance(load, CoordinateFriction)]
     if len(frictions) < len(sudden) or model.has_stops:
         return False

@@ -8,18 +8,20 @@ passes a position with more freedom). Then the multipliers of least norm are tak
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.constraints.rows import RADIAN, Constraint, CouplerRow, MarkerMotion, MarkerRow, Row, Wrenches
-from kanefe.contact.meeting import Meeting
-from kanefe.contact.rigid_contact import OPEN, ContactRow, RigidContact
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
+
+if TYPE_CHECKING:
+    from kanefe.constraints.rows import Constraint, MarkerMotion, MarkerRow, Row, Wrenches
+    from kanefe.contact.meeting import Meeting
+    from kanefe.contact.rigid_contact import ContactRow, RigidContact
+    from kanefe.kane.kinematics import FrameMotion
 
 PIVOT_TOLERANCE = 1e-13
 """Share of the entry of M that it comes from, up to which a pivot is round-off and not inertia."""
@@ -97,6 +99,8 @@ def touching_rows(state: State) -> list[tuple[RigidContact, int, tuple[ContactRo
     found: list[tuple[RigidContact, int, tuple[ContactRow, ...]]] = []
     if not state.model.rigid_contacts:
         return found
+    from kanefe.contact.rigid_contact import OPEN
+
     for number, (load, met) in enumerate(zip(state.model.rigid_contacts, meetings(state), strict=True)):
         contact, z = state.model.rigid_contact(number), state.load_states(load)
         if max(contact.status(z)) == OPEN:
@@ -116,6 +120,8 @@ def place_rows(state: State) -> np.ndarray:
 
 def marker_motion(F: FrameMotion) -> MarkerMotion:
     """Return the motion of a marker in components of N."""
+    from kanefe.constraints.rows import MarkerMotion
+
     A = F.A_NF
     return MarkerMotion(F.p_NoFo_N, A, A @ F.v, A @ F.w, A @ F.Z, A @ F.Y)
 
@@ -135,6 +141,8 @@ def _motions_of_markers(state: State) -> dict[int, tuple[FrameMotion, MarkerMoti
 @once
 def constraint_residuals(state: State) -> Vector:
     """Return g of all rows that hold (rows,), in the unit of each; zero of those on speeds alone: see `place_rows`."""
+    from kanefe.constraints.rows import CouplerRow
+
     model, moved = state.model, _motions_of_markers(state)
     values = np.zeros(len(held_rows(state)))
     for i in place_rows(state):
@@ -154,6 +162,11 @@ def constraint_rates(state: State) -> Rates:
     rows = held_rows(state)
     J, remainder, reach = np.zeros((len(rows), columns)), np.zeros(len(rows)), np.zeros((len(rows), columns))
     given = np.zeros(len(rows))
+    if not rows:
+        return Rates(J, remainder, reach, given)
+    from kanefe.constraints.rows import CouplerRow
+    from kanefe.contact.rigid_contact import ContactRow
+
     for i, (_, row) in enumerate(rows):
         if isinstance(row, CouplerRow):
             for body, coordinate, coefficient in row.terms:
@@ -174,6 +187,10 @@ def force_rows(state: State) -> Matrix | None:
 
     None: they are J.
     """
+    if not state.model.rigid_contacts:
+        return None
+    from kanefe.contact.rigid_contact import ContactRow
+
     if not any(isinstance(row, ContactRow) and row.drag is not None for _, row in held_rows(state)):
         return None
     forces, moved = constraint_rates(state).J.copy(), _motions_of_markers(state)
@@ -188,6 +205,8 @@ def _marker_row(
     row: MarkerRow | ContactRow, wrenches: Wrenches, a: FrameMotion, b: FrameMotion
 ) -> tuple[Vector, Vector]:
     """Return a row of J, from the wrenches of its unit multiplier, and its reach."""
+    from kanefe.constraints.rows import RADIAN
+
     entries, squares = np.zeros(a.V.shape[1]), np.zeros(a.V.shape[1])
     force_a, moment_a, force_b, moment_b = wrenches
     for F, wide, vector in ((a, a.V, force_a), (a, a.W, moment_a), (b, b.V, force_b), (b, b.W, moment_b)):
@@ -205,6 +224,11 @@ def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, Fra
     The moment is about the marker's origin. Constraint by constraint that holds: end a, then end b, summed over the
     rows.
     """
+    if not held_rows(state):
+        return []
+    from kanefe.constraints.rows import CouplerRow
+    from kanefe.contact.rigid_contact import ContactRow
+
     moved = _motions_of_markers(state)
     sums: dict[tuple[str, int], tuple[Marker, Vector]] = {}
     for (constraint, row), multiplier in zip(held_rows(state), multipliers, strict=True):

@@ -7,14 +7,18 @@ rows, computed only when asked for. Driving forces of given motions are residual
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.assemble import constraint_forces, equations
 from kanefe.kane.kinematics import FrameMotion, interface_motion
-from kanefe.kane.state import State
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.kane.state import State
 
 
 def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], wrenches_G: list[Matrix]) -> Matrix:

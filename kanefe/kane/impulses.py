@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
 from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.state import State
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.kane.state import State
 
 
 def answers(state: State, F: Matrix) -> Matrix:

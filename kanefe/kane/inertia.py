@@ -7,15 +7,18 @@ field: it is taken from the remainder acceleration of the frame.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.rigid import RigidMass
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates
 from kanefe.tree.model_data import FlexibleTerms
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
 
 
 def rigid_inertia(body: RigidMass, R: FrameMotion, gravity_R: Vector) -> tuple[Matrix, Vector]:

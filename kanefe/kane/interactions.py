@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, actions
+
+if TYPE_CHECKING:
+    from kanefe.kane.kinematics import FrameMotion
 
 
 class MarkerWrench(NamedTuple):

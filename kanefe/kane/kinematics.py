@@ -8,14 +8,17 @@ Every frame carries its partial velocities V and W and its remainder acceleratio
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
 from kanefe.tree.placed import Placed, fixed_in, moving_in
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 
 @dataclass(slots=True)

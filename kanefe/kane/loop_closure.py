@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
@@ -136,6 +135,8 @@ def openings(
     model: ModelData, t: float, q: Vector, z: Vector | None = None, rows: np.ndarray | None = None
 ) -> Position:
     """Return how far the constraints that hold are open at time t (s), all rows of places or some of them."""
+    from kanefe.constraints.rows import METRE
+
     state = State(model, t, q, None, z)
     rows = place_rows(state) if rows is None else rows
     # far from N's origin round-off is that of the distance
@@ -232,6 +233,8 @@ def _why_open(position: Position) -> str:
     Where Newton's method gives up, an axis that cannot hold has torn the ends apart: what closes once the directions of
     one constraint are let go is not a matter of lengths.
     """
+    from kanefe.constraints.rows import METRE
+
     state = position.state
     model, start = state.model, state.model.initial_coordinates
     held = held_rows(state)

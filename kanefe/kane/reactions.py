@@ -5,9 +5,10 @@ An inward sweep over Newton-Euler's equations, independent of the projected ones
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Vector, cross
 from kanefe.kane.active import loaded_frames
@@ -17,6 +18,9 @@ from kanefe.kane.interactions import load_wrenches
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, once
 from kanefe.tree.model_data import BodyTerms
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 
 def joint_reactions(state: State, du: Vector) -> list[Vector]:

@@ -8,11 +8,10 @@ The multipliers l are those of the rows that `kanefe.kane.constraints` has of co
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.meeting import Meeting
 from kanefe.contact.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross
@@ -20,6 +19,9 @@ from kanefe.kane.assemble import constrained_solver, held_accelerations, mass_ma
 from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, marker_motion, meetings, touching_rows
 from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
+
+if TYPE_CHECKING:
+    from kanefe.contact.meeting import Meeting
 
 DEPENDENT = 1e-9
 """Singular value of the rows of what touches, of the largest, below which forces can be shared in several ways."""

@@ -8,26 +8,9 @@ from typing import Any
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations, held_accelerations
-from kanefe.kane.bearing_loads import add_load_rates
-from kanefe.kane.constraints import held_rows
-from kanefe.kane.energy import (
-    dissipated_power,
-    drive_power,
-    elastic_energy,
-    gravity_energy,
-    kinetic_energy,
-    load_power,
-    momenta,
-)
-from kanefe.kane.impacts import START, resolved
-from kanefe.kane.loop_closure import consistent_start, project_positions, project_speeds
-from kanefe.kane.rigid_contacts import check_determined, contact_rates, friction_powers
 from kanefe.kane.state import State, actions
-from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
-from kanefe.loads.checks import check_start
 from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps, WatchedEvents
 from kanefe.tree.scene_state import SceneState
@@ -97,11 +80,15 @@ class LiteralRoute:
 
     def start(self, t: float) -> Vector:
         """Return (q, u, z) at the start: see `consistent_start`."""
+        from kanefe.kane.loop_closure import consistent_start
+
         found = np.concatenate((*consistent_start(self.model, t), self.model.initial_states))
         return self.projected(t, touched_at_start(self.model, t, found)) if self.model.rigid_contacts else found
 
     def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
         """Return loads between frames as they start."""
+        from kanefe.loads.checks import check_start
+
         model = self.model.with_loads(loads)
         state = State(model, t, model.initial_coordinates, model.initial_speeds)
         started = tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
@@ -111,8 +98,13 @@ class LiteralRoute:
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; near a singular position those of the nearest one whose loops are closed."""
+        from kanefe.kane.assemble import accelerations, held_accelerations
+        from kanefe.kane.constraints import held_rows
+
         state, weakest = self.view(t, y), 1.0
         if self.model.rigid_contacts:
+            from kanefe.kane.rigid_contacts import check_determined
+
             check_determined(state)
         if self.model.is_constrained and held_rows(state):
             _, _, weakest = held_accelerations(state)
@@ -134,6 +126,9 @@ class LiteralRoute:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one."""
         if not self.model.is_constrained:
             return y
+        from kanefe.kane.loop_closure import project_positions, project_speeds
+        from kanefe.kane.tangents import constant_tangents
+
         q, u, z = self.parts(y)
         stiffness = share * constant_tangents(self.model)[0] if share > 0.0 else None
         q_closed = project_positions(self.model, t, q, stiffness, z)
@@ -153,11 +148,15 @@ class LiteralRoute:
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state, from one sweep."""
+        from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy
+
         state = self.view(t, y)
         return MechanicalEnergy(kinetic_energy(state), elastic_energy(state), gravity_energy(state))
 
     def momenta(self, t: float, y: Vector) -> tuple[Vector, Vector]:
         """Return linear and angular momentum."""
+        from kanefe.kane.energy import momenta
+
         return momenta(self.view(t, y))
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
@@ -186,17 +185,27 @@ def powers(state: State, du: Vector) -> Vector:
     """Return the power that dampers take and that loads and drives give, W; of scenes without them nothing is found."""
     if not state.model.has_power:
         return np.zeros(WORKS)
+    from kanefe.kane.energy import dissipated_power, drive_power, load_power
+
     found = np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))
-    return found + friction_powers(state) if state.model.rigid_contacts else found
+    if state.model.rigid_contacts:
+        from kanefe.kane.rigid_contacts import friction_powers
+
+        found += friction_powers(state)
+    return found
 
 
 def state_rates(state: State) -> Vector:
     """Return the rates of all internal states, (states,); those of switches are zero."""
+    from kanefe.kane.bearing_loads import add_load_rates
+
     rates = np.zeros_like(state.z)
     for where, action in zip(state.model.load_states, actions(state), strict=True):
         if len(action.rates):
             rates[where] = action.rates
     if state.model.rigid_contacts:
+        from kanefe.kane.rigid_contacts import contact_rates
+
         contact_rates(state, rates)
     add_load_rates(state, rates)
     return rates
@@ -204,5 +213,7 @@ def state_rates(state: State) -> Vector:
 
 def touched_at_start(model: ModelData, t: float, y: Vector) -> Vector:
     """Return a state (q, u, z) with what touches in it known, after impacts if there are."""
+    from kanefe.kane.impacts import START, resolved
+
     found = resolved(model, t, y, START, 0.0)
     return np.concatenate((y[: model.coordinate_count], found.u, found.z))

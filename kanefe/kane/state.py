@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, wraps
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Vector
 from kanefe.kane.kinematics import FrameMotion, inertial_frame, interface_motion, placed, sweep_outward
 from kanefe.loads.base import Action
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 Answer = TypeVar("Answer")
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.frames import Matrix
 from kanefe.kane.interactions import add_load_slopes
-from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.kane.state import State
 
 
 def elastic_stiffness(model: ModelData) -> Matrix:

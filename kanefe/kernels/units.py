@@ -10,7 +10,6 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-import platform
 import re
 import sys
 import threading
@@ -56,7 +55,7 @@ GENERATIONS = {
 }
 """What wheels are made for, best first."""
 
-IMPORT = re.compile(r"^from (kanefe\.kernels[\w.]*) import", re.MULTILINE)
+IMPORT = b"\nfrom kanefe.kernels"
 
 
 class ObjectCode(Protocol):
@@ -168,7 +167,11 @@ def path_of(unit: Unit) -> Path | None:
     if not _is_kept(unit):
         return None
     name = file_name(unit)
-    return next((folder / name for folder in _folders() if (folder / name).is_file()), None)
+    for folder in _built_folders():
+        if (folder / name).is_file():
+            return folder / name
+    own = own_folder() / name
+    return own if own.is_file() else None
 
 
 def _is_kept(unit: Unit) -> bool:
@@ -209,24 +212,41 @@ class _Source(NamedTuple):
 
 @cache
 def _source(path: str) -> _Source:
-    with open(f"{PACKAGE}/{path}", encoding="utf-8") as file:
+    with open(f"{PACKAGE}/{path}", "rb") as file:
         text = file.read()
-    return _Source(hashlib.sha256(text.encode()).hexdigest(), tuple(dict.fromkeys(IMPORT.findall(text))))
+    return _Source(hashlib.sha256(text).hexdigest(), imports_of(text))
+
+
+def imports_of(text: bytes) -> tuple[str, ...]:
+    """Return the modules of kernels that a file imports, each once; a regular expression takes 4 ms for all files."""
+    found = (rest.partition(b" import")[0].decode() for rest in text.split(IMPORT)[1:])
+    return tuple(dict.fromkeys(f"kanefe.kernels{module}" for module in found))
 
 
 @cache
-def _folders() -> tuple[Path, ...]:
-    """Return where files of units may be, best first; the last one is that of the user."""
+def _built_folders() -> tuple[Path, ...]:
+    """Return where a wheel has files of units for this processor, best first."""
+    if not BUILT.is_dir():
+        return ()
     can = set(_features().split())
     fitting = [BUILT / name for name, of in GENERATIONS.items() if can.issuperset(of.features.split())]
-    return *(folder for folder in fitting if folder.is_dir()), own_folder()
+    return tuple(folder for folder in fitting if folder.is_dir())
 
 
 @cache
 def own_folder() -> Path:
     """Return the folder of units that are made for this processor."""
-    processor = hashlib.sha256(f"{platform.machine()} {_features()}".encode()).hexdigest()[:8]
-    return cache_folder() / "kernels" / f"{platform.machine()}-{processor}"
+    machine = _machine()
+    processor = hashlib.sha256(f"{machine} {_features()}".encode()).hexdigest()[:8]
+    return cache_folder() / "kernels" / f"{machine}-{processor}"
+
+
+def _machine() -> str:
+    if hasattr(os, "uname"):
+        return os.uname().machine
+    import platform  # 2 ms of a new process
+
+    return platform.machine()
 
 
 @cache
@@ -237,7 +257,11 @@ def _features() -> str:
             flags = re.search(r"^(?:flags|Features)\s*:(.*)$", file.read(20_000), re.MULTILINE)
     except OSError:
         flags = None
-    return flags[1] if flags else platform.processor()
+    if flags:
+        return flags[1]
+    import platform
+
+    return platform.processor()
 
 
 def _opened(path: Path) -> MachineCode:

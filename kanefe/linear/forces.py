@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,8 +16,11 @@ from kanefe.loads.base import ValuedLoad
 from kanefe.loads.functions import Constant
 from kanefe.loads.joint_load import JointLoad
 from kanefe.loads.point_load import PointLoad
-from kanefe.tree.load_names import SceneLoad, scene_loads
+from kanefe.tree.load_names import scene_loads
 from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.tree.load_names import SceneLoad
 
 SPACE = 3
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,8 +29,11 @@ from kanefe.linear.tangents import DIFFERENCE_STEP, difference, tangent_names, t
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant
 from kanefe.loads.point_load import PointLoad
-from kanefe.tree.load_names import SceneLoad, named_loads
+from kanefe.tree.load_names import named_loads
 from kanefe.tree.stiffening_check import unstiffened
+
+if TYPE_CHECKING:
+    from kanefe.tree.load_names import SceneLoad
 
 GRAVITY = "gravity"
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import isfinite
 from time import perf_counter
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.functions import SPENT, Constant, SceneView
-from kanefe.loads.reach import LoadReach
+
+if TYPE_CHECKING:
+    from kanefe.loads.reach import LoadReach
 
 WORDS = {(): "one finite number", (3,): "three finite numbers"}
 REAL = "fiub"

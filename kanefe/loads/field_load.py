@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.base import ValuedLoad
 from kanefe.loads.functions import SceneView
+
+if TYPE_CHECKING:
+    from kanefe.fe_model.load_pattern import LoadPattern
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from kanefe.constraints.rows import (
-    DIRECTIONS,
-    RADIAN,
-    Constraint,
-    CouplerRow,
-    DirectionRow,
-    DistanceRow,
-    MarkerRow,
-    PointRow,
-    RollingRow,
-    Row,
-    ScrewRow,
-)
-from kanefe.kane.constraints import RANK_TOLERANCE
 from kanefe.kernels.constraint_rows import (
     COUPLER_ROW,
     DIRECTION_ROW,
@@ -33,12 +21,18 @@ from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
+if TYPE_CHECKING:
+    from kanefe.constraints.rows import Constraint, MarkerRow, Row
+
 
 def loop_tables(builder: Seats) -> Loops:
     """Return the tables of the rows of all constraints."""
     model = builder.model
     if not model.constraints:
         return no_loops()
+    from kanefe.constraints.rows import CouplerRow, RollingRow
+    from kanefe.kane.constraints import RANK_TOLERANCE
+
     integers, markers, numbers = [], [], []
     length = scene_length(model)
     speeds: list[int] = []
@@ -74,6 +68,8 @@ def loop_tables(builder: Seats) -> Loops:
 
 def _nature(constraint: Constraint, row: Row) -> tuple[int, int, int]:
     """Return whether a row holds coordinates, whether its residual is an angle, and its switch."""
+    from kanefe.constraints.rows import RADIAN
+
     return int(row.holds_place), int(row.unit == RADIAN), constraint.switch
 
 
@@ -85,6 +81,8 @@ def _coordinate(model: ModelData, body: int, coordinate: int) -> int:
 
 def _row_numbers(row: MarkerRow) -> tuple[int, np.ndarray]:
     """Return the kind of a row and its numbers: e, f or a screw's side, and a length, lead, radius or cosine."""
+    from kanefe.constraints.rows import DIRECTIONS, DirectionRow, DistanceRow, PointRow, ScrewRow
+
     none = np.zeros(3)
     if isinstance(row, PointRow):
         return POINT_ROW, np.array([*row.e, *none, 0.0])

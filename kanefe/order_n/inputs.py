@@ -9,14 +9,9 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels._numba import Part
 from kanefe.kernels._numba_functions import guarded
-from kanefe.loads.controller import Held
-from kanefe.loads.field_load import FieldLoad
+from kanefe.loads.base import ValuedLoad
 from kanefe.loads.functions import CompiledCallback
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
 from kanefe.tree.model_data import ModelData
-
-ValuedLoad = PointLoad | JointLoad | FieldLoad
 
 
 class InputLayout:
@@ -44,6 +39,8 @@ class InputLayout:
         self.held: list[tuple[int, int, float]] = []
         values: list[float] = []
         for load, count in _loads_with_values(model):
+            from kanefe.loads.controller import Held
+
             where = slice(len(values), len(values) + count)
             self._at[id(load)] = where.start
             values += [0.0] * count

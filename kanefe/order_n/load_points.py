@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.loads.base import Load
-from kanefe.loads.reach import LoadReach
 from kanefe.order_n.modal_constants import ModalConstants
+
+if TYPE_CHECKING:
+    from kanefe.loads.reach import LoadReach
 
 
 def body_of_points(load: Load, reach: LoadReach | None) -> int:

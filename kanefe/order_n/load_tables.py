@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.kernels.addresses import addresses
 from kanefe.kernels.force_elements.given import given
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
@@ -24,6 +24,9 @@ from kanefe.loads.base import LoadKernel
 from kanefe.order_n.reach_tables import in_teams, reach_tables, sweeps
 from kanefe.order_n.seats import Seats
 from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 
 def attached_interfaces(

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.bodies.mass_moments import MassMoments
 from kanefe.frames import Matrix
-from kanefe.loads.field_load import FieldLoad
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.model_data import FlexibleTerms
+
+if TYPE_CHECKING:
+    from kanefe.loads.field_load import FieldLoad
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 AXES = ((1, 2), (2, 0), (0, 1))
@@ -68,6 +69,8 @@ class ModalConstants:
 
 def modal_constants(terms: FlexibleTerms) -> ModalConstants:
     """Return the constants of a body."""
+    from kanefe.bodies.mass_moments import MassMoments
+
     moments, k = terms.free_moments, terms.body.free_count
     if not isinstance(moments, MassMoments):
         raise TypeError("the order-n route takes bodies with a mass field")

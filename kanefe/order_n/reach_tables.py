@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kernels.broad_phase import BALL
 from kanefe.kernels.reach import BALL_INTEGERS, BOUNDS_NUMBERS, TEAM_INTEGERS, Reach
-from kanefe.loads.reach import Bounds
 from kanefe.order_n.load_points import point_numbers
 from kanefe.order_n.seats import Seats
+
+if TYPE_CHECKING:
+    from kanefe.loads.reach import Bounds
 
 SWEEP_FROM = 4
 """Loads a ball from which on a sweep over the balls is made, and not each load looked at by itself."""

@@ -11,13 +11,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations
-from kanefe.kane.bent import bent_too_far
 from kanefe.kane.route import LiteralRoute
-from kanefe.kane.state import State
 from kanefe.kernels._numba import IS_COMPILED
 from kanefe.kernels.closing import CLOSED, close_state, closing_memory_size
 from kanefe.kernels.entries import LATER, Bound
@@ -373,6 +369,10 @@ class OrderN(LiteralRoute):
         """Raise the error of the literal route for a state at which the sweep failed."""
         q, u, z = self.parts(y)
         if all(np.all(np.abs(x) < GROWN) for x in (q, u)):
+            from kanefe.kane.assemble import accelerations
+            from kanefe.kane.bent import bent_too_far
+            from kanefe.kane.state import State
+
             if bent := bent_too_far(self.model, t, q, u):
                 raise SimulationError(f"at t = {t:.6g} s {bent}")
             accelerations(State(self.model, t, q, u, z))
@@ -384,8 +384,11 @@ class OrderN(LiteralRoute):
 
 def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     """Return what keeps a scene from the order-n route; nothing: it is served."""
-    for body in model.bodies:
-        if body.flexible is not None and not isinstance(body.flexible.free_moments, MassMoments):
+    flexible = [body.flexible for body in model.bodies if body.flexible is not None]
+    if flexible:
+        from kanefe.bodies.mass_moments import MassMoments
+
+        if not all(isinstance(terms.free_moments, MassMoments) for terms in flexible):
             return (Obstacle("bodies in the nodal form", "matrices of nodes that rotate"),)
     for body in model.bodies:
         if body.joint.links() is None:

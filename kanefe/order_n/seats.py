@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.loads_layout import AT, COORDINATE, SPEED
@@ -15,6 +15,9 @@ from kanefe.order_n.inputs import InputLayout
 from kanefe.order_n.load_points import body_of_points
 from kanefe.order_n.modal_constants import ModalConstants
 from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 
 @dataclass(frozen=True, eq=False)

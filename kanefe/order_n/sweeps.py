@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import (
     Matrix,
     cross,
@@ -39,6 +38,9 @@ from kanefe.order_n.seats import Seat, Seats
 from kanefe.order_n.tables import TableBuilder
 from kanefe.tree.model_data import WORKS
 from kanefe.tree.route import FrameMotions
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 
 class Sweeps:

@@ -7,11 +7,10 @@ which is z; rigid bodies fixed to rigid bodies melt into them; interfaces have r
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.addresses import addresses
 from kanefe.kernels.border import border_size
@@ -67,6 +66,9 @@ from kanefe.order_n.load_tables import attached_interfaces, joint_force_tables, 
 from kanefe.order_n.modal_constants import modal_constants
 from kanefe.order_n.seats import Seat, Seats
 from kanefe.tree.model_data import BodyTerms, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
 

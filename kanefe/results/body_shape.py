@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.results.quantities import XYZ
 from kanefe.storage.scipy_later import sp
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
 
 
 @dataclass(frozen=True, eq=False)

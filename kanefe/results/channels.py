@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
@@ -20,9 +19,7 @@ from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.coupling import recovered_forces
-from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
-from kanefe.kane.rigid_contacts import told as told_of_rigid
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.placed_states import placed_states
@@ -31,6 +28,10 @@ from kanefe.results.reactions import are_alone, moved_wrenches, reactions_of_sta
 from kanefe.results.surface_outline import SurfaceOutline, outlines
 from kanefe.tree.model_data import BodyTerms
 from kanefe.tree.route import RunSweeps
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.kane.kinematics import FrameMotion
 
 Key = tuple[str, str, str]
 """Quantity, body ("" for the whole scene), interface ("" for the body's own frame)."""
@@ -345,6 +346,8 @@ class RunChannels:
         return carried_wrench(state, number, terms.body.interface(interface), du)
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
+        from kanefe.kane.rigid_contacts import told as told_of_rigid
+
         rigid, swept = self.model.rigid_contacts, self._swept
         kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads}
         placed = self._views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
 from kanefe.errors import ModelError
 
 STATUS = "open", "sticks", "slips"
@@ -57,6 +56,8 @@ class ContactHistory(NamedTuple):
 
 def is_contact(columns: Sequence[str]) -> bool:
     """Return whether a load that tells these is a contact."""
+    from kanefe.contact.contact import Contact
+
     return tuple(columns) == Contact.columns
 
 

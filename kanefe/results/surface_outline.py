@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.contact.outlines import outline
-from kanefe.contact.surface import Surface
 from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.contact.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +44,8 @@ def outlines(model: ModelData) -> tuple[SurfaceOutline, ...]:
 
 
 def _on_frame(model: ModelData, surface: Surface) -> SurfaceOutline | None:
+    from kanefe.contact.outlines import outline
+
     marker, drawn = surface.frame, outline(surface.shape)
     body = model.bodies[marker.body] if marker.body >= 0 else None
     carrier = marker.interface

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
-from kanefe.bodies.projection import Field, projected
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation, numbers
@@ -17,6 +16,10 @@ from kanefe.joints.base import axis_direction
 from kanefe.joints.checks import check_joint
 from kanefe.joints.given_pose import driven
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
+    from kanefe.bodies.projection import Field
 
 
 class BodyMethods(Scene):
@@ -207,6 +210,9 @@ class BodyMethods(Scene):
         ModelError
             Naming what is wrong with the body.
         """
+        from kanefe.bodies.flexible import FlexibleBody
+        from kanefe.bodies.projection import projected
+
         if not isinstance(body, FlexibleBody):
             raise ModelError(
                 f"flexible body {name!r} must be a FlexibleBody, not {type(body).__name__}. "

@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.constraints.loop_joints import held_by, loop_joint_rows
-from kanefe.constraints.rows import (
-    FIRST,
-    METRE,
-    NORMAL,
-    RADIAN,
-    SECOND,
-    Constraint,
-    CouplerRow,
-    DistanceRow,
-    RollingRow,
-)
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.joints import Joint
 from kanefe.joints.checks import check_joint
 from kanefe.joints.given_pose import driven
 from kanefe.scene.scene import Frame, Scene
+
+if TYPE_CHECKING:
+    from kanefe.constraints.rows import Constraint
 
 
 class ConstraintMethods(Scene):
@@ -73,6 +65,9 @@ class ConstraintMethods(Scene):
         >>> scene.freeze().constraint_report().degrees_of_freedom
         1
         """
+        from kanefe.constraints.loop_joints import held_by, loop_joint_rows
+        from kanefe.constraints.rows import Constraint
+
         label = f"loop joint {name!r}"
         self._check_new(name, label, starts_on)
         made = joint() if isinstance(joint, type) and issubclass(joint, Joint) else joint
@@ -104,6 +99,8 @@ class ConstraintMethods(Scene):
         ModelError
             If the length is not above zero (remedy: a spherical loop joint), or an end is no place in this scene.
         """
+        from kanefe.constraints.rows import Constraint, DistanceRow
+
         label = f"distance {name!r}"
         self._check_new(name, label, starts_on)
         size = _positive(length, f"length of {label}", "a spherical loop joint keeps two points together")
@@ -224,6 +221,8 @@ class ConstraintMethods(Scene):
         *,
         is_ball: bool,
     ) -> None:
+        from kanefe.constraints.rows import FIRST, NORMAL, SECOND, Constraint, RollingRow
+
         label = f"{kind} {name!r}"
         self._check_new(name, label, starts_on)
         size = _positive(radius, f"radius of {label}", "give it in m")
@@ -243,6 +242,8 @@ class ConstraintMethods(Scene):
         constant: float | None,
         starts_on: bool | None,
     ) -> None:
+        from kanefe.constraints.rows import METRE, RADIAN, Constraint, CouplerRow
+
         terms, start, unit = [], 0.0, RADIAN
         for key, coefficient in coefficients.items():
             frame, coordinate = key if isinstance(key, tuple) else (key, 0)

@@ -7,23 +7,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.contact.bristles import LuGre
-from kanefe.contact.contact import Contact
-from kanefe.contact.convex_contact import ConvexContact
-from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.normal_laws import NormalLaw
-from kanefe.contact.rigid import Rigid
-from kanefe.contact.rigid_contact import RigidContact, check_rigid
-from kanefe.contact.rigid_crowd import FEW, crowd_of
-from kanefe.contact.shape import Probe, SurfaceShape
-from kanefe.contact.surface import Surface, paired, probes_on
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Orientation
 from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import ContactPatch, Frame, three
+
+if TYPE_CHECKING:
+    from kanefe.contact.bristles import LuGre
+    from kanefe.contact.friction_laws import Coulomb
+    from kanefe.contact.normal_laws import NormalLaw
+    from kanefe.contact.rigid import Rigid
+    from kanefe.contact.shape import Probe, SurfaceShape
+    from kanefe.contact.surface import Surface
 
 SHARE_OF_CRITICAL = 0.1
 
@@ -79,6 +78,9 @@ class ContactMethods(LoadMethods):
         >>> result.events["drop touch"].round(4)
         array([0.2856])
         """
+        from kanefe.contact.shape import SurfaceShape
+        from kanefe.contact.surface import Surface
+
         label = f"surface {name!r}"
         self._check_open(label)
         if not name or not isinstance(name, str):
@@ -139,6 +141,15 @@ class ContactMethods(LoadMethods):
         ModelError
             Naming what is wrong with the contact. That something begins within a surface is found at freeze.
         """
+        from kanefe.contact.bristles import LuGre
+        from kanefe.contact.contact import Contact
+        from kanefe.contact.convex_contact import ConvexContact
+        from kanefe.contact.friction_laws import Coulomb
+        from kanefe.contact.normal_laws import NormalLaw
+        from kanefe.contact.rigid import Rigid
+        from kanefe.contact.rigid_contact import RigidContact, check_rigid
+        from kanefe.contact.surface import Surface
+
         label = self._new_load(name, "contact")
         if not isinstance(normal, (NormalLaw, Rigid)):
             raise ModelError(f"normal of {label} must be a law such as kanefe.HuntCrossley(1e6), not {normal!r}")
@@ -200,6 +211,9 @@ class ContactMethods(LoadMethods):
         ignore : sequence of pairs of Surface
             That may pass through each other.
         """
+        from kanefe.contact.rigid import Rigid
+        from kanefe.contact.rigid_crowd import FEW, crowd_of
+
         left_out = {frozenset((a.name, b.name)) for a, b in ignore}
         pairs = [
             (a, b)
@@ -224,6 +238,9 @@ class ContactMethods(LoadMethods):
 
         Last comes the shape that touches, where a library has to find the place.
         """
+        from kanefe.contact.shape import Probe
+        from kanefe.contact.surface import Surface, paired, probes_on
+
         if isinstance(one, Surface):
             touching, touched, met = paired(one, other, label)
             # known beforehand, or found at each state
@@ -285,6 +302,8 @@ def _is_flexible(frame: Frame) -> bool:
 
 def _set_valued(friction: Coulomb | LuGre | None, label: str) -> Coulomb | None:
     """Return the friction of a rigid contact; a ModelError says that it has no other."""
+    from kanefe.contact.bristles import LuGre
+
     if isinstance(friction, LuGre):
         raise ModelError(f"{label}: friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)")
     return friction

@@ -5,16 +5,16 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.loads.controller import Controller, Held, Reading
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
 from kanefe.scene.scene import Scene
 from kanefe.scene.targets import Named, Target, asked_for, axes_of, joint_entry, target_of
+
+if TYPE_CHECKING:
+    from kanefe.loads.controller import Reading
 
 READS = {
     "position": "m",
@@ -94,6 +94,8 @@ class ControllerMethods(Scene):
         >>> result.controllers["hold"].drives.shape
         (2000, 1)
         """
+        from kanefe.loads.controller import Controller
+
         label = f"controller {name!r}"
         self._check_open(label)
         if not isinstance(name, str) or not name:
@@ -118,6 +120,8 @@ class ControllerMethods(Scene):
 
     def _readings(self, label: str, name: str, text: object) -> list[Reading]:
         """Return what one text asks for."""
+        from kanefe.loads.controller import Reading
+
         role = f"{label} reads"
         target = target_of(self._entries, name, text, READS, role)
         entry = self._entries[target.body]
@@ -168,6 +172,10 @@ class ControllerMethods(Scene):
 
     def _hold(self, name: str, number: int, label: str, target: Target, made: tuple[int, bool]) -> None:
         """Add the load that one drive of a controller is."""
+        from kanefe.loads.controller import Held
+        from kanefe.loads.joint_load import JointLoad
+        from kanefe.loads.point_load import PointLoad
+
         entry, (component, is_own) = self._entries[target.body], made
         if target.what == "motor":
             entry.joint_loads.append(JointLoad(label, Held(name, number), component, takes_state=True))

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.frames import numbers
-from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant, callback
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
+
+if TYPE_CHECKING:
+    from kanefe.fe_model.load_pattern import LoadPattern
 
 VectorLoad = Callable[..., Any] | Sequence[float]
 
@@ -46,6 +47,8 @@ class FieldLoadMethods(Scene):
         --------
         >>> scene.add_traction(arm, "top", (0.0, 0.0, -1e3))                  # doctest: +SKIP
         """
+        from kanefe.loads.field_load import FieldLoad
+
         label = f"the traction on {surface!r} of {_name(member)}"
         entry, pattern = self._loaded(member, surface, label)
         if pattern.kind == "line":
@@ -75,6 +78,8 @@ class FieldLoadMethods(Scene):
         --------
         >>> scene.add_line_load(wing, "span", (0.0, 0.0, 120.0), follows=True)    # doctest: +SKIP
         """
+        from kanefe.loads.field_load import FieldLoad
+
         label = f"the line load on {line!r} of {_name(member)}"
         entry, pattern = self._loaded(member, line, label)
         if pattern.kind != "line":
@@ -105,6 +110,8 @@ class FieldLoadMethods(Scene):
         --------
         >>> scene.add_pressure(arm, "top", lambda t: 1e5 * min(t, 1.0))       # doctest: +SKIP
         """
+        from kanefe.loads.field_load import FieldLoad
+
         label = f"the pressure on {surface!r} of {_name(member)}"
         entry, pattern = self._loaded(member, surface, label)
         if not pattern.has_pressure:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -11,9 +10,6 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.joints.held_motion import Course, driven_by, held_motion
-from kanefe.loads.controller import INPUTS, Held, HeldInputs
-from kanefe.loads.field_load import FieldLoad
-from kanefe.loads.point_load import PointLoad
 from kanefe.scene.controllers import DRIVES, ControllerMethods
 from kanefe.scene.scene import BodyEntry
 from kanefe.scene.targets import AXES, Named, asked_for, joint_entry, target_of
@@ -57,11 +53,15 @@ class HeldInputMethods(ControllerMethods):
         ModelError
             Naming what there is not, and listing what there is.
         """
+        from kanefe.loads.controller import INPUTS, HeldInputs
+
         loads: list[HeldInput] = []
         drives: list[HeldInput] = []
         for name, text in _asked(named):
             what, _, rest = text.strip().partition(" ")
             if what not in KINDS:
+                import difflib
+
                 near = difflib.get_close_matches(what, KINDS, 1)
                 did = f"did you mean {near[0]!r}? " if near else ""
                 raise ModelError(f"input {text!r}: there is no {what!r}; {did}Remedy: one of {', '.join(KINDS)}")
@@ -105,8 +105,12 @@ class HeldInputMethods(ControllerMethods):
 
     def _held_load(self, name: str, label: str, number: int, t: float) -> list[HeldInput]:
         """Return inputs that take the place of the value of a load of the scene."""
+        from kanefe.loads.controller import INPUTS, Held
+
         places = dict(_named(self._entries))
         if label not in places:
+            import difflib
+
             near = difflib.get_close_matches(label, places, 1)
             did = f"Did you mean {near[0]!r}? " if near else ""
             listed = ", ".join(map(repr, places)) or "none"
@@ -168,6 +172,9 @@ def _named(entries: Iterable[BodyEntry]) -> list[tuple[str, tuple[BodyEntry, str
 
 
 def _unit(entry: BodyEntry, load: Any) -> str:
+    from kanefe.loads.field_load import FieldLoad
+    from kanefe.loads.point_load import PointLoad
+
     if isinstance(load, PointLoad):
         return "N m" if load.is_torque else "N"
     if isinstance(load, FieldLoad):

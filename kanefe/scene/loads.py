@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.base import Load
-from kanefe.loads.bushing import Bushing
-from kanefe.loads.checks import check_load
 from kanefe.loads.functions import Constant, Turned, callback
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
-from kanefe.loads.spring import SpringDamper
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
+
+if TYPE_CHECKING:
+    from kanefe.loads.point_load import PointLoad
 
 LoadValue = Callable[..., Any] | Sequence[float] | float
 
@@ -55,6 +53,8 @@ class LoadMethods(Scene):
         >>> float(result.velocity("ball")[-1, 0].round(3))  # m/s: 3 (1 - exp(-1))
         1.896
         """
+        from kanefe.loads.checks import check_load
+
         check_load(load)
         label = self._new_load(load.name, load.kind)
         markers = [
@@ -157,6 +157,8 @@ class LoadMethods(Scene):
         self._add_motor(body, force, coordinate, f"the motor of {body.label}", is_single=False)
 
     def _add_motor(self, body: Frame, force: LoadValue, coordinate: int, label: str, is_single: bool) -> None:
+        from kanefe.loads.joint_load import JointLoad
+
         entry = self._target(body, "a motor")
         joint = entry.joint
         motions = joint.motions if joint.rotation_at is None else ()
@@ -221,6 +223,8 @@ class LoadMethods(Scene):
         >>> ball = scene.add_point("ball", 0.1, at=(0, 0, -1))
         >>> scene.add_spring("rope", scene.ground, ball, stiffness=1e4, damping=2.0, rest_length=0.9)
         """
+        from kanefe.loads.spring import SpringDamper
+
         label = self._new_load(name, "spring")
         ends = self._marker(a, f"end a of {label}"), self._marker(b, f"end b of {label}")
         k = float(_not_negative(stiffness, (), f"stiffness of {label}"))
@@ -277,6 +281,8 @@ class LoadMethods(Scene):
         >>> engine = scene.add_rigid_body("engine", 80.0, 2.0, joint=kf.Free())
         >>> scene.add_bushing("mount", scene.ground, engine, stiffness=(2e5, 2e5, 4e5), damping=(200, 200, 400))
         """
+        from kanefe.loads.bushing import Bushing
+
         label = self._new_load(name, "bushing")
         wide = numbers(stiffness).size == 6 or numbers(damping).size == 6 or law is not None
         ends = [
@@ -318,6 +324,8 @@ def _point_load(
     label: str, load: LoadValue, is_torque: bool, where: np.ndarray, follows: bool, target: Frame
 ) -> PointLoad:
     """Return a checked force or torque; components of an offset frame are turned into those of what it is fixed in."""
+    from kanefe.loads.point_load import PointLoad
+
     axes = target.axes if follows else np.eye(3)
     if not callable(load):
         constant = axes @ three(load, label)

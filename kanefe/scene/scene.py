@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.marker import Marker
 from kanefe.bodies.rigid import RigidMass
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation, numbers, orientation_parameters, rotation_matrix
 from kanefe.joints import Joint
 from kanefe.loads.base import Load
-from kanefe.loads.controller import Controller
-from kanefe.loads.field_load import FieldLoad
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
 
 if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
     from kanefe.fe_model.places import PlaceLike
+    from kanefe.loads.controller import Controller
+    from kanefe.loads.field_load import FieldLoad
+    from kanefe.loads.joint_load import JointLoad
+    from kanefe.loads.point_load import PointLoad
 
 
 @dataclass(eq=False)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.joints import Joint
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 AXES = {"x": 0, "y": 1, "z": 2}
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from kanefe.constraints.rows import Constraint
 from kanefe.joints import Joint
 from kanefe.loads.base import Load
-from kanefe.loads.controller import Controller
 from kanefe.scene.scene import BodyEntry
+
+if TYPE_CHECKING:
+    from kanefe.constraints.rows import Constraint
+    from kanefe.loads.controller import Controller
 
 
 def tree_text(

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.slopes import SlopeMeasure
-from kanefe.bodies.unreduced import UnreducedBody
-from kanefe.constraints.rows import Constraint
-from kanefe.contact.surface import Surface
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import COMPONENTS, rigid_motion
-from kanefe.loads.controller import Controller
 from kanefe.scene.scene import BodyEntry
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
+    from kanefe.constraints.rows import Constraint
+    from kanefe.contact.surface import Surface
+    from kanefe.loads.controller import Controller
 
 _fixed_of_bodies: WeakKeyDictionary[FlexibleBody, dict[str, np.ndarray]] = WeakKeyDictionary()
 """Of each body what `_fixed_motions` found: scenes are frozen more often than bodies are made."""
@@ -75,7 +76,7 @@ def build_model(
                 **_fixed_motions(body),
             )
             coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
-            centred = body.centred if isinstance(body, UnreducedBody) else np.asarray
+            centred = _centred(body)
             q.append(centred(entry.eta))
             u.append(centred(entry.deta))
         bodies.append(
@@ -116,8 +117,17 @@ def _free_joint_speeds(entry: BodyEntry) -> int:
     return sum(motion is None for motion in entry.joint.motions)
 
 
+def _centred(body: FlexibleBody) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what takes the mean motion that G has out of a start of an unreduced body; of others nothing."""
+    from kanefe.bodies.unreduced import UnreducedBody
+
+    return body.centred if isinstance(body, UnreducedBody) else np.asarray
+
+
 def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
     """Return C over all rows of the body, (K, k), or None if undamped: no damping code runs then."""
+    from kanefe.bodies.unreduced import UnreducedBody
+
     k = body.free_count
     if isinstance(body, UnreducedBody):
         return body.damping if body.is_damped else None
@@ -129,6 +139,9 @@ def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
 
 def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
     """Return the motion of G and of the coordinates with each fixed component: see `FlexibleTerms`."""
+    from kanefe.bodies.unreduced import UnreducedBody
+    from kanefe.fe_model.model import COMPONENTS, rigid_motion
+
     k, fixed = body.free_count, body.fixed_count
     if not fixed:
         return {"fixed_rigid": np.zeros((6, 0)), "fixed_elastic": np.zeros((k, 0))}

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from kanefe.loads.field_load import FieldLoad
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
 from kanefe.tree.model_data import ModelData
 
-SceneLoad = PointLoad | JointLoad | FieldLoad
+if TYPE_CHECKING:
+    from kanefe.loads.field_load import FieldLoad
+    from kanefe.loads.joint_load import JointLoad
+    from kanefe.loads.point_load import PointLoad
+
+    SceneLoad = PointLoad | JointLoad | FieldLoad
 
 
 def scene_loads(model: ModelData) -> Iterator[SceneLoad]:

@@ -10,31 +10,32 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.marker import Marker
-from kanefe.bodies.mass_moments import MassMoments
-from kanefe.bodies.nodal_moments import NodalMoments
 from kanefe.bodies.rigid import RigidMass
 from kanefe.bodies.slopes import SlopeMeasure
-from kanefe.bodies.unreduced import UnreducedBody
-from kanefe.constraints.rows import Constraint
-from kanefe.contact.rigid_contact import RigidContact
-from kanefe.contact.rigid_crowd import RigidCrowd
-from kanefe.contact.surface import Surface
 from kanefe.errors import ModelError
 from kanefe.joints import Joint, Motion
-from kanefe.joints.joint_friction import Bearing
 from kanefe.loads.base import Load
-from kanefe.loads.controller import Controller
-from kanefe.loads.coordinate_friction import CoordinateFriction
-from kanefe.loads.field_load import FieldLoad
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
 from kanefe.storage.pickled import PickledByFields
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+    from kanefe.bodies.mass_moments import MassMoments
+    from kanefe.bodies.nodal_moments import NodalMoments
+    from kanefe.constraints.rows import Constraint
+    from kanefe.contact.rigid_contact import RigidContact
+    from kanefe.contact.rigid_crowd import RigidCrowd
+    from kanefe.contact.surface import Surface
+    from kanefe.joints.joint_friction import Bearing
+    from kanefe.loads.controller import Controller
+    from kanefe.loads.coordinate_friction import CoordinateFriction
+    from kanefe.loads.field_load import FieldLoad
+    from kanefe.loads.joint_load import JointLoad
+    from kanefe.loads.point_load import PointLoad
 
 WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
@@ -226,10 +227,16 @@ class ModelData(PickledByFields):
     @cached_property
     def rigid_contacts(self) -> tuple[int, ...]:
         """Numbers of the loads that are rigid contacts."""
+        if not self.loads:
+            return ()
+        from kanefe.contact.rigid_contact import RigidContact
+
         return tuple(i for i, load in enumerate(self.loads) if isinstance(load, RigidContact))
 
     def rigid_contact(self, number: int) -> RigidContact:
         """Return a rigid contact by its number among them."""
+        from kanefe.contact.rigid_contact import RigidContact
+
         contact = self.loads[self.rigid_contacts[number]]
         if not isinstance(contact, RigidContact):
             raise TypeError("rigid contacts are those loads that are")
@@ -238,6 +245,10 @@ class ModelData(PickledByFields):
     @cached_property
     def crowd(self) -> RigidCrowd | None:
         """Rigid contacts of many bodies among each other, which runs step over."""
+        if not self.loads:
+            return None
+        from kanefe.contact.rigid_crowd import RigidCrowd
+
         return next((load for load in self.loads if isinstance(load, RigidCrowd)), None)
 
     @property
@@ -255,7 +266,12 @@ class ModelData(PickledByFields):
     @property
     def has_unreduced(self) -> bool:
         """Whether a flexible body has all degrees of freedom of its mesh, in sparse matrices."""
-        return any(isinstance(b.flexible.body, UnreducedBody) for b in self.bodies if b.flexible)
+        flexible = [body.flexible.body for body in self.bodies if body.flexible]
+        if not flexible:
+            return False
+        from kanefe.bodies.unreduced import UnreducedBody
+
+        return any(isinstance(body, UnreducedBody) for body in flexible)
 
     @property
     def has_varying_tangents(self) -> bool:
@@ -284,11 +300,17 @@ class ModelData(PickledByFields):
     @cached_property
     def bearings(self) -> dict[int, int]:
         """Of each load that follows the reaction of a joint, by its number, the number of the joint's body."""
+        if not self.loads:
+            return {}
+        from kanefe.loads.coordinate_friction import CoordinateFriction
+
         rubbing = ((i, load) for i, load in enumerate(self.loads) if isinstance(load, CoordinateFriction))
         return {i: load.ends[0].body for i, load in rubbing if load.bearing is not None}
 
     def following(self, number: int) -> tuple[CoordinateFriction, Bearing]:
         """Return a load that follows the reaction of a joint, by its number, and how it does so."""
+        from kanefe.loads.coordinate_friction import CoordinateFriction
+
         load = self.loads[number]
         if not isinstance(load, CoordinateFriction) or load.bearing is None:
             raise TypeError(f"{load.name!r} follows no reaction")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.base import End
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 
 @dataclass(slots=True)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
@@ -16,6 +15,7 @@ from kanefe.tree.scene_state import SceneState
 from kanefe.tree.told import MechanicalEnergy
 
 if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kernels.stepping import Run
 
 

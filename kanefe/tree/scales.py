@@ -6,14 +6,16 @@ What the components of a state are measured by, and how coordinates move with th
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.frames import Vector
 from kanefe.tree.model_data import WORKS, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
 
 _extents: WeakKeyDictionary[FlexibleBody, float] = WeakKeyDictionary()
 

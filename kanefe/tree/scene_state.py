@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.marker import CoordinateMarker, Marker
-from kanefe.constraints.rows import Constraint
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.base import CircularLoad, End
 from kanefe.tree.load_names import named_loads
 from kanefe.tree.model_data import FlexibleTerms, ModelData
 from kanefe.tree.placed import INERTIAL, Placed, fixed_in, interface_placed
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.constraints.rows import Constraint
 
 
 class Forces(Protocol):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import InterfaceFrame
-from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.tree.model_data import BodyTerms, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
 
 
 class StiffeningWarning(UserWarning):
@@ -60,7 +62,11 @@ def unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
 
 def _stiffens(body: BodyTerms) -> bool:
     """Tell whether the inertia of a body stiffens it."""
-    if body.flexible is None or isinstance(body.flexible.body, UnreducedBody):
+    if body.flexible is None:
+        return False
+    from kanefe.bodies.unreduced import UnreducedBody
+
+    if isinstance(body.flexible.body, UnreducedBody):
         return False
     return body.flexible.body.moments.quadratic_first is not None
 

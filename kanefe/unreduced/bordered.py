@@ -17,17 +17,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.fe_model.factorise import Factorisation
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import constrained_solver, singular_mass
-from kanefe.kane.constraints import ConstrainedSolver, Rates
-from kanefe.kane.kinematics import FrameMotion
 from kanefe.storage.scipy_later import scipy
-from kanefe.unreduced.condensed import Condensed, Member
+
+if TYPE_CHECKING:
+    from kanefe.fe_model.factorise import Factorisation
+    from kanefe.kane.constraints import ConstrainedSolver, Rates
+    from kanefe.kane.kinematics import FrameMotion
+    from kanefe.unreduced.condensed import Condensed, Member
 
 NO_MULTIPLIERS = np.zeros(0)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.constraints.rows import METRE
@@ -12,9 +14,11 @@ from kanefe.kane.loop_closure import consistent_start
 from kanefe.kernels.tolerances import LARGEST_OPENING, TOLERANCE
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
-from kanefe.unreduced.bordered import Bordered
 from kanefe.unreduced.condensed import Condensed, FrozenMoments
 from kanefe.unreduced.demand import some_inertia
+
+if TYPE_CHECKING:
+    from kanefe.unreduced.bordered import Bordered
 
 LARGEST_ITERATIONS = 8
 

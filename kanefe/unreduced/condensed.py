@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,11 +20,13 @@ from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint, CouplerRow
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.inertia import flexible_inertia
-from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State
-from kanefe.loads.field_load import FieldLoad
 from kanefe.storage.scipy_later import scipy, sp
 from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.kane.kinematics import FrameMotion
+    from kanefe.loads.field_load import FieldLoad
 
 
 class FrozenMoments:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.kinematics import FrameMotion
 from kanefe.storage.scipy_later import spla
 from kanefe.tree.scene_state import SceneState
 from kanefe.unreduced.condensed import FrozenMoments, Member
+
+if TYPE_CHECKING:
+    from kanefe.kane.kinematics import FrameMotion
 
 Own = tuple[Vector, Vector, Vector]
 """Coordinates of a member, their rates and their accelerations, each (k,)."""

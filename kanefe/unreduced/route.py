@@ -7,12 +7,11 @@ product with K. Nothing dense is as wide as a mesh.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.factorise import Factorisation
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import assemble
 from kanefe.kane.constraints import constraint_rates
@@ -30,6 +29,9 @@ from kanefe.unreduced.closing import closed_start
 from kanefe.unreduced.condensed import Condensed, condensed_inertia, is_unreduced
 from kanefe.unreduced.demand import demand, equivalent_moments
 from kanefe.unreduced.mass_solver import MassSolver
+
+if TYPE_CHECKING:
+    from kanefe.fe_model.factorise import Factorisation
 
 LARGEST_STORE = 2**32
 """Bytes of states and accelerations above which a run asks for fewer outputs."""

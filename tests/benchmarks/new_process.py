@@ -26,6 +26,7 @@ def completed(*arguments: str, **surroundings: str) -> subprocess.CompletedProce
     """
     path = os.pathsep.join([str(TESTS), str(TESTS / "shared"), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": path, **surroundings}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # an installed package has its bytecode: sources take three times
     done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, env=environment, check=False)
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines() or [f"status {done.returncode}"]

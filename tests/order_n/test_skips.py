@@ -13,6 +13,7 @@ import pytest
 
 import kanefe as kf
 import kanefe.integrate.dynamics
+import kanefe.kane.energy
 import kanefe.order_n.route
 import kanefe.results.channels
 from kanefe.equations.model import Model
@@ -118,8 +119,8 @@ def test_no_power_is_computed_where_nothing_exchanges_energy(monkeypatch: pytest
     full = replace(model, bodies=(replace(model.bodies[0], loads=_zero_load(arm)),))
     assert full.has_power
     expected = Dynamics(full).rate(0.0, y)
-    monkeypatch.setattr(kanefe.kane.route, "load_power", refuse)
-    monkeypatch.setattr(kanefe.kane.route, "dissipated_power", refuse)
+    monkeypatch.setattr(kanefe.kane.energy, "load_power", refuse)
+    monkeypatch.setattr(kanefe.kane.energy, "dissipated_power", refuse)
     np.testing.assert_array_equal(Dynamics(model).rate(0.0, y), expected)
     with pytest.raises(LookupError):
         Dynamics(full).rate(0.0, y)

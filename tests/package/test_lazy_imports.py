@@ -93,6 +93,71 @@ def test_a_run_of_rigid_bodies_does_without_scipy() -> None:
     assert not set(done.stdout.split()) & {"scipy", "tqdm"}
 
 
+SPATIAL = """
+import sys
+import numpy
+before = set(sys.modules)
+import kanefe as kf
+scene = kf.System(gravity=(0, 0, -9.81))
+arm = scene.add_rigid_body("arm", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("y"))
+scene.add_rigid_body("rod", 1.0, 0.1, parent=arm, at=(1, 0, 0), joint=kf.Revolute("z"))
+model = scene.freeze()
+assert model.rhs(0.0, model.initial_state).any()
+print(*sorted(set(sys.modules) - before))
+"""
+
+# Beginnings of the names of modules: what trees of bodies without contacts, loops, stops and friction have no part in.
+NOT_OF_TREES = (
+    "kanefe.constraints.",
+    "kanefe.contact.",
+    "kanefe.integrate.checkpoint",
+    "kanefe.kane.impacts",
+    "kanefe.kane.rigid_contacts",
+    "kanefe.kane.time_stepping",
+    "kanefe.loads.bushing",
+    "kanefe.loads.coordinate_friction",
+    "kanefe.loads.coordinate_stop",
+    "kanefe.loads.field_load",
+    "kanefe.loads.spring",
+    "kanefe.order_n.crowd",
+    "kanefe.unreduced",
+)
+# The same of such trees of rigid bodies without loads, of which one right-hand side is asked for.
+NOT_OF_RIGID = (
+    *NOT_OF_TREES,
+    "kanefe.bodies.flexible",
+    "kanefe.bodies.mass_moments",
+    "kanefe.bodies.unreduced",
+    "kanefe.fe_model",
+    "kanefe.integrate",
+    "kanefe.kane.assemble",
+    "kanefe.kane.constraints",
+    "kanefe.kane.loop_closure",
+    "kanefe.loads.controller",
+    "kanefe.loads.joint_load",
+    "kanefe.loads.point_load",
+    "kanefe.results",
+    "difflib",
+    "platform",
+)
+
+
+def test_a_first_right_hand_side_imports_nothing_that_the_scene_has_not() -> None:
+    done = python(SPATIAL)
+    assert done.returncode == 0, done.stderr
+    loaded = done.stdout.split()
+    assert "kanefe.order_n.route" in loaded
+    assert not [name for name in loaded if name.startswith(NOT_OF_RIGID)]
+
+
+def test_a_run_of_a_flexible_arm_imports_no_contacts_and_no_constraints() -> None:
+    done = python(RUN + BEAMS + "run(body)\nimport sys\nprint(*sorted(sys.modules))")
+    assert done.returncode == 0, done.stderr
+    loaded = done.stdout.split()
+    assert "kanefe.results.channels" in loaded
+    assert not [name for name in loaded if name.startswith(NOT_OF_TREES)]
+
+
 def test_public_names_load_nothing_heavy_either() -> None:
     done = python(
         "import sys, kanefe\n"

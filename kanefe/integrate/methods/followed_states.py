@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.state import State
 from kanefe.loads.base import End, Load
+
+if TYPE_CHECKING:
+    from kanefe.kane.state import State
 
 ITERATIONS = 20
 CONVERGED = 1e-12

@@ -25,12 +25,11 @@ from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
 from kanefe.tree.model_data import WORKS
 from kanefe.tree.route import Form
-from kanefe.unreduced.bordered import Bordered
-from kanefe.unreduced.closing import closed_state
-from kanefe.unreduced.route import Residual, UnreducedRoute
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
+    from kanefe.unreduced.bordered import Bordered
+    from kanefe.unreduced.route import Residual, UnreducedRoute
 
 LARGEST_ITERATIONS = 8
 
@@ -105,7 +104,7 @@ class UnreducedStepper(PythonStepper):
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
         super().__init__(name, dynamics)
         self._model = dynamics.model
-        self._scene = cast(UnreducedRoute, dynamics.route)  # its row is taken of no other
+        self._scene = cast("UnreducedRoute", dynamics.route)  # its row is taken of no other
         self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
         self._reach = 1.0 / (control.rtol * large_displacements(self._scene))
         self._start, self._span, self._stop = start, stop - start, stop
@@ -391,6 +390,8 @@ class UnreducedStepper(PythonStepper):
 
     def _closed(self, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         """Return the state with its loops closed, in the metric of the iteration, so that stiff modes stay."""
+        from kanefe.unreduced.closing import closed_state
+
         bordered = self._matrices.bordered
         if not self._model.constraints or bordered is None:
             return q, u

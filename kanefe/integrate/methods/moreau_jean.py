@@ -12,8 +12,6 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
-from kanefe.kane.time_stepping import stepped
-from kanefe.order_n.crowd import CrowdSteps, lacking
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
@@ -38,6 +36,8 @@ class MoreauJeanStepper(PythonStepper):
     """
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        from kanefe.order_n.crowd import CrowdSteps
+
         super().__init__(name, dynamics)
         self._step, self._stop = float(control.step or 0.0), stop
         self._deepest = self._residual = 0.0
@@ -111,6 +111,8 @@ class MoreauJeanStepper(PythonStepper):
 
     def _advance(self, target: float) -> None:
         """Take a step; the last one ends where the run does."""
+        from kanefe.kane.time_stepping import stepped
+
         t, y = self._t, self._y
         left = self._stop - t
         h = left if left <= self._step * (1.0 + ROUND_OFF) else self._step
@@ -131,6 +133,8 @@ class MoreauJeanStepper(PythonStepper):
 def _serves(model: Model) -> str:
     """Return why it cannot run a model, with a remedy."""
     if model.crowd is not None:
+        from kanefe.order_n.crowd import lacking
+
         if lack := lacking(model):
             return f"takes loose bodies with {model.crowd.name!r}, and no {lack}. Remedy: add_contact for each pair"
         return ""

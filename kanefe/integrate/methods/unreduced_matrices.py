@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,10 @@ from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.tree.scales import joint_scales, scene_length
-from kanefe.unreduced.bordered import Bordered, Edge
-from kanefe.unreduced.route import Residual, UnreducedRoute
+
+if TYPE_CHECKING:
+    from kanefe.unreduced.bordered import Bordered, Edge
+    from kanefe.unreduced.route import Residual, UnreducedRoute
 
 LARGE = 20_000
 """Coordinates from which factors take much memory: then those of two step sizes are kept, else of four."""
@@ -80,6 +82,8 @@ class IterationMatrices:
         shape : ndarray, shape (coordinates,)
             The coordinates at which a new border is made.
         """
+        from kanefe.unreduced.bordered import Bordered
+
         scene, small = self._scene, self._scene.small
         n = small.free_count
         if not small.constraints and not self._changes and self.bordered and self.bordered[0] == halvings:
