@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from kanefe.contact.contact import Contact
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.impulses import answers
@@ -75,6 +76,23 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
     return np.asarray((8.0 * (function(h) - function(-h)) - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h))
 
 
+NEAREST, SHORTEST = 0.1, 1e-5
+"""Of how deep or far off contacts that yield are, how far a difference may go along them; and the least of its step."""
+
+
+def parting_share(state: State) -> float:
+    """Return the share of the steps of differences in which no contact that yields begins or ends."""
+    model = state.model
+    depths = [
+        abs(float(touch.depth))
+        for i, load in enumerate(model.loads)
+        if isinstance(load, Contact)
+        for touch in load.touches(state.load_ends(i), state.load_states(i))
+    ]
+    least = NEAREST * min(depths, default=np.inf) / (DIFFERENCE_STEP * scene_length(model))
+    return min(1.0, max(least, SHORTEST))
+
+
 class Derivatives:
     """Derivatives of the accelerations of the free speeds at a state, along directions that are asked for.
 
@@ -98,6 +116,7 @@ class Derivatives:
         is_own = model.route.evaluate(t, self._state).is_own
         self.is_exact = is_own and model.route.partial_derivatives(t, self._state, none) is not None
         self._loads: Matrix | None = None
+        self._share = 1.0 if self.is_exact else parting_share(State(model, t, q, u))
         if self.is_exact and model.route.derivatives(t, self._state, none) is None:
             state = State(model, t, q, u)
             self._loads = answers(state, load_columns(state))
@@ -126,7 +145,7 @@ class Derivatives:
 
     def _steps(self, z: Matrix, du: Matrix) -> Vector:
         """Return how far differences may go: by the tangents, and by the speeds in what they cover in one second."""
-        return np.minimum(tangent_steps(self.model, z), tangent_steps(self.model, du))
+        return self._share * np.minimum(tangent_steps(self.model, z), tangent_steps(self.model, du))
 
     def _values(self, z: Vector, du: Vector) -> Callable[[float], Vector]:
         model = self.model

@@ -179,6 +179,31 @@ def test_a_block_between_wall_and_floor_leans_on_what_holds_it():
     assert found.carrying == {"foot": pytest.approx(G), "side": pytest.approx(3.0)}
 
 
+def test_many_balls_are_refused_by_name():
+    scene = kf.System(gravity=(0, 0, -G))
+    skins = [scene.add_surface("floor", scene.ground, shapes.Plane("z"))]
+    for i in range(20):
+        ball = scene.add_rigid_body(f"ball {i}", 1.0, 0.01, joint=kf.Free(position=(i, 0, 1.0)))
+        skins.append(scene.add_surface(f"skin {i}", ball, shapes.Sphere(0.1)))
+    scene.add_contacts(skins, normal=kf.Rigid())
+    for analysis in (kf.equilibrium, kf.linearise):
+        with pytest.raises(kf.ModelError, match=r"many rigid contacts among each other, here '.*'.* Remedy"):
+            analysis(scene)
+
+
+def test_what_is_rigid_and_what_yields_carry_beside_each_other():
+    scene = kf.System(gravity=(0, 0, -G))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    for name, mass, law in (("hard", 2.0, kf.Rigid()), ("soft", 1.0, kf.HuntCrossley(1e5, 0.3))):
+        body = scene.add_rigid_body(f"{name} body", mass, 0.1, joint=kf.Prismatic("z", position=0.05))
+        scene.add_contact(name, body, floor, normal=law)
+    found = kf.equilibrium(scene)
+    assert found.carrying == {"hard": pytest.approx(2.0 * G), "soft": pytest.approx(G)}
+    assert found.joint_coordinates("soft body")[0] == pytest.approx(-G / 1e5)
+    frequencies = found.linearise().modes().frequencies
+    np.testing.assert_allclose(frequencies, [math.sqrt(1e5) / (2.0 * np.pi)], rtol=1e-4)  # of damping 0.6 %
+
+
 def test_what_falls_past_everything_has_no_balance():
     scene = block(0.0, mu=0.5)
     scene.add_rigid_body("loose", 1.0, 0.1, joint=kf.Free(position=(0, 0, 3.0)))
