@@ -53,7 +53,8 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     KEEPS_MOMENTA,
     IS_STIFF,
     IS_LEFT_OPEN,
-) = range(21)
+    KNOTS,
+) = range(22)
 OF_METHOD = 24  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
@@ -89,6 +90,12 @@ ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
 CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
 TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
 REALS_OF_METHOD = 38
+
+# From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last at
+# which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
+NEXT_KNOT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_KNOT = range(5)
+FEWEST_KEPT, MOST_KEPT = 8, 1024
+PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
 AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE = range(7)
@@ -213,14 +220,46 @@ def is_finite(x: np.ndarray) -> bool:
     return total < np.inf
 
 
+@kernel
+def knot_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
+    """Return the knot of a table at which the step must end, s; infinity if steps may pass over knots.
+
+    No method is of its order across a kink. Where a step that passes over knots is rejected until few are left, the
+    next steps end at them: `FEWEST_KEPT` at first, twice as many each time that a longer step fails at once again.
+    """
+    at, t = integers[KNOTS], reals[TIME]
+    i, end = int(reals[at + NEXT_KNOT]), len(reals)
+    while i < end and reals[i] <= t + 1e-9 * (reals[i] - reals[i - 1]):
+        i += 1
+    while i > at + FIRST_KNOT + 1 and reals[i - 1] > t + 1e-9 * (reals[i - 1] - reals[i - 2]):
+        i -= 1
+    is_rejected = integers[REJECTED] > reals[at + REJECTED_BEFORE]
+    reals[at + NEXT_KNOT], reals[at + REJECTED_BEFORE] = i, integers[REJECTED]
+    if i == end:
+        return np.inf
+    free = PIECES_OF_FREE_STEP * (reals[i] - reals[i - 1])
+    last = reals[at + LAST_KEPT]
+    if i > last:
+        if not (is_rejected and t + reals[STEP] > reals[i] and wanted < free):
+            return np.inf
+        is_same = i <= last + 2.0 * PIECES_OF_FREE_STEP
+        reals[at + KEPT_AT_ONCE] = min(2.0 * reals[at + KEPT_AT_ONCE], MOST_KEPT) if is_same else FEWEST_KEPT
+        reals[at + LAST_KEPT] = i + reals[at + KEPT_AT_ONCE]
+    reals[NEXT_STEP] = min(reals[NEXT_STEP], free)  # steps that end at knots have errors so small that they say nothing
+    return reals[i]
+
+
 @inlined
 def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
     """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
-    rest = reals[STOP] - reals[TIME]
+    rest, knot = reals[STOP] - reals[TIME], np.inf
     if not integers[IS_FIXED]:
         wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES])
-    integers[LAST_STEP] = 1 if wanted >= rest * (1.0 - 1e-9) else 0
-    if integers[LAST_STEP]:
+        if integers[KNOTS] > 0:
+            knot = knot_ahead(integers, reals, wanted) - reals[TIME]
+    integers[LAST_STEP] = 1 if min(wanted, knot) >= rest * (1.0 - 1e-9) else 0
+    rest = min(rest, knot)
+    if integers[LAST_STEP] or wanted >= rest * (1.0 - 1e-9):
         reals[STEP] = rest
     elif integers[IS_FIXED] or wanted <= 0.5 * rest:
         reals[STEP] = wanted

@@ -22,6 +22,7 @@ from kanefe.kernels.stepping import (
     EVALUATIONS,
     FACTORISATIONS,
     FAILED,
+    FIRST_KNOT,
     HAS_LOOPS,
     HELD,
     IMPLICIT,
@@ -30,6 +31,7 @@ from kanefe.kernels.stepping import (
     JACOBIAN,
     JACOBIAN_ROW,
     JACOBIANS,
+    KNOTS,
     LARGEST,
     LARGEST_OF_DRIVES,
     MAP,
@@ -114,7 +116,8 @@ class KernelStepper:
         n, m = model.coordinate_count, model.free_count
         moves = coordinate_moves(model)
         self.integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
-        self.reals = np.zeros(kernels.reals)
+        knots = _knots(dynamics, kernels.reals) if control.step is None else np.zeros(0)
+        self.reals = np.concatenate((np.zeros(kernels.reals), knots))
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
         self.vectors = np.zeros((rows, n + m + model.state_count + WORKS))
         integers, reals = self.integers, self.reals
@@ -123,6 +126,8 @@ class KernelStepper:
         integers[HAS_LOOPS] = model.is_constrained
         for place, value in kernels.integers.items():
             integers[place] = value
+        if len(knots):
+            integers[KNOTS] = kernels.reals
         reals[TIME] = reals[TIME_OLD] = start
         self._span = stop - start
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
@@ -363,3 +368,14 @@ class KernelStepper:
             "check loads for jumps or growth without bound there, or loosen rtol",
             worst,
         )
+
+
+def _knots(dynamics: Dynamics, base: int) -> np.ndarray:
+    """Return what stands from the place KNOTS, `base`, on: of the tables that drive a scene; nothing without any."""
+    tables = [motion.pieces[:, 0] for motion, _ in dynamics.model.drives if motion.pieces is not None]
+    knots = np.unique(np.concatenate([table for table in tables if len(table) > 1] or [np.zeros(0)]))
+    if len(knots) < 2:
+        return np.zeros(0)
+    # two tables of the same times may differ by round-off
+    knots = knots[np.concatenate(([True], np.diff(knots) > 1e-9 * (knots[-1] - knots[0])))]
+    return np.concatenate(([base + FIRST_KNOT + 1, 0.0, 0.0, 0.0], knots))
