@@ -91,8 +91,8 @@ CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
 TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
 REALS_OF_METHOD = 38
 
-# From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last at
-# which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
+# From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
+# at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
 NEXT_KNOT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_KNOT = range(5)
 FEWEST_KEPT, MOST_KEPT = 8, 1024
 PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
