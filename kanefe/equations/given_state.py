@@ -10,7 +10,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.tolerances import LARGEST_OPENING
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 
 
 @runtime_checkable

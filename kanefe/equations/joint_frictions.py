@@ -14,7 +14,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.loads.base import Load
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.joints.coordinate_force import CoordinateForce

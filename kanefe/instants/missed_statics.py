@@ -17,7 +17,8 @@ from kanefe.fe_model.model import PRODUCTS
 from kanefe.frames import Vector, rotation_matrix
 from kanefe.instants.instant import Instant
 from kanefe.kane.state import State
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import largest_extent
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.events import Event
 from kanefe.integrate.status import RunStatus
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
 
 ROUND_OFF = 1e-9

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from kanefe.frames import Vector
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, interface_motion
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 
 if TYPE_CHECKING:
     from kanefe.kane.state import State

@@ -16,7 +16,8 @@ from kanefe.kane.interactions import add_interactions
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state
 from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
-from kanefe.tree.model_data import FlexibleTerms, ModelData
+from kanefe.tree.body_terms import FlexibleTerms
+from kanefe.tree.model_data import ModelData
 
 Inertia = Callable[[FlexibleTerms, FrameMotion, Vector, Vector, Vector], tuple[Matrix, Vector]]
 

@@ -10,7 +10,8 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
 from kanefe.storage.scipy_later import scipy
-from kanefe.tree.model_data import FlexibleTerms, ModelData
+from kanefe.tree.body_terms import FlexibleTerms
+from kanefe.tree.model_data import ModelData
 
 LEAST = 0.1
 """Share of its inertia at rest that a motion keeps: below, the equations are those of no body."""

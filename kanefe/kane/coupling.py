@@ -14,7 +14,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.assemble import constraint_forces, equations
 from kanefe.kane.kinematics import FrameMotion, interface_motion
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame

@@ -15,7 +15,7 @@ from kanefe.bodies.rigid import RigidMass
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates
-from kanefe.tree.model_data import FlexibleTerms
+from kanefe.tree.body_terms import FlexibleTerms
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody

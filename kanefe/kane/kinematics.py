@@ -14,7 +14,8 @@ import numpy as np
 
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.frames import Matrix, Vector, cross, skew
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.placed import Placed, fixed_in, moving_in
 
 if TYPE_CHECKING:

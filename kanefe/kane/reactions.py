@@ -17,7 +17,7 @@ from kanefe.kane.constraints import marker_wrenches
 from kanefe.kane.interactions import load_wrenches
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, once
-from kanefe.tree.model_data import BodyTerms
+from kanefe.tree.body_terms import BodyTerms
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame

@@ -20,7 +20,8 @@ from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
 from kanefe.linear.forces import load_columns, load_values
-from kanefe.tree.model_data import WORKS, BodyTerms
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import WORKS
 from kanefe.tree.scales import joint_scales, scene_length
 
 DIFFERENCE_STEP = 1e-3

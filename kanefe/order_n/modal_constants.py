@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.frames import Matrix
 from kanefe.storage.scipy_later import scipy
-from kanefe.tree.model_data import FlexibleTerms
+from kanefe.tree.body_terms import FlexibleTerms
 
 if TYPE_CHECKING:
     from kanefe.loads.field_load import FieldLoad

@@ -29,7 +29,8 @@ from kanefe.kernels.planar.layout import (
     PlanarTables,
 )
 from kanefe.order_n.seats import Seat
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 
 # Axes this far from parallel are round-off of what the user has composed; the plane then turns by as much.
 ROUND_OFF = 1e-12

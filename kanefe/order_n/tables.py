@@ -65,7 +65,8 @@ from kanefe.kernels.links.places import SIGNATURE
 from kanefe.order_n.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.modal_constants import modal_constants
 from kanefe.order_n.seats import Seat, Seats
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame

@@ -11,7 +11,8 @@ import numpy as np
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.results.quantities import XYZ
 from kanefe.storage.scipy_later import sp
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
+from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody

@@ -26,7 +26,7 @@ from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, moved_wrenches, reactions_of_states
 from kanefe.results.surface_outline import SurfaceOutline, outlines
-from kanefe.tree.model_data import BodyTerms
+from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.route import RunSweeps
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.frames import Matrix, cross
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import FrameMotions, RunSweeps
 
 NUMBERS_AT_ONCE = 4_000_000

@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.joints.given_pose import PoseDriven, PoseRates
 from kanefe.joints.motion import Motion
 from kanefe.joints.pose_table import PoseTable
-from kanefe.tree.model_data import BodyTerms
+from kanefe.tree.body_terms import BodyTerms
 
 STILL = PoseTable(np.arange(4.0), np.zeros((4, 3)))
 """A pose that stays."""

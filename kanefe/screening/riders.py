@@ -14,7 +14,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, euler_parameters_from_matrices, multiply, rotation_matrix
 from kanefe.screening.carrier import Carrier, Displacement
-from kanefe.tree.model_data import BodyTerms
+from kanefe.tree.body_terms import BodyTerms
 
 OUT_OF_PLANE = 1e-9
 """Of a carrier's axes: what of them may leave the plane of a planar joint on the ground."""

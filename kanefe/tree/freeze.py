@@ -11,7 +11,8 @@ import numpy as np
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.scene.scene import BodyEntry
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
+from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody

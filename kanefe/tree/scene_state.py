@@ -12,8 +12,9 @@ from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.base import CircularLoad, End
+from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.load_names import named_loads
-from kanefe.tree.model_data import FlexibleTerms, ModelData
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.placed import INERTIAL, Placed, fixed_in, interface_placed
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.tree.model_data import BodyTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame

@@ -22,7 +22,8 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.state import State
 from kanefe.storage.scipy_later import scipy, sp
-from kanefe.tree.model_data import BodyTerms, FlexibleTerms, ModelData
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
+from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.kane.kinematics import FrameMotion

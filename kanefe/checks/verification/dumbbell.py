@@ -13,7 +13,7 @@ from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.joints import Planar
 from kanefe.reduction import flexible_body
 from kanefe.system import System
-from kanefe.tree.model_data import FlexibleTerms
+from kanefe.tree.body_terms import FlexibleTerms
 
 STIFFNESS, LENGTH, RATE = 100.0, 1.0, 5.0
 
