@@ -159,7 +159,7 @@ def test_derivatives_come_from_the_complex_function_and_else_from_differences():
     class Real(CompiledChute):
         kernel = CompiledChute.kernel._replace(complex_=None)
 
-    assert scene_of(Real()).freeze().route.derivatives(0.0, y, directions) is None
+    assert scene_of(Real(forces=FORCES)).freeze().route.derivatives(0.0, y, directions) is None
     result = scene_of(Real(forces=FORCES)).simulate((0.0, 0.2), method="radau5", rtol=1e-8)
     other = scene_of(CompiledChute(forces=FORCES)).simulate((0.0, 0.2), method="radau5", rtol=1e-8)
     np.testing.assert_allclose(result.joint_coordinates("slider")[-1], other.joint_coordinates("slider")[-1], rtol=1e-6)
