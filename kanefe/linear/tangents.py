@@ -27,6 +27,9 @@ from kanefe.tree.scales import joint_scales, scene_length
 DIFFERENCE_STEP = 1e-3
 """Of central differences of the fourth order, in rad or scene lengths: both of their errors are some 1e-12."""
 
+NEAREST, LEAST_SHARE = 0.1, 1e-5
+"""Of how deep or far off contacts that yield are, how far a difference may go along them; and the least of its step."""
+
 
 def rotations(model: Model) -> list[tuple[BodyTerms, np.ndarray]]:
     """Return the bodies whose joint has Euler parameters, with the three free speeds of the rotation."""
@@ -77,10 +80,6 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
     return np.asarray((8.0 * (function(h) - function(-h)) - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h))
 
 
-NEAREST, SHORTEST = 0.1, 1e-5
-"""Of how deep or far off contacts that yield are, how far a difference may go along them; and the least of its step."""
-
-
 def parting_share(state: State) -> float:
     """Return the share of the steps of differences in which no contact that yields begins or ends."""
     model = state.model
@@ -91,7 +90,7 @@ def parting_share(state: State) -> float:
         for touch in load.touches(state.load_ends(i), state.load_states(i))
     ]
     least = NEAREST * min(depths, default=np.inf) / (DIFFERENCE_STEP * scene_length(model))
-    return min(1.0, max(least, SHORTEST))
+    return min(1.0, max(least, LEAST_SHARE))
 
 
 class Derivatives:

@@ -100,6 +100,11 @@ class OrderN(LiteralRoute):
         calls_python = not self.inputs.is_constant and not self._has_compiled_loads
         return not calls_python and self.motion_tables is not None
 
+    @property
+    def _run_size(self) -> int:
+        """Numbers of a state of a run: those of q, u and z, and the works."""
+        return self.model.coordinate_count + self.model.free_count + self.model.state_count + WORKS
+
     def drives(self, t: float) -> np.ndarray:
         """Return position, speed and acceleration of the driven coordinates, (driven, 3)."""
         if not self._drives:
@@ -259,8 +264,7 @@ class OrderN(LiteralRoute):
 
     def _check_directions(self, y: Vector, directions: Matrix) -> None:
         """Raise a ModelError if a state with quadratures, or directions beside it, have another shape."""
-        model = self.model
-        size = model.coordinate_count + model.free_count + model.state_count + WORKS
+        size = self._run_size
         for name, given, is_right in (
             ("the state", y, np.shape(y) == (size,)),
             ("directions, one a row,", directions, np.ndim(directions) == 2 and np.shape(directions)[1] == size),
@@ -356,9 +360,7 @@ class OrderN(LiteralRoute):
         if IS_COMPILED:
             closing = (self.closing.unit,) if self.has_loops else ()
             expect((evaluation.unit, integrate.unit(integrate.variants[0]), *closing))
-        model = self.model
-        size = model.coordinate_count + model.free_count + model.state_count + WORKS
-        return RatesKernel(evaluation, memory_size, size, len(self._drives), self.inputs.constants)
+        return RatesKernel(evaluation, memory_size, self._run_size, len(self._drives), self.inputs.constants)
 
     @cached_property
     def closing(self) -> Bound:

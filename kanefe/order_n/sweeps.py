@@ -205,7 +205,7 @@ class Sweeps:
         route, found = self._route, np.empty((len(self._times), BALANCE_NUMBERS))
         inputs = route.inputs.constants[None]
         if route.inputs.between:
-            inputs = np.array([route.values(float(t), y) for t, y in zip(self._times, self._states, strict=True)])
+            inputs = route.values_over(self._times, self._states)
         scene, memory = (route.tables, route.elastic, route.between), np.empty(route.memory_size)
         balances_of_states(*scene, self._times, self._drives, inputs, self._states, found, memory)
         return found
