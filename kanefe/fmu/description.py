@@ -8,6 +8,10 @@ from typing import NamedTuple
 from xml.etree import ElementTree as Tree
 
 from kanefe._version import __version__
+from kanefe.errors import ModelError
+
+TIME = "time"
+"""The name of the independent variable."""
 
 BASE = {
     "m": {"m": 1},
@@ -65,6 +69,17 @@ class UnitDescription(NamedTuple):
     every: float
     keeps_states: bool = True
 
+    def checked(self) -> UnitDescription:
+        """Return itself; a ModelError says which name no variable of a unit can have."""
+        names = [variable.name for variable, _, _ in self.variables()]
+        for name in names:
+            if not name.strip() or not name.isprintable():
+                raise ModelError(f"a variable of a unit cannot be called {name!r}. Remedy: a name that can be read")
+            if names.count(name) > 1:
+                also = ", as the time is" if name == TIME else ""
+                raise ModelError(f"two variables of a unit cannot be called {name!r}{also}. Remedy: another name")
+        return self
+
     def xml(self, version: str) -> bytes:
         """Return the file, for version "2.0" or "3.0"."""
         root = _of_two(self) if version == "2.0" else _of_three(self)
@@ -75,7 +90,7 @@ class UnitDescription(NamedTuple):
         """Yield all variables with what they are, and of a derivative the number of its state; -1: of none."""
         yield from ((variable, "input", -1) for variable in self.inputs)
         yield from ((variable, "output", -1) for variable in self.outputs)
-        yield Variable("time", "s"), "independent", -1
+        yield Variable(TIME, "s"), "independent", -1
         first = len(self.inputs) + len(self.outputs) + 1
         yield from ((variable, "state", -1) for variable in self.states)
         for i, variable in enumerate(self.states):

@@ -104,7 +104,7 @@ def _description(
     outputs = tuple(Variable(name, sim.units[name]) for name in sim.output_names)
     return UnitDescription(
         name, _identifier(name), text, token, inputs, outputs, (), False, sim.time, every, keeps_states
-    )
+    ).checked()
 
 
 def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
@@ -136,7 +136,7 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
         True,
         small.time,
         0.0,
-    )
+    ).checked()
     made = _compiled(version, "linear.c", _header(description) + body, b"")
     files = {f"binaries/{folder}/{description.identifier}.so": made}
     return _packed(path, {"modelDescription.xml": description.xml(version), **files})

@@ -57,7 +57,7 @@ def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most:
     if fps is not None and every is not None:
         raise ModelError("give fps= or every=, not both")
     if fps is not None:
-        if not (math.isfinite(fps) and fps > 0):
+        if not (isinstance(fps, (int, float)) and math.isfinite(fps) and fps > 0):
             raise ModelError(f"fps must be above zero, not {fps!r}")
         wanted = times[0] + np.arange(math.floor((times[-1] - times[0]) * fps * (1 + 1e-12)) + 1) / fps
         after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
@@ -65,6 +65,6 @@ def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most:
         return np.unique(nearest)
     if every is None:
         every = max(1, math.ceil((len(times) - 1) / (most - 1)))
-    if every != int(every) or every < 1:
+    if not (isinstance(every, (int, np.integer)) and every >= 1):
         raise ModelError(f"every must be a whole number of at least 1, not {every!r}")
     return np.arange(0, len(times), int(every))

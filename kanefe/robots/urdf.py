@@ -91,6 +91,8 @@ def read_urdf(
         result = scene.simulate((0.0, 1.0))
         result.joint_coordinates(scene.joints["elbow_joint"])
     """
+    if base is not None and not isinstance(base, Joint):
+        raise ModelError(f"base must be a joint, such as Free(position=(0, 0, 0.6)), not {base!r}")
     source = Path(path)
     elements = _well_formed(source)
     found = _yourdfpy.parsed(source)

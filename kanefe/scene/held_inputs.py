@@ -57,18 +57,19 @@ class HeldInputMethods(ControllerMethods):
 
         loads: list[HeldInput] = []
         drives: list[HeldInput] = []
+        taken: set[tuple[int, int] | str] = set()  # coordinates and loads, whose values one input takes the place of
         for name, text in _asked(named):
             what, _, rest = text.strip().partition(" ")
             if what not in KINDS:
                 import difflib
 
                 near = difflib.get_close_matches(what, KINDS, 1)
-                did = f"did you mean {near[0]!r}? " if near else ""
-                raise ModelError(f"input {text!r}: there is no {what!r}; {did}Remedy: one of {', '.join(KINDS)}")
+                did = f"Did you mean {near[0]!r}? " if near else ""
+                raise ModelError(f"input {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join(KINDS)}")
             if what == "drive":
-                drives += self._held_drives(name, text, t)
+                drives += self._held_drives(name, text, t, taken)
             elif what == "load":
-                loads += self._held_load(name, rest.strip(), len(loads), t)
+                loads += self._held_load(name, rest.strip(), len(loads), t, taken)
             else:
                 for label, target, made in self._drives("the simulation", name, text):
                     title, _, unit = label.partition(" [")
@@ -84,7 +85,7 @@ class HeldInputMethods(ControllerMethods):
             self._controllers.append(HeldInputs(INPUTS, _not_called, every, 0.0, (), titles))
         return found
 
-    def _held_drives(self, name: str, text: str, t: float) -> list[HeldInput]:
+    def _held_drives(self, name: str, text: str, t: float, taken: set[tuple[int, int] | str]) -> list[HeldInput]:
         target = target_of(self._entries, name, text, KINDS, "input")
         entry = self._entries[target.body]
         motions, found = list(entry.joint.motions), []
@@ -92,6 +93,7 @@ class HeldInputMethods(ControllerMethods):
             motion = motions[i]
             if motion is None:
                 raise TypeError("a driven coordinate has a motion")
+            _take((target.body, i), text, taken)
             motions[i], course = held_motion(motion, t)
             found.append(HeldInput(title, f"{unit}/s2", course.acceleration(t), course))
         try:
@@ -103,10 +105,13 @@ class HeldInputMethods(ControllerMethods):
             ) from error
         return found
 
-    def _held_load(self, name: str, label: str, number: int, t: float) -> list[HeldInput]:
+    def _held_load(
+        self, name: str, label: str, number: int, t: float, taken: set[tuple[int, int] | str]
+    ) -> list[HeldInput]:
         """Return inputs that take the place of the value of a load of the scene."""
         from kanefe.loads.controller import INPUTS, Held
 
+        _take(label, f"load {label}", taken)
         places = dict(_named(self._entries))
         if label not in places:
             import difflib
@@ -148,6 +153,13 @@ def _asked(named: Named | None) -> list[tuple[str, str]]:
     if not all(isinstance(text, str) for _, text in found):
         raise ModelError(f"inputs must be texts such as 'motor hub', or a mapping of names to them, not {named!r}")
     return found
+
+
+def _take(what: tuple[int, int] | str, text: str, taken: set[tuple[int, int] | str]) -> None:
+    """Note what an input takes the place of; a ModelError says that another one does so already."""
+    if what in taken:
+        raise ModelError(f"the input {text!r} is there twice. Remedy: once, by one name")
+    taken.add(what)
 
 
 def _not_called(t: float, reads: np.ndarray, memory: dict[str, Any]) -> None:

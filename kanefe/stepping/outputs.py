@@ -63,9 +63,9 @@ def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Out
             found += _forces(model, name or text.strip(), what, rest.strip())
         else:
             near = difflib.get_close_matches(what, (*READS, *FORCES), 1)
-            did = f"did you mean {near[0]!r}? " if near else ""
+            did = f"Did you mean {near[0]!r}? " if near else ""
             raise ModelError(
-                f"output {text!r}: there is no {what!r}; {did}Remedy: one of {', '.join((*READS, *FORCES))}"
+                f"output {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join((*READS, *FORCES))}"
             )
     names = [output.name for output in found]
     twice = sorted({name for name in names if names.count(name) > 1})

@@ -149,6 +149,9 @@ class Simulation:
         self._read = readers(model, self.output_list)
         self.input_names = tuple(one.name for one in held)
         self.output_names = tuple(output.name for output in self.output_list)
+        shared = sorted({*self.input_names} & {*self.output_names})
+        if shared:
+            raise ModelError(f"the name {shared[0]!r} is of an input and of an output. Remedy: another one")
         both = [*((one.name, one.unit) for one in held), *((output.name, output.unit) for output in self.output_list)]
         self.units = dict(both)
         self._places = {name: i for i, name in enumerate(self.input_names)}

@@ -224,5 +224,7 @@ def test_unknown_joints_and_links_of_the_caller_are_refused() -> None:
         read("arm", flexible={"leg": None})
     with pytest.raises(kf.ModelError, match="link 'forearm' is to become 3"):
         read("arm", flexible={"forearm": 3})
+    with pytest.raises(kf.ModelError, match=r"base must be a joint, .*, not 'free'"):
+        read("arm", base="free")
     with pytest.raises(kf.ModelError, match="flexible must be a dict"):
         read("arm", flexible=["forearm"])

@@ -204,15 +204,18 @@ REFUSED: dict[str, Callable[[kf.System], Any]] = {
     "must be a mapping of names": lambda s: s.start().step(0.1, 3.0),  # type: ignore[arg-type]
     "dt of a step must be above zero": lambda s: s.start().step(0.0),
     "lost in the digits": lambda s: s.start(1e9).step(1e-9),
-    "there is no 'motr'; did you mean 'motor'": lambda s: s.start(inputs="motr rod"),
+    "there is no 'motr'. Did you mean 'motor'": lambda s: s.start(inputs="motr rod"),
     "has no such load. It has: none": lambda s: s.start(inputs="load wind"),
     "no such driven coordinate": lambda s: s.start(inputs="drive rod"),
     "inputs must be texts": lambda s: s.start(inputs=3),  # type: ignore[arg-type]
     "outputs must be texts": lambda s: s.start(outputs=3),  # type: ignore[arg-type]
-    "there is no 'positon'; did you mean 'position'": lambda s: s.start(outputs="positon rod"),
+    "there is no 'positon'. Did you mean 'position'": lambda s: s.start(outputs="positon rod"),
     "no component 'up'. There are: force_x": lambda s: s.start(outputs="joint_reaction rod up"),
     "no body called 'rob'": lambda s: s.start(outputs="joint_reaction rob"),
     "the input 'motor rod' is there twice": lambda s: s.start(inputs=("motor rod", "motor rod")),
+    "the name 'x' is of an input and of an output": lambda s: s.start(
+        inputs={"x": "motor rod"}, outputs={"x": "joint_speeds rod"}
+    ),
     "the output 'position rod x' is there twice": lambda s: s.start(outputs=("position rod x", "position rod x")),
     "cannot be stepped. Remedy: method='auto'": lambda s: s.start(method="scipy-bdf"),
     "every of a simulation must be above zero": lambda s: s.start(every=-1.0),
@@ -220,6 +223,16 @@ REFUSED: dict[str, Callable[[kf.System], Any]] = {
     "t of a simulation must be a finite time": lambda s: s.start(np.inf),
     "restore takes what save": lambda s: s.start().restore(3),  # type: ignore[arg-type]
 }
+
+
+@pytest.mark.parametrize("text", ["drive cart", "load the force on 'mass'"])
+def test_one_input_takes_the_place_of_a_value(text: str) -> None:
+    scene = kf.System()
+    cart = scene.add_rigid_body("cart", 2.0, joint=kf.Prismatic("x", motion=kf.Motion.steady(1.0)))
+    mass = scene.add_point("mass", 0.5, parent=cart, joint=kf.Prismatic("y"))
+    scene.add_force(mass, lambda t: (0.0, 3.0, 0.0))
+    with pytest.raises(kf.ModelError, match=r"is there twice\. Remedy: once, by one name"):
+        scene.start(inputs={"one": text, "other": text})
 
 
 @pytest.mark.parametrize("message", REFUSED)

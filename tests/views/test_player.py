@@ -265,6 +265,7 @@ def test_light_breaks_at_edges_only():
         ({"scale": float("nan")}, "scale of the displacements must be finite"),
         ({"fps": 25, "every": 2}, "not both"),
         ({"every": 0}, "every must be"),
+        ({"title": 3}, "title of a page must be a text, not 3"),
     ],
 )
 def test_bad_options_are_named(tmp_path, options, message):

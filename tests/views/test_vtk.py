@@ -141,7 +141,9 @@ def test_frames_are_chosen_by_rate_or_step():
     ("options", "message"),
     [
         ({"fps": 0.0}, "fps must be above zero"),
+        ({"fps": "25"}, "fps must be above zero, not '25'"),
         ({"every": 0}, "every must be"),
+        ({"every": "5"}, "every must be"),
         ({"every": 1.5}, "every must be"),
         ({"fps": 25, "every": 2}, "not both"),
         ({"scale": np.inf}, "scale"),

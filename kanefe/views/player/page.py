@@ -76,6 +76,8 @@ def page_of(
         )
     if not (isinstance(scale, (int, float)) and math.isfinite(scale)):
         raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
+    if title is not None and not isinstance(title, str):
+        raise ModelError(f"title of a page must be a text, not {title!r}")
     data = SceneData(result, spread_frames(result.times, fps, every, MOST_FRAMES), fields, forces)
     told = data.told | {"title": title or "kanefe", "colour": first, "scale": float(scale)}
     told["stress_name"] = _stress_name(data)
