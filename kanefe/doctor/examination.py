@@ -15,7 +15,7 @@ from kanefe._version import __version__
 from kanefe.bodies import cache
 from kanefe.checks.table import check_target, write_as_json
 from kanefe.doctor.parts import Found, Search
-from kanefe.doctor.routes import Solve, solves
+from kanefe.doctor.routes import NEEDED, Solve, solves
 from kanefe.doctor.stores import BuiltKernels, CacheStore, kernels, stores
 from kanefe.kernels.side_by_side import processors_here
 
@@ -36,7 +36,7 @@ class Examination:
     kernels : BuiltKernels
     stores : list of CacheStore
     solves : list of Solve
-        Empty where the kernels are not built.
+        Those whose kernels are built.
     seconds : float
     """
 
@@ -90,7 +90,7 @@ def doctor(json_path: str | None = None) -> int:
     search = Search()
     _print_machine(stream)
     of_kernels = kernels()
-    done = list(solves()) if of_kernels.are_ready else []
+    done = list(solves(of_kernels.missing)) if of_kernels.is_on else []
     examination = Examination(search.results(), of_kernels, stores(), done, time.perf_counter() - began)
     _print_parts(examination.parts, stream)
     _print_stores(examination, stream)
@@ -140,9 +140,10 @@ def _print_solves(examination: Examination, stream: TextIO) -> None:
     print("\nsolves, the first of each kind with what it loads", file=stream)
     if not examination.kernels.is_on:
         print("  none: without compiled kernels there is one route", file=stream)
-    elif not examination.solves:
+    elif not NEEDED.isdisjoint(examination.kernels.missing):
         remedy = WITH_NUMBA if examination.cannot_build else f"Remedy: {TO_BUILD}"
-        print(f"  none: the kernels are not built. {remedy}", file=stream)
+        which = "not all: kernels of the others" if examination.solves else "none: the kernels"
+        print(f"  {which} are not built. {remedy}", file=stream)
     for solve in examination.solves:
         told = f"as {solve.against} to {solve.difference:.0e}" if solve.against else ""
         note = f"   {_fault(solve)}" if solve.is_fault else ""

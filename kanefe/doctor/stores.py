@@ -25,12 +25,15 @@ class BuiltKernels:
         Of how many it came with the package.
     is_on : bool
         Whether kernels are compiled at all: unless ``KANEFE_JIT=0``.
+    missing : tuple of str
+        Names of those that are not built.
     """
 
     count: int
     built: int
     from_wheel: int
     is_on: bool
+    missing: tuple[str, ...] = ()
 
     @property
     def are_ready(self) -> bool:
@@ -61,10 +64,11 @@ class CacheStore:
 
 def kernels() -> BuiltKernels:
     """Return how many kernels are built; nothing is built here."""
-    paths = [path_of(unit) for unit in all_units()]
-    built = [path for path in paths if path is not None]
+    paths = {unit.name: path_of(unit) for unit in all_units()}
+    built = [path for path in paths.values() if path is not None]
     from_wheel = sum(path.is_relative_to(BUILT) for path in built)
-    return BuiltKernels(len(paths), len(built), from_wheel, _numba.IS_COMPILED)
+    missing = tuple(name for name, path in paths.items() if path is None)
+    return BuiltKernels(len(paths), len(built), from_wheel, _numba.IS_COMPILED, missing)
 
 
 def stores() -> list[CacheStore]:
