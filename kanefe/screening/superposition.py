@@ -20,6 +20,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.load_events import EventOfLoad, events_of_loads
 from kanefe.loads.base import Load
+from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.loads.rope import Rope
 from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.screening.riders import Motions, Riders
@@ -400,6 +401,11 @@ def _stuck(load: Load) -> Load:
     return replace(load, friction=more)
 
 
+def _only_anchors(load: Load) -> bool:
+    """Return whether the internal states of a load follow motions, as anchors of what sticks do."""
+    return isinstance(load, Contact) or (isinstance(load, CoordinateFriction) and load.bearing is None)
+
+
 def _check(model: Model) -> None:
     """Raise a ModelError that names what a screened run is not offered for."""
     found = ""
@@ -418,5 +424,7 @@ def _check(model: Model) -> None:
                 found = f"friction that creeps, as of contact {load.name!r}"
             elif law.turning_states:
                 found = f"friction against turning, as of contact {load.name!r}"
+        elif load.has_rates and not _only_anchors(load):
+            found = f"loads whose internal states move by themselves, as of {load.kind} {load.name!r}"
     if found:
         raise ModelError(f"screened runs are not offered for scenes with {found}. Remedy: kf.System.simulate")

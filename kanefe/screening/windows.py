@@ -17,6 +17,7 @@ from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.run import integrate
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
+from kanefe.loads.periodic_load import PeriodicLoad
 from kanefe.result import Result
 from kanefe.screening.riders import Motions
 from kanefe.screening.screened_run import ScreenedRun
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 
 SPACING = 0.25
 """Of what is superposed, s, at most: waves that excite a deck are slower than two a second."""
+
+OF_PERIOD = 8
+"""Steps of the superposition in a period of what acts besides the frame's motion, at least."""
 
 FINER = 5
 """Times that what events look at is looked at from one step to the next."""
@@ -82,7 +86,8 @@ def screen(
     output_step : float, optional
         Time between stored states, s; default a 500th of the duration.
     spacing : float
-        Of the times of the superposition, s: the frame moves slowly beside it.
+        Of the times of the superposition, s: the frame moves slowly beside it, and so does all that acts besides; an
+        eighth of the shortest period of a rotor's harmonics at most.
     **options
         Others of `kanefe.System.simulate` for the windows, such as `method`.
 
@@ -93,8 +98,9 @@ def screen(
     Raises
     ------
     ModelError
-        If the scene has what cannot be screened: loops, controllers, rigid contacts, friction that creeps, unreduced
-        bodies; if nothing is driven or more than one frame; or an option makes no sense.
+        If the scene has what cannot be screened: loops, controllers, rigid contacts, winches and other loads whose
+        internal states move by themselves, friction that creeps, unreduced bodies; if nothing is driven or more than one
+        frame; or an option makes no sense.
     SimulationError
         If a window fails.
 
@@ -109,10 +115,25 @@ def screen(
     if isinstance(spacing, bool) or not isinstance(spacing, (int, float)) or not 0.0 < spacing < np.inf:
         raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
     model = scene.freeze(first, start)
+    _refuse_fast_loads(model, spacing)
     run = _Run(
         Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, {"rtol": rtol, **options}
     )
     return run.done()
+
+
+def _refuse_fast_loads(model: Model, spacing: float) -> None:
+    """Raise a ModelError that names a load of a rotor which repeats within a few steps of the superposition."""
+    for load in model.loads:
+        if not isinstance(load, PeriodicLoad):
+            continue
+        most = float(load.rows[load.rows[:, 1:].any(axis=1), 0].max(initial=0.0)) * abs(load.rate)
+        if most * spacing * OF_PERIOD > 2.0 * np.pi:
+            enough = 0.95 * 2.0 * np.pi / (OF_PERIOD * most)  # which rounds to less than the limit
+            raise ModelError(
+                f"{load.kind} {load.name!r} has harmonics of up to {most / (2.0 * np.pi):.3g} Hz, which steps of "
+                f"{spacing:g} s do not resolve. Remedy: spacing={enough:.2g}, or kf.System.simulate"
+            )
 
 
 @dataclass(eq=False)

@@ -168,9 +168,10 @@ class Study:
     ) -> StudyTable:
         """Run the cases that are not in the store yet, and return the table of all.
 
-        Before the first one, the first scene is built in this process, and what is to be sent to others is tried. A
-        case that fails is told in its row and stops no other. However the study ends, what is done stays in the store,
-        and a further call goes on from there. Executor, number of workers and order change no bit of what is computed.
+        Before the first case of a study, its scene is built in this process, and what is to be sent to others is tried.
+        A case that fails is told in its row and stops no other. However the study ends, what is done stays in the
+        store, and a further call goes on from there. Executor, number of workers and order change no bit of what is
+        computed.
 
         Parameters
         ----------
@@ -215,7 +216,8 @@ class Study:
         done = {key for key, status in table.statuses() if not (retry_failed and status == "failed")}
         left = [number for number in range(len(self)) if self.key(number) not in done]
         if left:
-            self._try_first(left[0])
+            if not done:
+                self._try_first(left[0])
             self._run(where, left, executor, workers, progress)
         return table
 

@@ -204,6 +204,9 @@ def with_more(more: str) -> kf.System:
     elif more == "rigid":
         surface = scene.add_surface("other", scene.ground, kf.shapes.Plane("z"), at=(0.0, 0.0, -9.0))
         scene.add_contact("hard", block, surface, normal=kf.Rigid(0.5))
+    elif more == "winch":
+        cable = {"stiffness": 1e5, "damping": 500.0, "speed": 1.0}
+        scene.add(kf.Winch("haul-down", (scene.body("deck"), block), tension=500.0, **cable))
     return scene
 
 
@@ -215,11 +218,21 @@ def with_more(more: str) -> kf.System:
         ("loop", "not offered for scenes with loops"),
         ("creeps", "friction that creeps, as of contact 'creeper'"),
         ("rigid", "not offered for scenes with"),
+        ("winch", "loads whose internal states move by themselves, as of winch 'haul-down'"),
     ],
 )
 def test_what_cannot_be_screened_is_refused(more: str, message: str) -> None:
     with pytest.raises(kf.ModelError, match=message):
         screen(with_more(more), 4.0)
+
+
+def test_a_rotor_that_turns_faster_than_the_steps_is_refused() -> None:
+    scene = block_on_deck(deck_motion(0, 4.0))
+    shakes = {4: ((0, 0, 20.0, 0, 0, 0), np.zeros(6)), 9: (np.zeros(6), np.zeros(6))}
+    scene.add(kf.PeriodicLoad("rotor", scene.body("block"), 40.0, (0, 0, 500.0, 0, 0, 0), shakes))
+    with pytest.raises(kf.ModelError, match=r"'rotor' has harmonics of up to 25.5 Hz.* Remedy: spacing=0.0047"):
+        screen(scene, 4.0)
+    assert screen(scene, 0.2, spacing=0.0047).result.status.is_finished
 
 
 def test_bad_numbers_are_refused() -> None:

@@ -85,6 +85,21 @@ def test_failed_cases_are_run_again_if_asked(tmp_path: Path, monkeypatch: pytest
     assert [len(rows) for rows in files(tmp_path)] == [3, 1]
 
 
+def test_a_build_that_fails_for_a_case_stops_no_study_that_has_begun(tmp_path: Path) -> None:
+    def build(seed: int) -> kf.System:
+        if seed == 1:
+            raise MemoryError("no room")
+        return pendulum(1.0, 0.0, seed)
+
+    def counts(seeds: int, **options: bool) -> dict[str, int]:
+        made = kf.Study(build, lowest, duration=0.1, seed=range(seeds))
+        return made.run("serial", store=tmp_path, **options).counts
+
+    assert counts(1)["finished"] == 1
+    assert counts(3) == {"finished": 2, "stopped": 0, "failed": 1, "not run": 0}
+    assert counts(3, retry_failed=True)["failed"] == 1
+
+
 CONSTANT = 0.0
 
 
