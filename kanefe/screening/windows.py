@@ -99,8 +99,8 @@ def screen(
     ------
     ModelError
         If the scene has what cannot be screened: loops, controllers, rigid contacts, winches and other loads whose
-        internal states move by themselves, friction that creeps, unreduced bodies; if nothing is driven or more than one
-        frame; or an option makes no sense.
+        internal states move by themselves, friction that creeps, unreduced bodies; if nothing is driven or more than
+        one frame; or an option makes no sense.
     SimulationError
         If a window fails.
 
