@@ -27,7 +27,7 @@ STILL = 1e-14
 """Step, in rad or scene lengths, that is round-off of places; it may still better small loads of stiff directions."""
 
 LAST_DIGITS = 3
-"""Steps of that size without a better balance after which a search ends."""
+"""Steps of that size without a better balance after which a search ends; and steps that lead to that size, at most."""
 
 WEAKEST_MASS = 1e-12
 """Inertia along a motion, of unit inertia along each speed by itself, below which it counts as that much."""
@@ -76,9 +76,12 @@ class BalanceSearch:
             other, again = self._iterate(start, settles=False)
             if again.ratio < imbalance.ratio:
                 state, imbalance = other, again
-        if imbalance.ratio > BALANCED and not self._is_round_off(*state):
+        if imbalance.ratio <= BALANCED:
+            return state
+        settled = self._to_round_off(*state)
+        if settled is None:
             raise SimulationError(self._advice(imbalance))
-        return state
+        return settled
 
     @property
     def is_held(self) -> bool:
@@ -129,10 +132,19 @@ class BalanceSearch:
                 state, best = (q, u), now
         return state, best
 
-    def _is_round_off(self, q: Vector, u: Vector) -> bool:
-        """Return whether what is left over is that of stiff springs whose ends are known to the last digit only."""
-        z, du, unresisted = self._step(q, u, False)
-        return _length(self.model, z) < STILL and not du.any() and unresisted <= BALANCED
+    def _to_round_off(self, q: Vector, u: Vector) -> tuple[Vector, Vector] | None:
+        """Return where the last steps lead if what is left over there is round-off; None if it is more.
+
+        That of stiff springs, whose ends are known to the last digit only. It may be larger where places are better.
+        """
+        for _ in range(LAST_DIGITS):
+            z, du, unresisted = self._step(q, u, False)
+            if du.any() or unresisted > BALANCED:
+                return None
+            if _length(self.model, z) < STILL:
+                return q, u
+            q, u = self._closed(self.model.advance(q, z), u)
+        return None
 
     def _step(self, q: Vector, u: Vector, settles: bool) -> tuple[Vector, Vector, float]:
         """Return the tangent z and the change of u of one iteration, and the share of the forces that nothing resists.

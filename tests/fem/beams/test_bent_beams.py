@@ -78,6 +78,20 @@ def test_a_body_bent_too_far_is_named_with_its_slope() -> None:
     assert "chain" in status.remedy
 
 
+@pytest.mark.parametrize("force", [5.418940176156, 10.818126309390207, 14.70926667743175], ids="{:.0f} N".format)
+def test_round_off_of_modes_that_nothing_loads_is_no_lack_of_balance(force: float) -> None:
+    aluminium = Material(E=70e9, nu=0.33, rho=2700.0)
+    beam = straight_beam(1.0, SECTION, aluminium, elements=8)
+    ends = {"root": "clamped", "tip": "rigid"}
+    body = beam_body(beam, ends, reduction=kf.CraigBampton(modes=4), stiffening="full")
+    scene = kf.System()
+    member = scene.add_flexible_body("beam", body, joint=kf.Fixed())
+    scene.add_rigid_body("tip", 1.0, 1e-3, parent=member.interface("tip"))
+    scene.add_force(member.interface("tip"), (0.0, force, 0.0))
+    bent = force / (3.0 * aluminium.E * SECTION.I_z)
+    assert kf.equilibrium(scene).deflection("beam", "tip")[1] == pytest.approx(bent, rel=1e-3)
+
+
 def test_small_bending_is_not_taken_for_too_much() -> None:
     scene = kf.System()
     scene.add_flexible_body("beam", arm("full"), joint=kf.Revolute("z"))
