@@ -81,6 +81,11 @@ def _vector(model: Model, start: object, what: str) -> Vector:
         return _by_name(model, start, what)
     y = numbers(start).astype(float)
     names = model.state_names
+    if not y.shape:
+        raise ModelError(
+            f"start of {what} must be a state at one time, not a {type(start).__name__}. Remedy: result.at(t), "
+            "an Equilibrium, or a vector as model.initial_state"
+        )
     if y.shape == (model.coordinate_count + model.free_count,):
         return np.concatenate((y, model.initial_states))
     if y.shape != (len(names),):

@@ -49,7 +49,8 @@ def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     return (
         f"flexible body {name!r} is bent by {_bending(terms, q[terms.eta])}, farther than its stiffening holds: there "
         f"is a motion with {100 * shares[0]:.2g} % of its inertia at rest. Remedy: cut {name!r} into several flexible "
-        "bodies in a chain, so that each bends less; or stiffening='none' where nothing pulls it straight"
+        "bodies in a chain, so that each bends less; or fewer modes; or stiffening='none' where nothing pulls it "
+        "straight"
     )
 
 

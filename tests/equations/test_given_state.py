@@ -88,6 +88,13 @@ def test_a_start_that_is_none_is_refused(start, words):
         wheel().simulate((0.0, 1.0), start=start)
 
 
+def test_a_whole_result_is_no_start():
+    scene = wheel()
+    result = scene.simulate((0.0, 0.1), output_step=0.1)
+    with pytest.raises(kf.ModelError, match=r"a state at one time, not a Result. Remedy: result.at\(t\)"):
+        scene.simulate((0.1, 0.2), start=result)
+
+
 def test_other_modes_are_refused_and_the_same_ones_found():
     scenes = []
     for body in (lattice_body(0), lattice_body(0, reduction=kf.CraigBampton(modes=2))):

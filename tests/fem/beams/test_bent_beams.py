@@ -76,6 +76,7 @@ def test_a_body_bent_too_far_is_named_with_its_slope() -> None:
     assert status.kind == "failed"
     assert "'beam' is bent by slopes of 0." in status.reason
     assert "chain" in status.remedy
+    assert "fewer modes" in status.remedy
 
 
 @pytest.mark.parametrize("force", [5.418940176156, 10.818126309390207, 14.70926667743175], ids="{:.0f} N".format)
