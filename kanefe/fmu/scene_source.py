@@ -50,6 +50,10 @@ class SceneSource(NamedTuple):
     files: list[Path]
 
 
+MOST_NAMED = 4
+"""Events that a message names."""
+
+
 def obstacle(sim: Simulation) -> str:
     """Return what keeps a simulation from going on without Python, with a remedy; empty if nothing does."""
     model, stepper = sim.model, sim.stepper
@@ -59,9 +63,10 @@ def obstacle(sim: Simulation) -> str:
     if sampled:
         return f"the controller {sampled[0]!r} is a Python function. Remedy: what it drives as inputs"
     if sim.has_events:
+        named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return (
-            "events and contacts end steps, which is done in Python. Remedy: a spring with play or a CoordinateForce "
-            "with limits in the place of a contact"
+            f"events, contacts and dry friction end steps, which is done in Python: {named}. Remedy: a spring with "
+            "play or a CoordinateForce with limits in the place of a contact, damping in the place of friction"
         )
     if not isinstance(model.route, OrderN):
         return f"the scene is not in compiled code: {model.route.reason}"

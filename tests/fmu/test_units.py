@@ -202,13 +202,18 @@ def touching(scene: kf.System) -> None:
     scene.add_contact("touch", ball, floor, normal=kf.HuntCrossley(1e5))
 
 
+def rubbing(scene: kf.System) -> None:
+    scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", forces=kf.CoordinateForce(friction=0.1)))
+
+
 IN_PYTHON: dict[str, tuple[Callable[[kf.System], Any], dict[str, Any]]] = {
     "the controller 'pd' is a Python function": (sampled, {}),
     "a load or a motion is a Python function": (
         lambda scene: scene.add_torque(scene.body("hub"), lambda t: 1.0 * t),
         {"method": "dop853"},
     ),
-    "events and contacts end steps": (touching, {}),
+    "dry friction end steps, which is done in Python: 'touch touch', 'touch lift'": (touching, {}),
+    "dry friction end steps, which is done in Python: 'wheel slip', 'wheel stick'": (rubbing, {}),
     "the output 'joint_reaction hub force_x' is a force": (
         lambda scene: None,
         {"outputs": ("joint_coordinates hub", "joint_reaction hub force_x")},
