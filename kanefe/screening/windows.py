@@ -14,6 +14,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.integrate.load_events import events_of_loads
+from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
@@ -50,6 +51,9 @@ LOOK_AHEAD, MOST_WINDOW = 30.0, 30.0
 
 SLIP_STEP = 0.02
 """s between states of a window that are looked at for how far something slid."""
+
+OF_WINDOWS = ("method", "atol", "step", "most_steps", "most_seconds", "progress")
+"""Options of `kanefe.System.simulate` that windows take besides; others are about a run from end to end."""
 
 GRAZING = 1e-6
 """Of what an event looks at, at rest: what passes by less only grazes."""
@@ -89,7 +93,7 @@ def screen(
         Of the times of the superposition, s: the frame moves slowly beside it, and so does all that acts besides; an
         eighth of the shortest period of a rotor's harmonics at most.
     **options
-        Others of `kanefe.System.simulate` for the windows, such as `method`.
+        Others of `kanefe.System.simulate` for the windows: method, atol, step, most_steps, most_seconds, progress.
 
     Returns
     -------
@@ -114,6 +118,13 @@ def screen(
         raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")
     if isinstance(spacing, bool) or not isinstance(spacing, (int, float)) or not 0.0 < spacing < np.inf:
         raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
+    unknown = [name for name in options if name not in OF_WINDOWS]
+    if unknown:
+        raise ModelError(
+            f"{', '.join(unknown)} cannot be given to a screened run, of which windows are integrated. Remedy: "
+            f"{', '.join(OF_WINDOWS)}, or kf.System.simulate"
+        )
+    RunOptions(t_span=(first, last), rtol=rtol, output_step=output_step, **options)
     model = scene.freeze(first, start)
     _refuse_fast_loads(model, spacing)
     run = _Run(

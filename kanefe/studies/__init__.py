@@ -5,10 +5,11 @@ The reducers, such as ``kf.studies.peak("position", "tip")``, make numbers of a 
 """
 
 from kanefe.studies.crew import interruptions as interruptions
+from kanefe.studies.event_counts import events as events
 from kanefe.studies.gumbel import GumbelFit as GumbelFit
 from kanefe.studies.operability import Operability as Operability
 from kanefe.studies.reducers import exceedances as exceedances
 from kanefe.studies.reducers import peak as peak
 from kanefe.studies.reducers import spectrum as spectrum
 
-__all__ = ["GumbelFit", "Operability", "exceedances", "interruptions", "peak", "spectrum"]
+__all__ = ["GumbelFit", "Operability", "events", "exceedances", "interruptions", "peak", "spectrum"]

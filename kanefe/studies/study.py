@@ -20,7 +20,7 @@ from kanefe.studies.progress import progress_bar
 from kanefe.studies.scheduling import Scheduler
 from kanefe.studies.store import Store
 from kanefe.studies.table import StudyTable
-from kanefe.studies.work import SCREENED, Case, Work, stamp
+from kanefe.studies.work import OF_SCREENED, SCREENED, Case, Work, stamp
 
 if TYPE_CHECKING:
     from kanefe.result import Result
@@ -285,7 +285,8 @@ class Study:
                 f"build({told}) raised {type(error).__name__}: {error}. Nothing was run. Remedy: a build "
                 "that returns a scene for the first case"
             ) from error
-        for name in ("start", SCREENED):
+        own = OF_SCREENED if options.get(SCREENED) else ()
+        for name in ("start", SCREENED, *own):
             options.pop(name, None)
         try:
             RunOptions(**options)
@@ -317,7 +318,9 @@ def _options(duration: float | None, rtol: float | None, simulate: Mapping[str, 
             if key in options:
                 raise ModelError(f"{name} is given twice, also as {key} in simulate")
             options[key] = (0.0, value) if name == "duration" else value
-    known = set(inspect.signature(RunOptions).parameters) | {"start", SCREENED}
+    known = {*inspect.signature(RunOptions).parameters, "start", SCREENED}
+    if options.get(SCREENED):
+        known.update(OF_SCREENED)
     unknown = sorted(set(options) - known)
     if unknown:
         raise ModelError(f"simulate takes no {', '.join(unknown)}. Remedy: one of {', '.join(sorted(known))}")

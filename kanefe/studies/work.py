@@ -36,6 +36,9 @@ OF_STUDIES = ("checkpoint", "resume", "progress")
 SCREENED = "screened"
 """Option of the runs of a study: they are those of `kanefe.screen`."""
 
+OF_SCREENED = ("spacing",)
+"""Options that these take and others do not."""
+
 
 @dataclass(frozen=True)
 class Work:

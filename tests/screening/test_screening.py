@@ -182,6 +182,10 @@ def test_runs_of_a_study_are_screened(start: np.ndarray) -> None:
     assert table.column("method").tolist() == ["screened"] * 2
     assert table.column("slips").tolist() == [len(whole.events["foot 1 slip"]), 0]
     assert study.result({"seed": 2}).statistics["windows"] == 0
+    finer = kf.Study(build, kept, duration=2.0, simulate={"screened": True, "spacing": 0.2}, seed=2)
+    assert finer.run("serial").counts["finished"] == 1
+    with pytest.raises(kf.ModelError, match="simulate takes no spacing"):
+        kf.Study(build, kept, duration=2.0, simulate={"spacing": 0.2}, seed=2)
 
 
 def still() -> kf.System:
@@ -242,6 +246,12 @@ def test_bad_numbers_are_refused() -> None:
     for given, message in (
         ({"duration": 0.0}, "duration of a screened run must be above zero"),
         ({"duration": 1.0, "spacing": 0.0}, "spacing of a screened run must be above zero"),
+        ({"duration": 1.0, "rtol": 2.0}, "rtol must lie between 0 and 1"),
+        (
+            {"duration": 1.0, "events": [kf.Event("half", lambda t, state: t - 0.5)]},
+            "events cannot be given to a scree",
+        ),
+        ({"duration": 1.0, "output_times": [0.5]}, "output_times cannot be given to a screened run"),
     ):
         with pytest.raises(kf.ModelError, match=message):
             screen(scene, **given)  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.studies import exceedances, peak, spectrum
+from kanefe.studies import events, exceedances, peak, spectrum
 from study_scenes import pendulum
 
 SPRING, MASS, START = 40.0, 2.0, 0.3
@@ -65,11 +65,36 @@ def test_a_spectrum_holds_the_variance(result: kf.Result) -> None:
     assert density.sum() * step == pytest.approx(0.5 * START**2, rel=0.05)
 
 
+def bouncing(height: float) -> kf.System:
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    ball = scene.add_point("ball", 1.0, joint=kf.Prismatic("z", position=height))
+    scene.add_contact("ball on floor", ball, floor, normal=kf.Restitution(1e5, 0.8))
+    return scene
+
+
+def test_events_are_counted_by_name() -> None:
+    # it falls for sqrt(2 h / g) = 0.45 s, and flies for 0.72 s behind that
+    result = bouncing(1.0).simulate((0.0, 1.0), rtol=1e-6)
+    assert events(lands="* touch", all="ball on floor *")(result) == {"lands": 1, "all": 2}
+    assert events(lands="* touch", after=0.5)(result) == {"lands": 0}
+    with pytest.raises(kf.ModelError, match=r"no event '. slip'\. It has: ball on floor touch, ball on floor lift"):
+        events(slips="* slip")(result)
+
+
+def test_how_probable_an_event_is() -> None:
+    study = kf.Study(bouncing, events(lands="* touch"), duration=0.5, rtol=1e-6, height=[0.5, 1.0, 2.0, 3.0])
+    (cell,) = study.run("serial").operability({"lands": 0}, over="height").cells["lands"]
+    assert (cell.exceeded, cell.probability) == (2, 0.5)
+
+
 BAD: dict[str, tuple[Any, str]] = {
     "no kind": (lambda: peak("position", "mass", kind="mean"), "kind must be"),
     "no quantity": (lambda: peak(3.0), "quantity must be a name or a function"),
     "no time": (lambda: peak("position", "mass", after=math.nan), "after must be a finite number"),
     "no level": (lambda: exceedances("position", "mass", level="high"), "level must be a finite number"),
+    "no events": (lambda: events(), "events are by name"),
+    "no time of events": (lambda: events(slips="* slip", after=math.inf), "after must be a finite number"),
     "no segment": (lambda: spectrum("position", "mass", segment=-1.0), "segment must be above zero"),
 }
 
