@@ -159,6 +159,17 @@ class Choices:
     limit_stiffness: float | None
     limit_damping: float
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.positions, Mapping):
+            raise ModelError(
+                f"positions must be a dict of joints and numbers, such as {{'elbow': 0.5}}, not {self.positions!r}"
+            )
+        for name, value in self.positions.items():
+            if not (isinstance(value, (int, float, np.number)) and np.isfinite(value)):
+                raise ModelError(
+                    f"positions: that of joint {name!r} must be a finite number, in rad or m, not {value!r}"
+                )
+
     def coordinate_force(
         self,
         name: str,

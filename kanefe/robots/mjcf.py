@@ -78,7 +78,7 @@ def read_mjcf(
         raise FileError(f"there is no file {source}. Remedy: check the path")
     file = _mujoco.compiled(source)
     model = file.model
-    choices = Choices(dict(positions or {}), joint_forces, limit_stiffness, limit_damping)
+    choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(source.stem)
     _name_the_rest(file, robot.not_taken)
     names = _Names(model)

@@ -97,7 +97,7 @@ def read_urdf(
     elements = _well_formed(source)
     found = _yourdfpy.parsed(source)
     _rename(found)
-    choices = Choices(dict(positions or {}), joint_forces, limit_stiffness, limit_damping)
+    choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(found.name)
     _name_the_rest(elements, robot.not_taken)
     _add_links(robot, found, base or Fixed(), choices, source)

@@ -226,5 +226,9 @@ def test_unknown_joints_and_links_of_the_caller_are_refused() -> None:
         read("arm", flexible={"forearm": 3})
     with pytest.raises(kf.ModelError, match=r"base must be a joint, .*, not 'free'"):
         read("arm", base="free")
+    with pytest.raises(kf.ModelError, match="positions must be a dict of joints and numbers"):
+        read("arm", positions=3)
+    with pytest.raises(kf.ModelError, match="that of joint 'shoulder' must be a finite number"):
+        read("arm", positions={"shoulder": np.nan})
     with pytest.raises(kf.ModelError, match="flexible must be a dict"):
         read("arm", flexible=["forearm"])
