@@ -165,9 +165,7 @@ class ContactMethods(LoadMethods):
         frames, other, probes, convex = self._touching(one, other, label)
         if isinstance(one, ContactPatch) and isinstance(normal, NormalLaw):
             _warn_of_stiff_modes(one, normal, label)
-        if any(
-            frame.number == other.frame.number and frame.number >= 0 and not _is_flexible(frame) for frame in frames
-        ):
+        if any(frame.number == other.frame.number and not _is_flexible(frame) for frame in frames):
             raise ModelError(f"{label}: {frames[0].label} cannot touch itself. Remedy: surfaces of two bodies")
         for given in (*frames, other.frame):
             self._check_frame(given, f"a side of {label}")
@@ -210,7 +208,20 @@ class ContactMethods(LoadMethods):
             and points of free bodies, planes and rooms of the ground. Runs step over their impacts.
         ignore : sequence of pairs of Surface
             That may pass through each other.
+
+        Raises
+        ------
+        ModelError
+            If something is no surface, or a pair to ignore is not among them.
         """
+        from kanefe.contact.surface import Surface
+
+        for given in among:
+            if not isinstance(given, Surface):
+                raise ModelError(f"add_contacts needs surfaces, not {given!r}. Remedy: add_surface")
+        for pair in ignore:
+            if len(pair) != 2 or not all(isinstance(given, Surface) and given in among for given in pair):
+                raise ModelError(f"ignore of add_contacts takes pairs of the surfaces among which it is, not {pair!r}")
         from kanefe.contact.rigid import Rigid
         from kanefe.contact.rigid_crowd import FEW, crowd_of
 

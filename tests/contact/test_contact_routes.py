@@ -150,6 +150,12 @@ def test_what_is_refused_by_name():
         scene.add_contact("c", body, floor, normal=LAW, friction=kf.Coulomb(0.1, rolling=1e-3))
     with pytest.raises(kf.ModelError, match="needs a surface that is touched"):
         scene.add_contact("c", ball, body, normal=LAW)
+    with pytest.raises(kf.ModelError, match="the ground cannot touch itself"):
+        scene.add_contact("c", scene.add_surface("stone", scene.ground, shapes.Sphere(1)), floor, normal=LAW)
+    with pytest.raises(kf.ModelError, match="add_contacts needs surfaces, not"):
+        scene.add_contacts([ball, body], normal=LAW)
+    with pytest.raises(kf.ModelError, match="ignore of add_contacts takes pairs of the surfaces"):
+        scene.add_contacts([ball, floor], normal=LAW, ignore=[(ball, box)])
 
 
 @pytest.mark.parametrize(

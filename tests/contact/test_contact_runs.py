@@ -54,6 +54,12 @@ def test_a_law_that_remembers_an_impact_needs_no_friction(method):
     assert run.velocity("mass")[-1, 2] == pytest.approx(0.8, rel=1e-6)
 
 
+@pytest.mark.parametrize("e", [0.001, 0.02, 0.03, 0.5])
+def test_all_restitutions_have_an_impact_they_follow_from(e):
+    run = arrives(kf.Restitution(1e4, e), "radau5", 1e-8)
+    assert run.velocity("mass")[-1, 2] == pytest.approx(e, rel=1e-4)
+
+
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3])
 def test_a_loose_run_does_not_shake_loose_what_sticks(rtol):
     """At 96 % of the cone; absolute errors of a scene of 1 m would be larger than what the contact yields by."""
