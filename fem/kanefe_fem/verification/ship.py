@@ -44,6 +44,13 @@ def statics(reference: Reference) -> Iterator[Check]:
     drop = 1e3 * (HEIGHT - held.position("airframe")[1])
     yield Check.absolute("its drop [mm]", drop, values["drop_mm"], 1e-5)
 
+    hinged, _ = level_rest("hinged")
+    moved = hinged.nodal_displacements("gear")[-1]
+    yield Check.absolute(
+        "gear deflection, hinged saddles [mm]", 1e3 * moved[1], values["hinged"]["deflection_mm"], 1e-5
+    )
+    yield Check.absolute("wider track, hinged saddles [mm]", 2e3 * moved[0], values["hinged"]["wider_mm"], 1e-5)
+
     slip = values["first_slip_deg"]
     tilted = _tilted(slip, half)
     ratio = abs(_thrust(tilted, "port")) / float(tilted.contact(SKIDS["port"]).normal)
@@ -68,21 +75,30 @@ def _thrust(rest: Equilibrium, side: str) -> float:
 
 def small_motions(reference: Reference) -> Iterator[Check]:
     """SR2: frequencies without damping and gravity, the skids held exactly or on springs."""
-    for held in ("held", "springs"):
-        scene = System()
-        start = Planar(position=(0.0, HEIGHT))
-        airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, given.AIRFRAME_INERTIA, joint=start)
-        gear = scene.add_flexible_body("gear", gear_body(damping=RayleighDamping(0.0, 0.0)), parent=airframe)
-        for node, sign in ((0, -1.0), (3 * given.ELEMENTS, 1.0)):
-            mark = scene.ground.frame((sign * given.CORNERS[-1, 0], given.DECK_HEIGHT, 0.0))
-            if held == "held":
-                scene.add_loop_joint(f"skid {node}", Revolute("z"), mark, gear.node(node))
-            else:
-                stiffness = (given.TANGENTIAL_STIFFNESS, given.NORMAL_STIFFNESS, 0.0)
-                scene.add_bushing(f"skid {node}", mark, gear.node(node), stiffness=stiffness)
-        wanted = reference.values[held]
-        found = linearise(scene).modes().frequencies[: len(wanted)]
-        yield Check.absolute(f"frequencies, skids {held} [Hz]", found, wanted, 5e-5)
+    for saddles in KINDS:
+        values = reference.values if saddles == "fixed" else reference.values[saddles]
+        for held in ("held", "springs"):
+            wanted = values[held]
+            found = linearise(_without_gravity(saddles, held)).modes().frequencies[: len(wanted)]
+            quantity = f"frequencies, {saddles} saddles, skids {held} [Hz]"
+            yield Check.absolute(quantity, found, wanted, 5e-5)
+
+
+def _without_gravity(saddles: Saddles, held: str) -> System:
+    """Return the aircraft without gravity and damping, its skids held at their places or on springs."""
+    scene = System()
+    start = Planar(position=(0.0, HEIGHT))
+    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, given.AIRFRAME_INERTIA, joint=start)
+    body = gear_body(saddles, damping=RayleighDamping(0.0, 0.0))
+    gear = scene.add_flexible_body("gear", body, parent=airframe)
+    for node, sign in ((0, -1.0), (3 * given.ELEMENTS, 1.0)):
+        mark = scene.ground.frame((sign * given.CORNERS[-1, 0], given.DECK_HEIGHT, 0.0))
+        if held == "held":
+            scene.add_loop_joint(f"skid {node}", Revolute("z"), mark, gear.node(node))
+        else:
+            stiffness = (given.TANGENTIAL_STIFFNESS, given.NORMAL_STIFFNESS, 0.0)
+            scene.add_bushing(f"skid {node}", mark, gear.node(node), stiffness=stiffness)
+    return scene
 
 
 def _rolled(saddles: Saddles, span: float = 30.0, rtol: float = RTOL, **options: Any) -> Result:
