@@ -104,6 +104,34 @@ def bouncing_ball() -> Raced:
     return Raced(scene, 1.0, lambda result: result.position("ball"))
 
 
+def car_on_loops() -> Raced:
+    """Return a car on four wishbones, each a loop with its spring, that drops onto tyres on a moving road."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    chassis = scene.add_rigid_body("chassis", 700.0, (150.0, 500.0, 600.0), joint=kf.Free(position=(0, 0, 0.6)))
+    rate, height = 2 * math.pi * 1.5, 0.03
+    shake = kf.Motion(
+        lambda t: height * math.cos(rate * t),
+        lambda t: -height * rate * math.sin(rate * t),
+        lambda t: -height * rate**2 * math.cos(rate * t),
+    )
+    road = scene.add_rigid_body("road", 1.0, 1.0, joint=kf.Prismatic("z", motion=shake))
+    hinge = kf.Revolute("x")
+    for corner, (x, side) in {"FR": (1.2, -1), "FL": (1.2, 1), "RR": (-1.2, -1), "RL": (-1.2, 1)}.items():
+        y, half = 0.56 * side, (0, 0.15 * side, 0)
+        on = {"parent": chassis, "joint": hinge, "com": half}
+        lower = scene.add_rigid_body(f"lower {corner}", 4.0, 0.05, at=(x, y, -0.25), **on)
+        end = (0, 0.3 * side, 0)
+        wheel = {"parent": lower, "joint": hinge, "com": (0, 0, 0.1)}
+        upright = scene.add_rigid_body(f"upright {corner}", 25.0, 0.5, at=end, **wheel)
+        upper = scene.add_rigid_body(f"upper {corner}", 3.0, 0.04, at=(x, y, -0.05), **on)
+        scene.add_loop_joint(f"ball {corner}", hinge, upright.frame(at=(0, 0, 0.2)), upper.frame(at=end))
+        mount, seat = chassis.frame(at=(x, y, 0.25)), lower.frame(at=(0, 0.2 * side, 0))
+        scene.add_spring(f"coil {corner}", mount, seat, stiffness=6e4, damping=3e3, rest_length=0.55)
+        tyre, patch = {"stiffness": (5e4, 5e4, 2e5), "damping": (1e3, 1e3, 1e3)}, (x, y + 0.3 * side, 0.35)
+        scene.add_bushing(f"tyre {corner}", road.frame(at=patch), upright, **tyre)
+    return Raced(scene, 1.0, lambda result: result.position("chassis"))
+
+
 def _arm(is_sampled: bool) -> kf.System:
     scene = kf.System(gravity=(0, 0, -9.81))
     parent, at = scene.ground, (0.0, 0.0, 0.3)
@@ -149,6 +177,7 @@ SCENES = {
     "hard stop": hard_stop,
     "chain of 32": long_chain,
     "free flight that vibrates": free_flight,
+    "car on four loops": car_on_loops,
     "joint friction": rubbing_joint,
     "ball that bounces and rolls": bouncing_ball,
 }
