@@ -6,15 +6,17 @@ import argparse
 import importlib
 import os
 import pkgutil
+import shutil
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import kanefe.kernels
+from kanefe.errors import MissingDependency
 from kanefe.kernels._numba_objects import build_alone
 from kanefe.kernels.addresses import units_of
 from kanefe.kernels.entries import Entry, Pointer
 from kanefe.kernels.side_by_side import BUILDER, Say, batches_of, build_by_name, processors_here
-from kanefe.kernels.units import BUILT, GENERATIONS, Unit, file_name, own_folder, write_unit
+from kanefe.kernels.units import BUILT, GENERATIONS, Unit, file_name, linker, own_folder, write_unit
 
 NOT_OF_FLEXIBLE = (
     *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
@@ -61,6 +63,8 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
 
     Raises
     ------
+    MissingDependency
+        If there is no C compiler; said before anything is built.
     subprocess.CalledProcessError
         If a compiler fails; what it said has been printed.
     """
@@ -68,6 +72,10 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
     if is_flexible:
         units = [unit for unit in units if not any(fnmatchcase(unit.name, name) for name in NOT_OF_FLEXIBLE)]
     missing = [unit.name for unit in units if not (folder / file_name(unit)).is_file()]
+    if missing and shutil.which(linker()) is None:
+        raise MissingDependency(
+            f"the C compiler {linker()!r}", "the solver, to be built,", "apt-get install gcc libc6-dev, or CC=..."
+        )
     if missing:
         build_by_name(batches_of(missing), folder, jobs, say, () if generation is None else ("--for", generation))
     return len(missing)

@@ -176,6 +176,13 @@ def test_what_is_there_is_not_built_again(tmp_path: Path, monkeypatch: pytest.Mo
     assert len(list(tmp_path.glob("*.so"))) == 2
 
 
+def test_without_a_compiler_nothing_is_begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(kanefe.MissingDependency, match=r"'no-such-compiler'.*apt-get install gcc"):
+        build(tmp_path, 1, lambda line: pytest.fail(line))
+    assert not list(tmp_path.iterdir())
+
+
 def test_arguments_of_another_kind_are_refused_before_they_are_read() -> None:
     if IS_COMPILED:
         with pytest.raises(TypeError, match=r"contiguous int64 array of 1 axes, not float64 \(2,\)"):
