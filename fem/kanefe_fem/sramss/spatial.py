@@ -163,6 +163,8 @@ def spatial_scene(
         patch = member.patch(name, most=shoe_points)
         scene.add_contact(name, patch, surface, normal=normal, friction=rough if mu else None)
     for name, length in (lashings or {}).items():
+        if name not in SADDLES:
+            raise ModelError(f"there is no saddle {name!r} for a lashing. There are: {', '.join(SADDLES)}")
         point = saddle_place(gear, name)
         ends = airframe.frame(tuple(point)), deck.frame(tuple(place + point + _way_down(point)))
         stiffness = given.LASHING_STIFFNESS * length

@@ -57,3 +57,8 @@ def test_hinged_saddles_let_the_legs_turn(gear):
 def test_a_gear_without_shoes_is_refused():
     with pytest.raises(kf.ModelError, match="no group of points or facets 'aft port saddle'"):
         spatial_scene(beam_arm())
+
+
+def test_lashings_are_by_saddle(gear):
+    with pytest.raises(kf.ModelError, match=r"no saddle 'nose' for a lashing\. There are: aft starboard"):
+        spatial_scene(gear, lashings={"nose": 1.0})
