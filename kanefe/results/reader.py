@@ -40,6 +40,14 @@ LARGEST_TABLE = 2**31
 """Bytes of nodal values above which a call asks for a choice of output times."""
 
 
+class EventTimes(dict[str, np.ndarray]):
+    """Times at which events happened, by name."""
+
+    def __missing__(self, name: str) -> np.ndarray:
+        """Raise a ModelError that names the events there are."""
+        raise ModelError(f"the run has no event called {name!r}. It has: {', '.join(self) or 'none'}")
+
+
 class Reader:
     """What a run tells; `kanefe.Result` is the reader that users have, with pictures and files.
 
@@ -86,7 +94,7 @@ class Reader:
     @property
     def events(self) -> dict[str, np.ndarray]:
         """Times at which each event happened, by name, s; see `kanefe.Event`."""
-        return dict(self._channels.events)
+        return EventTimes(self._channels.events)
 
     @property
     def controllers(self) -> dict[str, ControllerLog]:

@@ -60,6 +60,13 @@ def test_all_restitutions_have_an_impact_they_follow_from(e):
     assert run.velocity("mass")[-1, 2] == pytest.approx(e, rel=1e-4)
 
 
+def test_events_that_a_run_has_not_are_named_with_those_it_has():
+    run = arrives(kf.KelvinVoigt(1e4), "radau5", 1e-6)
+    with pytest.raises(kf.ModelError, match=r"no event called 'impact slip'\. It has: impact touch, impact lift"):
+        run.events["impact slip"]
+    assert "impact slip" not in run.events
+
+
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3])
 def test_a_loose_run_does_not_shake_loose_what_sticks(rtol):
     """At 96 % of the cone; absolute errors of a scene of 1 m would be larger than what the contact yields by."""
