@@ -251,8 +251,9 @@ class EventWatch:
             return a if abs(ends[0]) < abs(ends[1]) else b
         tolerance = self._tolerance(b)
         found = crossing_between(function, a, b, ends, tolerance)
+        ahead = tolerance
         while is_beyond and found < b and function(found) * ends[1] <= 0.0:
-            found = min(found + tolerance, b)
+            found, ahead = min(found + ahead, b), 2.0 * ahead  # where it stays at zero the way is long
         return found
 
 

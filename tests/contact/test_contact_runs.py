@@ -60,6 +60,19 @@ def test_all_restitutions_have_an_impact_they_follow_from(e):
     assert run.velocity("mass")[-1, 2] == pytest.approx(e, rel=1e-4)
 
 
+def test_a_function_that_stays_at_zero_holds_no_search_up():
+    looked_at = []
+
+    def late(t: float) -> float:
+        looked_at.append(t)
+        assert len(looked_at) < 200
+        return -1.0 if t < 0.3 else 0.0 if t < 0.9 else 1.0
+
+    watch = EventWatch.__new__(EventWatch)
+    watch._span = 1.0
+    assert late(watch._root(late, 0.0, 1.0, is_beyond=True)) > 0.0
+
+
 def test_events_that_a_run_has_not_are_named_with_those_it_has():
     run = arrives(kf.KelvinVoigt(1e4), "radau5", 1e-6)
     with pytest.raises(kf.ModelError, match=r"no event called 'impact slip'\. It has: impact touch, impact lift"):
