@@ -17,7 +17,7 @@ from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.table import row_for
 from kanefe.integrate.options import AUTO, RunOptions
 from kanefe.integrate.stepper import StepControl, Stepper
-from kanefe.integrate.suited import suited
+from kanefe.integrate.suited import LEAST_SHARE, suited
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
@@ -74,6 +74,8 @@ def choose(model: Model, options: RunOptions) -> Choice:
     _check_options(row, options, step)
     make = partial(_stepper, row, start, stop, control)
     if options.method == AUTO and found.then:
+        if options.atol is None:  # how large that is which vibrates later, nobody knows yet
+            control = replace(control, atol=control.atol * LEAST_SHARE)
         make = partial(
             _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
         )

@@ -115,6 +115,21 @@ def test_an_undamped_vibration_neither_grows_nor_is_lost(kind: str) -> None:
     assert result.statistics["energy_balance"][1] == pytest.approx(1.0 - energy[-1] / energy[0], rel=1e-6)
 
 
+def test_a_small_vibration_that_begins_in_the_run_fades_no_faster_than_one_that_begins_with_it() -> None:
+    body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
+    slowest, k = np.sqrt(body.stiffness[0, 0]), body.free_count
+    scene = kf.System()
+    scene.add_flexible_body("bar", body, joint=kf.Fixed())
+    moving = 1e-3 * np.sqrt(body.mass) * slowest * np.eye(2 * k)[k]
+    periods, rtol = 300, 1e-4
+    span = periods * 2.0 * np.pi / slowest
+    strike = kf.Event("strike", lambda t, state: t - 0.1 * span, action=lambda t, state: state.vector + moving)
+    result = scene.simulate((0.0, span), rtol=rtol, output_step=0.05 * span, events=strike)
+    assert result.statistics["method"] == "extrapolation, then radau5"
+    # ten times rtol in each of the periods that are left
+    assert -np.log(result.energy.total[-1] / (0.5 * moving @ moving)) < 10.0 * rtol * 0.9 * periods
+
+
 def test_a_vibration_that_begins_in_the_run_is_followed_from_there_on() -> None:
     model = steel_bar(0.02, 0.01, gravity=0.0, reduction=kf.CraigBampton(modes=2)).freeze()
     span = 10.0
