@@ -89,6 +89,10 @@ class BalanceSearch:
         state = self._closed(self.q, self.u)
         return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False)[2] <= 0.5
 
+    def refusal(self) -> SimulationError:
+        """Return what to say of a start from which no search is worth while."""
+        return SimulationError(self._advice(self.imbalance(*self._closed(self.q, self.u))))
+
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
         """Return what balances worst in a state."""
         du = self._rates(q, u)

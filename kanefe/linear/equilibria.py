@@ -19,10 +19,11 @@ from kanefe.kane.loop_closure import project_positions
 from kanefe.kane.state import State
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
+from kanefe.linear.coming_to_rest import come_to_rest, may_move
 from kanefe.linear.feeling import felt, is_put_down
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
-from kanefe.linear.state import at_rest, model_in_state, rested_states
+from kanefe.linear.state import at_rest, rested_states, started_model
 from kanefe.scene.targets import Named
 
 if TYPE_CHECKING:
@@ -180,7 +181,8 @@ def balanced(
     """Return what `equilibrium` does, without a word on modes: for analyses that ask for many."""
     with warnings.catch_warnings():  # of contacts that begin deep: a rest is what they are told to start from
         warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
-        model, time, q, _ = model_in_state(scene, t, start, "equilibrium")
+        falling, time, y = started_model(scene, t, start, "equilibrium")
+    model, q = at_rest(falling, time, y), falling.parts(y)[0]
     if model.constraints and start is None:
         q = project_positions(model, time, q)
     u, found = _given_speeds(model, speeds or {}, find)
@@ -204,15 +206,36 @@ def balanced(
         model, search, state = rest_on_contacts(model, time, q, u, search_from, feel, not may_part)
     else:
         if may_part:
-            q = felt(model, time, q, u, found, held)
-            model = at_rest(model, time, np.concatenate((q, u, model.initial_states)))
-        model, search, state = search_from(model, q)
+            led = felt(model, time, q, u, found, held)
+            model, search, state = _on_contacts(falling, time, q, u, search_from, led)
+        else:
+            model, search, state = search_from(model, q)
     q, u = state
     if steady:
         _check_steady(model, time, *state)
     z = rested_states(model, time, np.concatenate((*state, model.initial_states)))
     y = np.concatenate((*state, z))
     return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations)
+
+
+def _on_contacts(
+    model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found], led: Vector
+) -> Found:
+    """Return a balance on contacts that yield, from where the search among them has led, or as the scene falls."""
+
+    def resting(q: Vector) -> Model:
+        return at_rest(model, t, np.concatenate((q, u, model.initial_states)))
+
+    try:
+        return search(resting(led), led)
+    except SimulationError as error:
+        if not may_move(model, u):
+            raise
+        try:
+            q = come_to_rest(model, t, q)
+            return search(resting(q), q)
+        except SimulationError:
+            raise error from None
 
 
 def _under_its_loads(

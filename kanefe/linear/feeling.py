@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
+from kanefe.contact.contact import Contact
 from kanefe.contact.rigid_contact import RigidContact
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
@@ -17,8 +19,12 @@ from kanefe.tree.scales import scene_length
 SHORTEST = 3e-3
 """Of the steps of a search among contacts, in rad or scene lengths: they pass through nothing that is thicker."""
 
-SOFTNESS = 3e-2, 3e-3, 3e-4, 3e-5, 3e-6
-"""Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest."""
+SOFTEST, HARDEST, HARDER = 3e-2, 3e-6, 0.3
+"""Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest; a
+stiffness at the end of the next is never lost beside others in round-off."""
+
+FAR = 20.0
+"""Such distances at most from a contact to what it is to meet, where the search begins: it still feels it."""
 
 
 def is_put_down(model: Model) -> bool:
@@ -46,11 +52,26 @@ def felt(
     rigid contacts, by how far (m) these yield.
     """
     length = scene_length(model)
-    for softness in SOFTNESS:
-        yields = model if yielding is None else yielding(softness * length)
-        soft = at_rest(yields, t, np.concatenate((q, u, yields.initial_states)), softness * length)
-        try:
+
+    def yields(depth: float) -> Model:
+        return model if yielding is None else yielding(depth)
+
+    softness = max(SOFTEST, _farthest(yields(SOFTEST * length), t, q, u) / FAR / length)
+    while softness >= HARDEST:
+        soft = yields(softness * length)
+        soft = at_rest(soft, t, np.concatenate((q, u, soft.initial_states)), softness * length)
+        with suppress(SimulationError):  # the next ones may do without
             q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST)).run()
-        except SimulationError:
-            continue  # the next ones may do without
+        softness *= HARDER
     return q
+
+
+def _farthest(model: Model, t: float, q: Vector, u: Vector) -> float:
+    """Return the largest distance, m, over which a contact that yields has to be felt, if it is to be."""
+    scene = model.route.state(t, np.concatenate((q, u, model.initial_states)))
+    gaps = [
+        -max(float(touch.depth) for touch in load.touches(scene.load_ends(i), scene.load_states(i)))
+        for i, load in enumerate(model.loads)
+        if isinstance(load, Contact)
+    ]
+    return max(gaps, default=0.0)

@@ -25,6 +25,7 @@ from kanefe.kane.impacts import START, resolved
 from kanefe.kane.rigid_contacts import DEPENDENT, margins, probe_forces
 from kanefe.kane.state import State
 from kanefe.linear.balance import BalanceSearch
+from kanefe.linear.coming_to_rest import come_to_rest, may_move
 from kanefe.linear.imbalance import force_sizes
 from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_length, scene_weight
@@ -48,6 +49,9 @@ THROUGH = 1e-2
 
 NEARLY = 0.0, 1e-4, 1e-2
 """Of the scene's length: gaps up to which probes are tried as those that carry where contacts that yield have led."""
+
+SETTLING = 1e-4
+"""Of the scene's length: depth to which contacts yield to its weight where it is let move until it comes to rest."""
 
 MOST_SLIDES = 3
 """Times that what friction does not hold is let slide to where less is to be held."""
@@ -89,11 +93,23 @@ def rest_on_contacts(
         touching = {key: HELD for key, gap in _gaps(state).items() if gap <= near}
         rest = _Rest(model, t, u, search, 0)
         try:
-            if BalanceSearch(rest.held(q, touching), t, q, u, np.zeros(0, dtype=int), ()).is_held:
-                return rest.found(q, touching)
+            return rest.found_if_held(q, touching)
         except SimulationError:
             pass  # it has to go somewhere first
-    q = feel(q, lambda depth: yielding(model, t, q, u, depth))
+    try:
+        return _from_near(model, t, feel(q, lambda depth: yielding(model, t, q, u, depth)), u, search)
+    except SimulationError as error:
+        if isinstance(error, _Slips) or not may_move(model, u):
+            raise
+        try:
+            soft = yielding(model, t, q, u, SETTLING * scene_length(model))
+            return _from_near(model, t, come_to_rest(soft, t, q), u, search)
+        except SimulationError:
+            raise error from None
+
+
+def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found]) -> Found:
+    """Return a balance where the probes carry that are nearest to touching at q."""
     gaps = _gaps(State(model, t, q, u))
     tried: list[dict[Key, str]] = []
     error: SimulationError | None = None
@@ -103,10 +119,14 @@ def rest_on_contacts(
             continue
         tried.append(touching)
         try:
-            return _Rest(model, t, u, search, MOST_SLIDES).found(q, touching)
+            return _Rest(model, t, u, search, MOST_SLIDES).found_if_held(q, touching)
         except SimulationError as failed:
             error = failed if error is None or touching else error
     raise error or SimulationError("the scene has no balance that could be found")
+
+
+class _Slips(SimulationError):
+    """Friction holds too little: there is no rest, wherever a search begins."""
 
 
 class _Rest:
@@ -148,6 +168,13 @@ class _Rest:
             "carries, contacts still pull or are entered. Remedy: start=..., a state nearer to the balance (such as "
             "the end of a damped run), or contacts that yield, kanefe.HuntCrossley(...)"
         )
+
+    def found_if_held(self, q: Vector, carries: dict[Key, str]) -> Found:
+        """Return the balance found from q, where some probes carry; nothing is let fall until it is lost."""
+        begun = BalanceSearch(self.held(q, carries), self.t, q, self.u, np.zeros(0, dtype=int), ())
+        if not begun.is_held:
+            raise begun.refusal()
+        return self.found(q, carries)
 
     def _contacts(self) -> list[RigidContact]:
         return [self.model.rigid_contact(c) for c in range(len(self.model.rigid_contacts))]
@@ -209,7 +236,7 @@ class _Rest:
                 loose.add(key)
         return slipping, loose
 
-    def _slips(self, keys: list[Key]) -> SimulationError:
+    def _slips(self, keys: list[Key]) -> _Slips:
         sums: dict[str, Vector] = {}
         for key in keys:
             sums[self._name(key)] = sums.get(self._name(key), np.zeros(2)) + self.asked[key]
@@ -217,7 +244,7 @@ class _Rest:
             f"{name} would slip: its friction is asked for {asked:.4g} N and holds {most:.4g} N"
             for name, (asked, most) in sums.items()
         )
-        return SimulationError(
+        return _Slips(
             f"the scene has no balance: {told}. Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )
 

@@ -130,7 +130,14 @@ def rested_states(model: Model, t: float, y: Vector) -> Vector:
 
 
 def model_in_state(scene: object, t: float | None, start: Start, what: str) -> tuple[Model, float, Vector, Vector]:
-    """Return a model that starts with the internal states of a state, time, q and u.
+    """Return a model that is `at_rest` with the internal states of a state, time, q and u: see `started_model`."""
+    model, time, y = started_model(scene, t, start, what)
+    q, u, _ = model.parts(y)
+    return at_rest(model, time, y), time, q, u
+
+
+def started_model(scene: object, t: float | None, start: Start, what: str) -> tuple[Model, float, Vector]:
+    """Return a model that starts with the internal states of a state, time, and that state (q, u, z).
 
     Parameters
     ----------
@@ -152,7 +159,7 @@ def model_in_state(scene: object, t: float | None, start: Start, what: str) -> t
     time, y = given_state(model, at, start, what)
     if model.rigid_contacts and not (start is not None and knows_states(model, start)):
         y = touched_at_start(model, time, y)
-    q, u, z = model.parts(y)
+    z = model.parts(y)[2]
     if not np.array_equal(z, model.initial_states):
         model = replace(model, initial_states=z)
-    return at_rest(model, time, y), time, q, u
+    return model, time, y
