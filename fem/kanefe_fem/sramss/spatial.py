@@ -121,6 +121,7 @@ def spatial_scene(
     lashings: Mapping[str, float] | None = None,
     at: tuple[float, float] = (0.0, 0.0),
     lift: float = 0.0,
+    sink: float = 0.0,
     shoe_points: int = SHOE_POINTS,
 ) -> System:
     """Return the aircraft on the deck, over a spot of it, with the skids undeformed.
@@ -139,13 +140,15 @@ def spatial_scene(
         x and y of the spot, m.
     lift : float
         Of the rotor, along the airframe's z, N.
+    sink : float
+        Speed towards the deck with which it starts, m/s.
     shoe_points : int
         Of each shoe of a solid gear that touch the deck. Two, opposite corners, run three times as fast as all four.
     """
     scene = System(gravity=(0.0, 0.0, -given.GRAVITY))
     deck = scene.add_frame("deck", joint=Free(motion=motion)) if motion is not None else scene.ground
     place = np.array((*at, given.CG_HEIGHT))
-    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, INERTIA, joint=started_on(motion, place))
+    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, INERTIA, joint=started_on(motion, place, sink))
     member = scene.add_flexible_body("gear", gear, parent=airframe)
     surface = scene.add_surface("deck", deck, Plane("z"))
     share = 4.0  # shoes of a skid
