@@ -382,4 +382,4 @@ class RunLoop:
             except FileError as error:
                 if is_first:
                     raise
-                warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=4)
+                warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=5)

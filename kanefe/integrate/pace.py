@@ -116,7 +116,7 @@ class Pace:
                 f"at this pace the run takes {_duration(left)} more. Remedy: check loads for noise and jumps, loosen "
                 f"rtol, or another method, such as {self._others()}",
                 SimulationWarning,
-                stacklevel=6,
+                stacklevel=7,
             )
 
     def limit(self, steps: int) -> RunStatus | None:

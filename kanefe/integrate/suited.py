@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.explicit_rates import rate_of_functions
+from kanefe.integrate.explicit_rates import look_at_state, rate_of_functions
 from kanefe.integrate.knots import changes_of
 from kanefe.integrate.methods.generalised_alpha import highest_rate, stiffest_rate
 from kanefe.integrate.methods.radau5 import of_order_three
@@ -158,6 +158,20 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
             return Suited("radau5", reason)
         return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
     return _by_vibrations(dynamics, (start, stop), rtol, atol, reason)
+
+
+def may_suit(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, ...]:
+    """Return the methods of which `suited` may take one, as far as is known before the scene is evaluated."""
+    if model.crowd is not None:
+        return ("moreau-jean",)
+    if any(load.acts_at_once for load in model.loads):
+        return "radau5", "dop853"
+    if not look_at_state(model) and not _is_stiff(_fastest(model, start, stop - start), stop - start):
+        return ("dop853",)
+    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    if is_loose and all_damped(model) and not (model.loads or model.has_stops or look_at_state(model)):
+        return ("extrapolation",)
+    return "extrapolation", "radau5", "dop853"
 
 
 def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
