@@ -1,7 +1,8 @@
-"""Where a probe and a surface meet, how fast they move past each other, and what is left of that without du."""
+"""Where probes and a surface meet, how fast they move past each other, and what is left of that without du."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -40,48 +41,76 @@ class Meeting(NamedTuple):
     remainder: Vector
 
 
-def meeting(shape: SurfaceShape, probe: Probe, belt: Vector, a: MarkerMotion, b: MarkerMotion) -> Meeting:
-    """Return where a probe of a frame b meets a surface of a frame a.
+def meetings_with(
+    shape: SurfaceShape, probes: Sequence[Probe], belt: Vector, a: MarkerMotion, b: MarkerMotion
+) -> list[Meeting]:
+    """Return where probes meet a surface of a frame a, all at once.
 
-    With the centre c of the probe, the distance phi(c) of the surface, its gradient n and its second derivatives H:
+    With the centre c of a probe, the distance phi(c) of the surface, its gradient n and its second derivatives H:
     the gap is ``phi - radius``, its rate ``n . v`` of the material points at ``c - radius n``, and ``dn/dt = w x n +
     H dc/dt`` as seen from the surface. A ring touches with the lowest of its circle of centres, which moves in it.
 
     Parameters
     ----------
     shape : SurfaceShape
-    probe : Probe
+    probes : sequence of Probe
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
-    a, b : MarkerMotion
+    a : MarkerMotion
+    b : MarkerMotion
+        Of the frame of each probe: arrays with one of them a row.
     """
-    spoke = b.A @ probe.point
-    spoke_rate = cross(b.w, spoke)
-    place = a.A.T @ (b.p + spoke - a.p)
-    phi, normal = shape.distance(place)
-    n = a.A @ normal
-    if probe.ring > 0.0:  # on planes alone: n stays in a
-        down, down_rate = _down(n, cross(a.w, n), b, probe.axis)
-        spoke, spoke_rate = spoke + probe.ring * down, spoke_rate + probe.ring * down_rate
-        place = a.A.T @ (b.p + spoke - a.p)
-        phi, normal = shape.distance(place)
-    place_rate = a.A.T @ (b.v + spoke_rate - a.v - cross(a.w, b.p + spoke - a.p))
-    curved = shape.curvature(place)
-    n_rate = cross(a.w, n)
-    if curved is not None:
-        n_rate = n_rate + a.A @ (curved @ place_rate)
-    spoke, spoke_rate = spoke - probe.radius * n, spoke_rate - probe.radius * n_rate
-    arm = b.p + spoke - a.p
-    v = b.v + cross(b.w, spoke) - a.v - cross(a.w, arm)
-    arm_rate = b.v + spoke_rate - a.v
-    left = b.Z + cross(b.Y, spoke) + cross(b.w, spoke_rate) - a.Z - cross(a.Y, arm) - cross(a.w, arm_rate)
-    axes = np.vstack((n, _along(normal) @ a.A.T))
-    rates, remainder = axes @ v, axes @ left
-    rates[1:] -= axes[1:] @ (a.A @ belt)
-    remainder[0] += n_rate @ v
+    radii = np.array([[probe.radius] for probe in probes])
+    spokes = turned(b.A, np.array([probe.point for probe in probes]))
+    spoke_rates = cross(b.w, spokes)
+    rings = [i for i, probe in enumerate(probes) if probe.ring > 0.0]
+    if rings:  # on planes alone: n stays in a
+        n = a.A @ shape.distance(np.zeros(3))[1]
+        n_rate = cross(a.w, n)
+        for i in rings:
+            down, down_rate = _down(n, n_rate, b.A[i] @ probes[i].axis, b.w[i])
+            spokes[i] += probes[i].ring * down
+            spoke_rates[i] += probes[i].ring * down_rate
+    arms = b.p + spokes - a.p
+    places = turned(a.A.T, arms)
+    found = [shape.distance(place) for place in places]
+    axes = _axes([normal for _, normal in found], a.A)
+    n = axes[:, 0]
+    n_rates = cross(a.w, n)
+    curved = [shape.curvature(place) for place in places]
+    if any(H is not None for H in curved):
+        place_rates = turned(a.A.T, b.v + spoke_rates - a.v - cross(a.w, arms))
+        for i, H in enumerate(curved):
+            if H is not None:
+                n_rates[i] += a.A @ (H @ place_rates[i])
+    spokes, spoke_rates = spokes - radii * n, spoke_rates - radii * n_rates
+    arms = b.p + spokes - a.p
+    v = b.v + cross(b.w, spokes) - a.v - cross(a.w, arms)
+    arm_rates = b.v + spoke_rates - a.v
+    left = b.Z + cross(b.Y, spokes) + cross(b.w, spoke_rates) - a.Z - cross(a.Y, arms) - cross(a.w, arm_rates)
+    rates, remainders = turned(axes, v), turned(axes, left)
+    rates[:, 1:] -= axes[:, 1:] @ (a.A @ belt)
+    remainders[:, 0] += (n_rates * v).sum(axis=1)
     # w x e . v = e . v x w
-    remainder[1:] += axes[1:] @ cross(v, a.w)
-    return Meeting(phi - probe.radius, place, b.p + spoke, axes, rates, remainder)
+    remainders[:, 1:] += turned(axes[:, 1:], cross(v, a.w))
+    gaps = [float(phi - probe.radius) for (phi, _), probe in zip(found, probes, strict=True)]
+    return list(map(Meeting, gaps, places, b.p + spokes, axes, rates, remainders))
+
+
+def turned(A: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return ``A x`` of each row of x (n, 3); A is one matrix, or one for each."""
+    return np.matmul(A, np.ascontiguousarray(x)[:, :, None])[:, :, 0]
+
+
+def _axes(normals: Sequence[Vector], A: np.ndarray) -> np.ndarray:
+    """Return the unit vectors along and across normals of a surface turned by A, (n, 3, 3): see `Meeting`."""
+    found = np.empty((len(normals), 3, 3))
+    for i, normal in enumerate(normals):
+        if i and normal is normals[0]:  # of a plane
+            found[i] = found[0]
+        else:
+            found[i, 0], found[i, 1:] = A @ normal, _along(normal) @ A.T
+    return found
 
 
 def _along(normal: Vector) -> np.ndarray:
@@ -91,10 +120,9 @@ def _along(normal: Vector) -> np.ndarray:
     return np.vstack((first, cross(normal, first)))
 
 
-def _down(n: Vector, n_rate: Vector, b: MarkerMotion, axis: Vector) -> tuple[Vector, Vector]:
-    """Return the direction from the middle of a ring to its lowest point, and its rate."""
-    s = b.A @ axis
-    s_rate, lean = cross(b.w, s), float(s @ n)
+def _down(n: Vector, n_rate: Vector, s: Vector, w: Vector) -> tuple[Vector, Vector]:
+    """Return the direction from the middle of a ring of axis s, which turns by w, to its lowest point, and its rate."""
+    s_rate, lean = cross(w, s), float(s @ n)
     across = lean * s - n
     across_rate = float(s_rate @ n + s @ n_rate) * s + lean * s_rate - n_rate
     size = float(np.linalg.norm(across))

@@ -13,7 +13,7 @@ from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
 from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
 from kanefe.contact.height_field import HeightField
-from kanefe.contact.meeting import Meeting, meeting
+from kanefe.contact.meeting import Meeting, meetings_with, turned
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
@@ -135,7 +135,8 @@ class RigidContact(Load):
         """Return it; a ModelError says what begins within the surface."""
         zero = np.zeros(3)
         motions = [MarkerMotion(end.p, end.A, zero, zero, zero, zero) for end in ends]
-        gaps = [self.met(i, motions[0], motions[number]).gap for i, (number, _) in enumerate(self.probes)]
+        met = self.met(range(len(self.probes)), motions[0], [motions[number] for number, _ in self.probes])
+        gaps = [one.gap for one in met]
         if min(gaps) < -TOO_DEEP:
             raise ModelError(
                 f"{self.title} begins {-min(gaps):.3g} m deep in its surface, and cannot yield. Remedy: place it "
@@ -143,9 +144,10 @@ class RigidContact(Load):
             )
         return self
 
-    def met(self, i: int, a: MarkerMotion, b: MarkerMotion) -> Meeting:
-        """Return where one of the probes meets the surface, from the motions of the surface's frame and its own."""
-        return meeting(self.shape, self.probes[i][1], self.belt, a, b)
+    def met(self, which: Sequence[int], a: MarkerMotion, b: Sequence[MarkerMotion]) -> list[Meeting]:
+        """Return where some of the probes meet the surface, from the motions of the surface's frame and their own."""
+        rows = MarkerMotion(*(np.array(parts) for parts in zip(*b, strict=True)))
+        return meetings_with(self.shape, [self.probes[i][1] for i in which], self.belt, a, rows)
 
     def status(self, z: Vector) -> list[int]:
         """Return OPEN, STICKS or SLIPS of each probe from the internal states of the contact."""
@@ -181,45 +183,59 @@ class RigidContact(Load):
         """The coefficient that it sticks by."""
         return 0.0 if self.friction is None else max(self.friction.coefficients) * self.friction.static_ratio
 
-    def slip_direction(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> Vector:
-        """Return the direction of a slip over the two directions along the surface, (2,).
+    def slip_directions(self, found: Sequence[Meeting], kept: np.ndarray, surface: MarkerMotion) -> np.ndarray:
+        """Return the directions of slips over the two directions along the surface, (slips, 2).
 
         Past the end of a slip, where it would turn round, that of before: it stays smooth up to there and a little
         beyond, where the run looks for that end.
         """
-        before = found.axes[1:] @ (surface.A @ kept)
-        size, speed = float(np.linalg.norm(before)), float(np.linalg.norm(found.rates[1:]))
-        if size == 0.0:
-            return np.zeros(2)
-        before = before / size
-        along = float(found.rates[1:] @ before)
-        across = float(np.linalg.norm(found.rates[1:] - along * before))
-        if speed <= AT_REST or across <= STRAIGHT * speed:
-            return before
-        return np.asarray(math.copysign(1.0, along) / speed * found.rates[1:])
+        rates = np.array([one.rates[1:] for one in found])
+        before = turned(np.array([one.axes[1:] for one in found]), turned(surface.A, kept))
+        sizes, speeds = _lengths(before), _lengths(rates)
+        before = np.divide(before, sizes[:, None], out=np.zeros_like(before), where=sizes[:, None] > 0.0)
+        along = (rates * before).sum(axis=1)
+        across = _lengths(rates - along[:, None] * before)
+        keeps = (sizes == 0.0) | (speeds <= AT_REST) | (across <= STRAIGHT * speeds)
+        turns = np.copysign(1.0, along) / np.where(keeps, 1.0, speeds)
+        return np.where(keeps[:, None], before, turns[:, None] * rates)
 
     def left_of_slip(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> float:
         """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s."""
         along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept))
-        return along - TURNED * float(np.linalg.norm(found.rates[1:]))
+        return along - TURNED * _length(found.rates[1:])
 
-    def rows(self, z: Vector, i: int, found: Meeting, surface: MarkerMotion) -> tuple[ContactRow, ...]:
-        """Return the constraints of a probe that touches: its normal, and what sticks."""
-        status, number = self.status(z)[i], self.probes[i][0]
-        ends = self.ends[0], self.ends[number]
-        label = f"probe {i + 1} of {self.name}"
-        if status == SLIPS:
-            d = self.slip_direction(found, self.kept(z, i), surface)
-            mu = self.friction_at(float(np.linalg.norm(found.rates[1:])))
-            return (ContactRow(label, *ends, found, NORMAL, -mu * (d @ found.axes[1:])),)
+    def rows(self, z: Vector, which: Sequence[int], found: Sequence[Meeting], surface: MarkerMotion) -> list[Rows]:
+        """Return the constraints of each of some probes that touch: its normal, and what sticks."""
+        statuses = self.status(z)
+        slips = [k for k, i in enumerate(which) if statuses[i] == SLIPS]
+        drags = dict(zip(slips, self._drags(z, which, found, slips, surface), strict=True)) if slips else {}
+        return [
+            (self._row(i, met, NORMAL, drag=drags[k]),) if k in drags else self._stuck(z, i, met, surface)
+            for k, (i, met) in enumerate(zip(which, found, strict=True))
+        ]
+
+    def _drags(
+        self, z: Vector, which: Sequence[int], found: Sequence[Meeting], slips: Sequence[int], surface: MarkerMotion
+    ) -> list[Vector]:
+        """Return friction for a unit of the normal force of those of some probes that slip."""
+        met = [found[k] for k in slips]
+        directions = self.slip_directions(met, np.array([self.kept(z, which[k]) for k in slips]), surface)
+        mu = [self.friction_at(_length(one.rates[1:])) for one in met]
+        return [-mu[k] * (directions[k] @ one.axes[1:]) for k, one in enumerate(met)]
+
+    def _stuck(self, z: Vector, i: int, found: Meeting, surface: MarkerMotion) -> Rows:
         mark = self.kept(z, i) if self.has_mark(i) else None
         off = None if mark is None else found.axes[1:] @ (surface.A @ (found.place - mark))
         given = -found.axes[1:] @ (surface.A @ self.belt)
         held = [
-            ContactRow(label, *ends, found, 1 + k, off=None if off is None else float(off[k]), given=float(given[k]))
+            self._row(i, found, 1 + k, off=None if off is None else float(off[k]), given=float(given[k]))
             for k in (0, 1)
         ]
-        return ContactRow(label, *ends, found, NORMAL), *held
+        return self._row(i, found, NORMAL), *held
+
+    def _row(self, i: int, found: Meeting, direction: int, **more: Any) -> ContactRow:
+        ends = self.ends[0], self.ends[self.probes[i][0]]
+        return ContactRow(f"probe {i + 1} of {self.name}", *ends, found, direction, **more)
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,12 +292,36 @@ class ContactRow:
         return self._of(e if self.drag is None else e + self.drag, a, b)
 
     def _of(self, e: Vector, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
-        point = self.found.point
-        return -e, cross(e, point - a.p), e, cross(point - b.p, e)
+        return _on_ends(e, self.found.point, a, b)
 
     def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
         """Return what is left of the rate of the row's rate without du, m/s2."""
         return float(self.found.remainder[self.direction])
 
 
-__all__ = ["EACH", "OPEN", "SLIPS", "STICKS", "TOLD", "ContactRow", "RigidContact"]
+Rows = tuple[ContactRow, ...]
+"""Of one probe that touches."""
+
+
+def wrenches_of(rows: Sequence[ContactRow], a: MarkerMotion, b: MarkerMotion, *, is_pushed: bool = False) -> Wrenches:
+    """Return the wrenches of rows between the same two ends, one a row of each array; pushed: with what rubs."""
+    along = np.array([row.found.axes[row.direction] for row in rows])
+    if is_pushed:
+        along = along + np.array([row.drag if row.drag is not None else np.zeros(3) for row in rows])
+    return _on_ends(along, np.array([row.found.point for row in rows]), a, b)
+
+
+def _length(x: Vector) -> float:
+    return math.sqrt(float(x @ x))
+
+
+def _lengths(x: np.ndarray) -> Vector:
+    """Return the length of each row."""
+    return np.asarray(np.sqrt((x * x).sum(axis=1)))
+
+
+def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+    return -e, cross(e, point - a.p), e, cross(point - b.p, e)
+
+
+__all__ = ["EACH", "OPEN", "SLIPS", "STICKS", "TOLD", "ContactRow", "RigidContact", "wrenches_of"]

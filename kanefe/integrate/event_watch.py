@@ -117,10 +117,10 @@ class EventWatch:
         """Take in values that a stepper has come to in steps that were quiet."""
         self._values = values[list(self._compiled.values())]
 
-    def scan(self, stepper: Stepper) -> list[tuple[float, Event]]:
+    def scan(self, stepper: Stepper, check_time: Callable[[], None]) -> list[tuple[float, Event]]:
         """Return what happened in the last step, in order of time, up to and with the first that acts.
 
-        Events that act at the same moment are all returned.
+        Events that act at the same moment are all returned. The search for a moment looks at the clock on its way.
         """
         t0, h = stepper.t_old, stepper.t - stepper.t_old
         places = np.append(FIRST_PLACES, SHARES) if self._is_at_zero else SHARES
@@ -134,7 +134,7 @@ class EventWatch:
         dips = _may_dip(times[:, None], table)
         for i in np.flatnonzero(~(_has_one_sign(table) & ~dips.any(axis=0))).tolist():
             event = self.events[i]
-            function = self._along(stepper, quick, i)
+            function = _timed(self._along(stepper, quick, i), check_time)
             samples = Samples(times, table[:, i], dips[:, i])
             for bracket in _brackets(samples, event.direction, float(self._noise[i]), function):
                 t = self._root(function, *bracket, is_beyond=ends_step_alone(event))
@@ -260,6 +260,16 @@ class EventWatch:
 def _quick_look(stepper: Stepper) -> QuickLook | None:
     """Return what gives all that loads look at, at a time of the last step, where a stepper has that at hand."""
     return stepper.values_at if isinstance(stepper, LooksOut) and stepper.has_values else None
+
+
+def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -> Callable[[float], float]:
+    """Return a function that looks at the clock first."""
+
+    def timed(t: float) -> float:
+        check_time()
+        return function(t)
+
+    return timed
 
 
 def ends_step_alone(event: Event) -> bool:

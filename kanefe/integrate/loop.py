@@ -16,7 +16,7 @@ from kanefe.integrate.contact_changes import taken
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
-from kanefe.integrate.pace import Limits, Pace
+from kanefe.integrate.pace import Limits, OutOfTime, Pace
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper, TellsAccelerations
@@ -273,12 +273,14 @@ class RunLoop:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""
         with self._clock.part("events"):
             try:
-                found = watch.scan(self._stepper)
-            except StepFailure as storm:  # the step went past the last event: it does not count
+                found = watch.scan(self._stepper, self._pace.check_time)
+            except (StepFailure, OutOfTime) as end:  # what the step went past is not known: it does not count
                 t = self._stepper.t_old
                 self.stored = int(np.searchsorted(self._times, t, side="right"))
                 self._stand_at(t, self._stepper.states(np.array([t]))[0])
-                return RunStatus("failed", t, storm.reason, storm.remedy)
+                if isinstance(end, OutOfTime):
+                    return self._pace.out_of_time(t)
+                return RunStatus("failed", t, end.reason, end.remedy)
             acting = watch.acting
             if acting is None:
                 return None
@@ -380,4 +382,4 @@ class RunLoop:
             except FileError as error:
                 if is_first:
                     raise
-                warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=4)
+                warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=5)

@@ -23,8 +23,15 @@ SOME_STEPS = 20
 PATIENCE, LONGEST = 20.0, 600.0
 """Seconds after which a run is warned of that would take more than so many at its pace."""
 
+LARGER = "a larger limit, or go on from a checkpoint with resume="
+"""Remedy of a run that a limit ends."""
+
 OTHERS = ("radau5", "dop853", "generalised-alpha")
 """Methods that are named to a run that takes long."""
+
+
+class OutOfTime(Exception):
+    """The limit of seconds is passed within a step or a search."""
 
 
 @dataclass(frozen=True)
@@ -109,19 +116,29 @@ class Pace:
                 f"at this pace the run takes {_duration(left)} more. Remedy: check loads for noise and jumps, loosen "
                 f"rtol, or another method, such as {self._others()}",
                 SimulationWarning,
-                stacklevel=6,
+                stacklevel=7,
             )
 
     def limit(self, steps: int) -> RunStatus | None:
         """Return the status of a run that a limit ends after so many steps; None if it goes on."""
         limits, t = self._limits, self._stepper.t
-        remedy = "a larger limit, or go on from a checkpoint with resume="
         if limits.steps is not None and steps >= limits.steps:
-            return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", remedy)
-        if limits.seconds is not None and self._elapsed() >= limits.seconds:
-            other = f"{remedy}, or another method, such as {self._others()}"
-            return RunStatus("stopped", t, f"by the limit of {limits.seconds:g} seconds", other)
-        return None
+            return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", LARGER)
+        return self.out_of_time(t) if self._is_out_of_time else None
+
+    @property
+    def _is_out_of_time(self) -> bool:
+        return self._limits.seconds is not None and self._elapsed() >= self._limits.seconds
+
+    def check_time(self) -> None:
+        """Raise OutOfTime where the limit of seconds is passed."""
+        if self._is_out_of_time:
+            raise OutOfTime
+
+    def out_of_time(self, t: float) -> RunStatus:
+        """Return the status of a run that the limit of seconds ends at time t (s)."""
+        remedy = f"{LARGER}, or another method, such as {self._others()}"
+        return RunStatus("stopped", t, f"by the limit of {self._limits.seconds:g} seconds", remedy)
 
     def _others(self) -> str:
         """Return methods that could be tried in place of this one."""

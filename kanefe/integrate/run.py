@@ -24,6 +24,7 @@ from kanefe.integrate.pace import Limits
 from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.trajectory import Trajectory
+from kanefe.kernels.units import Unit, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
 from kanefe.tree.model_data import WORKS
 
@@ -62,6 +63,22 @@ def run(model: Model, options: RunOptions) -> Trajectory:
     FileError
         If the checkpoint cannot be written at the start, or the one to go on from cannot be read or is of another run.
     """
+    with one_count(model, options):
+        return _run(model, options)
+
+
+def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]:
+    """Have all that a run needs built at once, with the first of it that is missing; see `foreseen`."""
+
+    def needed() -> list[Unit]:
+        from kanefe.integrate.needed import units_of_run
+
+        return units_of_run(model, options)
+
+    return foreseen(needed)
+
+
+def _run(model: Model, options: RunOptions) -> Trajectory:
     choice = choose(model, options)
     (start, stop), wanted = options.span, options.times
     told = told_events(model, choice, options)
@@ -86,7 +103,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
                 loop.resume(saved)
         status = loop.go(file)
     if status.kind == "failed" or loop.is_interrupted:
-        warnings.warn(str(status), SimulationWarning, stacklevel=3)
+        warnings.warn(str(status), SimulationWarning, stacklevel=4)
     stored, states, rates = min(loop.stored, len(wanted)), loop.states, loop.accelerations
     times, states = times[:stored], states[:stored]
     if rates is not None:

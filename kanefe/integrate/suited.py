@@ -10,7 +10,8 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.explicit_rates import rate_of_functions
+from kanefe.integrate.explicit_rates import look_at_state, rate_of_functions
+from kanefe.integrate.knots import changes_of
 from kanefe.integrate.methods.generalised_alpha import highest_rate, stiffest_rate
 from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.methods.table import own_methods, serving
@@ -159,6 +160,20 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     return _by_vibrations(dynamics, (start, stop), rtol, atol, reason)
 
 
+def may_suit(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, ...]:
+    """Return the methods of which `suited` may take one, as far as is known before the scene is evaluated."""
+    if model.crowd is not None:
+        return ("moreau-jean",)
+    if any(load.acts_at_once for load in model.loads):
+        return "radau5", "dop853"
+    if not look_at_state(model) and not _is_stiff(_fastest(model, start, stop - start), stop - start):
+        return ("dop853",)
+    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    if is_loose and all_damped(model) and not (model.loads or model.has_stops or look_at_state(model)):
+        return ("extrapolation",)
+    return "extrapolation", "radau5", "dop853"
+
+
 def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
     """Return the method that steps over the impacts of a scene of many rigid contacts, and its step."""
     length = scene_length(model)
@@ -191,7 +206,7 @@ def _by_vibrations(
         return Suited("extrapolation", reason)
     largest = float(found.sizes.max(initial=0.0))
     is_seen = largest * (1.0 - (rtol or 0.0)) > (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol
-    followed = _followed(dynamics, stop - start, rtol, undamped, is_seen)
+    followed = _followed(dynamics, (start, stop), rtol, undamped, is_seen)
     if not followed and undamped == math.inf:
         return Suited("extrapolation", reason)
     # where it is handed over, something vibrates whose radians are steps
@@ -207,10 +222,12 @@ def _by_vibrations(
     return Suited(name, reason, share=share)
 
 
-def _followed(dynamics: Dynamics, span: float, rtol: float | None, undamped: float, is_seen: bool) -> str:
+def _followed(
+    dynamics: Dynamics, times: tuple[float, float], rtol: float | None, undamped: float, is_seen: bool
+) -> str:
     """Return in words why vibrations are to be followed; nothing where they are not."""
-    model = dynamics.model
-    is_undamped = undamped < math.inf
+    model, (start, stop) = dynamics.model, times
+    span, is_undamped = stop - start, undamped < math.inf
     if rtol is not None and rtol < LEAST_RTOL_OF_SWEEPS:
         return f"rtol={rtol:g} follows their vibrations"
     frequencies = modal_frequencies(model)
@@ -222,7 +239,8 @@ def _followed(dynamics: Dynamics, span: float, rtol: float | None, undamped: flo
         return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
     longest = min((controller.every for controller in model.controllers), default=span)
     if dynamics.calls_functions:
-        longest = min(longest, span / LEAST_STEPS)
+        changes = changes_of(dynamics, start, stop)
+        longest = min(longest, span / LEAST_STEPS, float(np.diff(changes).min(initial=math.inf)))
     if is_undamped and longest < CALM / undamped:
         return "steps that functions and controllers ask for follow what is not damped"
     if rtol is not None and is_seen:

@@ -133,15 +133,21 @@ def accelerations(state: State) -> Vector:
 
 
 @once
+def held_solver(state: State) -> ConstrainedSolver:
+    """Return the solver of the free speeds with all rows that hold."""
+    model, n, forces = state.model, state.model.free_count, force_rows(state)
+    rows = constraint_rates(state).over(slice(n))
+    return constrained_solver(model, equations(state)[0][:n, :n], rows, None if forces is None else forces[:, :n])
+
+
+@once
 def held_accelerations(state: State) -> tuple[Vector, Vector, float]:
     """Return du of the free speeds (free,), the multipliers of the constraints (rows,), `ConstrainedSolver.weakest`.
 
     A multiplier is the force (N) or moment (N m) of its row: see `kanefe.constraints.rows`.
     """
-    model, n = state.model, state.model.free_count
+    n, rows, solver = state.model.free_count, constraint_rates(state), held_solver(state)
     M, F = equations(state)
-    rows, forces = constraint_rates(state), force_rows(state)
-    solver = constrained_solver(model, M[:n, :n], rows.over(slice(n)), None if forces is None else forces[:, :n])
     known = rows.remainder + rows.J[:, n:] @ state.driven_rates
     return *solver.solve(F[:n] - M[:n, n:] @ state.driven_rates, known), solver.weakest
 

@@ -8,7 +8,8 @@ passes a position with more freedom). Then the multipliers of least norm are tak
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
 
 if TYPE_CHECKING:
-    from kanefe.constraints.rows import Constraint, MarkerMotion, MarkerRow, Row, Wrenches
+    from kanefe.constraints.rows import Constraint, MarkerMotion, MarkerRow, Row
     from kanefe.contact.meeting import Meeting
     from kanefe.contact.rigid_contact import ContactRow, RigidContact
     from kanefe.kane.kinematics import FrameMotion
@@ -38,6 +39,9 @@ ROUND_OFF = 1e-16
 """Largest eigenvalue that the tolerance is taken of, at least. Rows that no speed can move are the square of round-off
 in all their entries, some 1e-31 where 1 is the most, and must not be measured by each other.
 """
+
+
+OfMarkers = TypeVar("OfMarkers", "MarkerRow", "ContactRow")
 
 
 class Rates(NamedTuple):
@@ -85,12 +89,25 @@ def held_rows(state: State) -> list[tuple[Constraint | RigidContact, Row | Conta
 @once
 def meetings(state: State) -> list[list[Meeting]]:
     """Return where the probes of each rigid contact of the scene meet its surface."""
-    found = []
-    for number in range(len(state.model.rigid_contacts)):
+    contacts = range(len(state.model.rigid_contacts))
+    return [met(state, number, range(len(state.model.rigid_contact(number).probes))) for number in contacts]
+
+
+def met(state: State, number: int, which: Sequence[int]) -> list[Meeting]:
+    """Return where some probes of a rigid contact, by its number among them, meet its surface; each is found once."""
+    known = _known_meetings(state)
+    missing = [i for i in which if (number, i) not in known]
+    if missing:
         contact = state.model.rigid_contact(number)
-        motions = [marker_motion(state.marker(end)) for end in contact.ends]
-        found.append([contact.met(i, motions[0], motions[end]) for i, (end, _) in enumerate(contact.probes)])
-    return found
+        surface = motion_in_N(state, contact.ends[0])
+        found = contact.met(missing, surface, [motion_in_N(state, contact.ends[contact.probes[i][0]]) for i in missing])
+        known.update({(number, i): one for i, one in zip(missing, found, strict=True)})
+    return [known[number, i] for i in which]
+
+
+@once
+def _known_meetings(state: State) -> dict[tuple[int, int], Meeting]:
+    return {}
 
 
 @once
@@ -101,14 +118,13 @@ def touching_rows(state: State) -> list[tuple[RigidContact, int, tuple[ContactRo
         return found
     from kanefe.contact.rigid_contact import OPEN
 
-    for number, (load, met) in enumerate(zip(state.model.rigid_contacts, meetings(state), strict=True)):
+    for number, load in enumerate(state.model.rigid_contacts):
         contact, z = state.model.rigid_contact(number), state.load_states(load)
-        if max(contact.status(z)) == OPEN:
-            continue
-        surface = marker_motion(state.marker(contact.ends[0]))
-        for i, status in enumerate(contact.status(z)):
-            if status != OPEN:
-                found.append((contact, i, contact.rows(z, i, met[i], surface)))
+        touching = [i for i, status in enumerate(contact.status(z)) if status != OPEN]
+        if touching:
+            surface = motion_in_N(state, contact.ends[0])
+            rows = contact.rows(z, touching, met(state, number, touching), surface)
+            found += [(contact, i, own) for i, own in zip(touching, rows, strict=True)]
     return found
 
 
@@ -118,24 +134,21 @@ def place_rows(state: State) -> np.ndarray:
     return np.flatnonzero([row.holds_place for _, row in held_rows(state)])
 
 
-def marker_motion(F: FrameMotion) -> MarkerMotion:
-    """Return the motion of a marker in components of N."""
+def motion_in_N(state: State, marker: Marker) -> MarkerMotion:
+    """Return the motion of a marker in components of N; found once."""
     from kanefe.constraints.rows import MarkerMotion
 
-    A = F.A_NF
-    return MarkerMotion(F.p_NoFo_N, A, A @ F.v, A @ F.w, A @ F.Z, A @ F.Y)
+    known = _known_motions(state)
+    if marker not in known:
+        F = state.marker(marker)
+        A = F.A_NF
+        known[marker] = MarkerMotion(F.p_NoFo_N, A, A @ F.v, A @ F.w, A @ F.Z, A @ F.Y)
+    return known[marker]
 
 
 @once
-def _motions_of_markers(state: State) -> dict[int, tuple[FrameMotion, MarkerMotion]]:
-    """Return the motion of every marker of the rows that hold in its own axes, and in those of N, by identity."""
-    found: dict[int, tuple[FrameMotion, MarkerMotion]] = {}
-    for _, row in held_rows(state):
-        for marker in row.markers:
-            if id(marker) not in found:
-                F = state.marker(marker)
-                found[id(marker)] = F, marker_motion(F)
-    return found
+def _known_motions(state: State) -> dict[Marker, MarkerMotion]:
+    return {}
 
 
 @once
@@ -143,7 +156,7 @@ def constraint_residuals(state: State) -> Vector:
     """Return g of all rows that hold (rows,), in the unit of each; zero of those on speeds alone: see `place_rows`."""
     from kanefe.constraints.rows import CouplerRow
 
-    model, moved = state.model, _motions_of_markers(state)
+    model = state.model
     values = np.zeros(len(held_rows(state)))
     for i in place_rows(state):
         row = held_rows(state)[i][1]
@@ -151,33 +164,43 @@ def constraint_residuals(state: State) -> Vector:
             coordinates = (model.bodies[body].joint_coordinates(state.t, state.q)[j] for body, j, _ in row.terms)
             values[i] = sum(c * x for (_, _, c), x in zip(row.terms, coordinates, strict=True)) - row.constant
         else:
-            values[i] = row.residual(moved[id(row.a)][1], moved[id(row.b)][1])
+            values[i] = row.residual(motion_in_N(state, row.a), motion_in_N(state, row.b))
     return values
 
 
 @once
 def constraint_rates(state: State) -> Rates:
     """Return J and the remainders of all rows that hold over the speeds that the state spans."""
-    model, columns, moved = state.model, state.columns, _motions_of_markers(state)
+    model, columns = state.model, state.columns
     rows = held_rows(state)
     J, remainder, reach = np.zeros((len(rows), columns)), np.zeros(len(rows)), np.zeros((len(rows), columns))
     given = np.zeros(len(rows))
     if not rows:
         return Rates(J, remainder, reach, given)
     from kanefe.constraints.rows import CouplerRow
-    from kanefe.contact.rigid_contact import ContactRow
+    from kanefe.contact.rigid_contact import ContactRow, wrenches_of
 
+    between: dict[tuple[Marker, Marker], tuple[list[int], list[MarkerRow]]] = {}
+    touching: dict[tuple[Marker, Marker], tuple[list[int], list[ContactRow]]] = {}
     for i, (_, row) in enumerate(rows):
         if isinstance(row, CouplerRow):
             for body, coordinate, coefficient in row.terms:
                 J[i, model.bodies[body].speeds[coordinate]] += coefficient
             reach[i] = J[i] ** 2
-            continue
-        a, b = moved[id(row.a)], moved[id(row.b)]
-        J[i], reach[i] = _marker_row(row, row.wrenches(a[1], b[1]), a[0], b[0])
-        remainder[i] = row.remainder(a[1], b[1])
-        if isinstance(row, ContactRow):
+        elif isinstance(row, ContactRow):
+            _add(touching, i, row)
             given[i] = row.given
+        else:
+            _add(between, i, row)
+    for (a, b), (which, own) in between.items():
+        ends = motion_in_N(state, a), motion_in_N(state, b)
+        wrenches = zip(*(row.wrenches(*ends) for row in own), strict=True)
+        J[which], reach[which] = _marker_rows(state, own, wrenches)
+        remainder[which] = [row.remainder(*ends) for row in own]
+    for (a, b), (which, met_rows) in touching.items():
+        ends = motion_in_N(state, a), motion_in_N(state, b)
+        J[which], reach[which] = _marker_rows(state, met_rows, wrenches_of(met_rows, *ends))
+        remainder[which] = [row.remainder(*ends) for row in met_rows]
     return Rates(J, remainder, reach, given)
 
 
@@ -189,32 +212,47 @@ def force_rows(state: State) -> Matrix | None:
     """
     if not state.model.rigid_contacts:
         return None
-    from kanefe.contact.rigid_contact import ContactRow
+    from kanefe.contact.rigid_contact import ContactRow, wrenches_of
 
-    if not any(isinstance(row, ContactRow) and row.drag is not None for _, row in held_rows(state)):
-        return None
-    forces, moved = constraint_rates(state).J.copy(), _motions_of_markers(state)
+    between: dict[tuple[Marker, Marker], tuple[list[int], list[ContactRow]]] = {}
     for i, (_, row) in enumerate(held_rows(state)):
         if isinstance(row, ContactRow) and row.drag is not None:
-            a, b = moved[id(row.a)], moved[id(row.b)]
-            forces[i] = _marker_row(row, row.forces(a[1], b[1]), a[0], b[0])[0]
+            _add(between, i, row)
+    if not between:
+        return None
+    forces = constraint_rates(state).J.copy()
+    for (a, b), (which, own) in between.items():
+        wrenches = wrenches_of(own, motion_in_N(state, a), motion_in_N(state, b), is_pushed=True)
+        forces[which], _ = _marker_rows(state, own, wrenches)
     return forces
 
 
-def _marker_row(
-    row: MarkerRow | ContactRow, wrenches: Wrenches, a: FrameMotion, b: FrameMotion
-) -> tuple[Vector, Vector]:
-    """Return a row of J, from the wrenches of its unit multiplier, and its reach."""
+def _add(between: dict[tuple[Marker, Marker], tuple[list[int], list[OfMarkers]]], i: int, row: OfMarkers) -> None:
+    """Put a row, with its number, to those that are between the same two markers."""
+    which, own = between.setdefault((row.a, row.b), ([], []))
+    which.append(i)
+    own.append(row)
+
+
+def _marker_rows(
+    state: State, rows: Sequence[MarkerRow | ContactRow], wrenches: Iterable[Sequence[Vector] | Vector]
+) -> tuple[Matrix, Matrix]:
+    """Return rows of J that are between the same two markers, and their reach.
+
+    From force and moment on a, then on b, of the unit multiplier of each.
+    """
     from kanefe.constraints.rows import RADIAN
 
-    entries, squares = np.zeros(a.V.shape[1]), np.zeros(a.V.shape[1])
-    force_a, moment_a, force_b, moment_b = wrenches
-    for F, wide, vector in ((a, a.V, force_a), (a, a.W, moment_a), (b, b.V, force_b), (b, b.W, moment_b)):
-        if vector.any():
-            entries += (F.A_NF.T @ vector) @ wide
+    entries, squares = np.zeros((len(rows), state.columns)), np.zeros((len(rows), state.columns))
+    a, b = state.marker(rows[0].a), state.marker(rows[0].b)
+    turn = np.array([row.unit == RADIAN for row in rows])
+    for F, wide, vectors in zip((a, a, b, b), (a.V, a.W, b.V, b.W), wrenches, strict=True):
+        along = np.array(vectors)[:, :, None]
+        if along.any() and wide.any():
+            entries += (np.matmul(F.A_NF.T, along).transpose(0, 2, 1) @ wide)[:, 0]
             # the moment of two directions vanishes as they become parallel, and so must not measure itself
-            size = 1.0 if row.unit == RADIAN else float(vector @ vector)
-            squares += size * np.einsum("ij,ij->j", wide, wide)
+            sizes = np.where(turn, along.any(axis=(1, 2)), (along.transpose(0, 2, 1) @ along)[:, 0, 0])
+            squares += sizes[:, None] * np.einsum("ij,ij->j", wide, wide)
     return entries, squares
 
 
@@ -229,15 +267,14 @@ def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, Fra
     from kanefe.constraints.rows import CouplerRow
     from kanefe.contact.rigid_contact import ContactRow
 
-    moved = _motions_of_markers(state)
     sums: dict[tuple[str, int], tuple[Marker, Vector]] = {}
     for (constraint, row), multiplier in zip(held_rows(state), multipliers, strict=True):
         if isinstance(row, CouplerRow):
             continue
-        (a, a_N), (b, b_N) = moved[id(row.a)], moved[id(row.b)]
         of = row.forces if isinstance(row, ContactRow) else row.wrenches
-        force_a, moment_a, force_b, moment_b = of(a_N, b_N)
-        for marker, F, force, moment in ((row.a, a, force_a, moment_a), (row.b, b, force_b, moment_b)):
+        force_a, moment_a, force_b, moment_b = of(motion_in_N(state, row.a), motion_in_N(state, row.b))
+        for marker, force, moment in ((row.a, force_a, moment_a), (row.b, force_b, moment_b)):
+            F = state.marker(marker)
             wrench = multiplier * np.concatenate((F.A_NF.T @ force, F.A_NF.T @ moment))
             key = constraint.name, id(marker)
             sums[key] = (marker, wrench + (sums[key][1] if key in sums else 0.0))
@@ -291,6 +328,19 @@ class ConstrainedSolver:
         self._inverses = 1.0 / (values[kept] * (1.0 + (least / values[kept]) ** 4))
         self._pushed = None if forces is None else _solve_lower(factor, forces.T)
 
+    def gained(self, which: Sequence[int], held: int) -> tuple[Vector, Vector]:
+        """Return the rates of some rows of J for a unit of their own force, that in P and that in J, (k,) each.
+
+        The first so many rows hold on, and answer to the force.
+        """
+        moved = pushed = self._B[:, which]
+        if self._pushed is not None:
+            pushed = self._pushed[:, which]
+        if held:
+            holds = self._B[:, :held] * self._scale[:held]
+            moved = moved - holds @ np.linalg.lstsq(holds, moved, rcond=RANK_TOLERANCE**0.5)[0]
+        return np.einsum("ij,ij->j", moved, pushed), np.einsum("ij,ij->j", moved, moved)
+
     @property
     def scaled_rows(self) -> Matrix:
         """Scaled rows of ``J L^-T``, M = L L^T, shape (m, n), of length up to one: dependent where those of J are."""
@@ -329,8 +379,8 @@ def _solve_lower(factor: Matrix, right: np.ndarray, transposed: bool = False) ->
     """Return ``L^-1 right`` or ``L^-T right``; of a scene without free speeds too, which scipy refuses."""
     if not len(right):
         return right
-    trans = 1 if transposed else 0
-    return np.asarray(scipy.linalg.solve_triangular(factor, right, lower=True, trans=trans, check_finite=False))
+    # scipy's own function takes three times the time, for checks; L in the order of C is L^T in that of Fortran
+    return np.asarray(scipy.linalg.lapack.dtrtrs(factor.T, right, lower=0, trans=0 if transposed else 1)[0])
 
 
 def _cholesky(M: Matrix) -> Matrix | None:

@@ -95,14 +95,18 @@ def project_positions(
     SimulationError
         If a loop stays open: a drive moves past the reach of the mechanism.
     """
-    if not model.is_constrained:
-        return q
+    return _positioned(State(model, t, q, None, z), stiffness) if model.is_constrained else q
+
+
+def _positioned(state: State, stiffness: Matrix | None) -> Vector:
+    """Return the coordinates of `project_positions`; those of the state itself if they are closed."""
+    model = state.model
     metric = np.zeros((model.free_count, model.free_count)) if stiffness is None else stiffness
     last_digit = 0.0 if model.constraints else CONTACT_TOLERANCE
-    found = _closed(openings(model, t, q, z), np.arange(model.free_count), metric, last_digit)
+    found = _closed(_position(state), np.arange(model.free_count), metric, last_digit)
     if found.worst > LARGEST_OPENING:
         raise SimulationError(
-            f"at t = {t:.6g} s the mechanism cannot go on: {open_constraints(found)}. "
+            f"at t = {state.t:.6g} s the mechanism cannot go on: {open_constraints(found)}. "
             "Remedy: check that driven joints stay within its reach"
         )
     return found.state.q
@@ -119,9 +123,11 @@ def project_speeds(
     model: ModelData, t: float, q: Vector, u: Vector, stiffness: Matrix | None = None, z: Vector | None = None
 ) -> Vector:
     """Return the speeds nearest to u that keep the loops closed and what rolls from slipping; arguments as above."""
-    if not model.is_constrained or not len(u):
-        return u
-    state = State(model, t, q, u, z)
+    return _with_speeds(State(model, t, q, u, z), stiffness) if model.is_constrained and len(u) else u
+
+
+def _with_speeds(state: State, stiffness: Matrix | None) -> Vector:
+    model, u = state.model, state.u
     rows = constraint_rates(state)
     if not len(rows.J):
         return u
@@ -131,16 +137,30 @@ def project_speeds(
     return np.asarray(u + solver.solve(np.zeros(n), rows.open_rates(state.full))[0])
 
 
+def project(state: State, stiffness: Matrix | None = None) -> State:
+    """Return the nearest state at which loops are closed and stay closed: see `project_positions`, `project_speeds`.
+
+    A state that is closed is swept once for both.
+    """
+    q = _positioned(state, stiffness)
+    state = state if q is state.q else State(state.model, state.t, q, state.u, state.z)
+    u = _with_speeds(state, stiffness) if len(state.u) else state.u
+    return state if u is state.u else State(state.model, state.t, q, u, state.z)
+
+
 def openings(
     model: ModelData, t: float, q: Vector, z: Vector | None = None, rows: np.ndarray | None = None
 ) -> Position:
     """Return how far the constraints that hold are open at time t (s), all rows of places or some of them."""
+    return _position(State(model, t, q, None, z), rows)
+
+
+def _position(state: State, rows: np.ndarray | None = None) -> Position:
     from kanefe.constraints.rows import METRE
 
-    state = State(model, t, q, None, z)
     rows = place_rows(state) if rows is None else rows
     # far from N's origin round-off is that of the distance
-    length = max(scene_length(model), *(float(np.abs(motion.p_NoFo_N).max()) for motion in state.motions))
+    length = max(scene_length(state.model), *(float(np.abs(motion.p_NoFo_N).max()) for motion in state.motions))
     scales = np.array([length if held_rows(state)[i][1].unit == METRE else 1.0 for i in rows])
     return Position(state, rows, constraint_residuals(state)[rows], scales)
 

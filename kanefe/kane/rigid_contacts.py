@@ -15,8 +15,8 @@ import numpy as np
 from kanefe.contact.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.kane.assemble import constrained_solver, held_accelerations, mass_matrix
-from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, marker_motion, meetings, touching_rows
+from kanefe.kane.assemble import held_accelerations, held_solver
+from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, meetings, motion_in_N, touching_rows
 from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
 
@@ -39,6 +39,8 @@ class ProbeForce(NamedTuple):
         N.
     friction : ndarray, shape (3,)
         On the probe, in N (the frame), N.
+    met : Meeting
+        Where it touches.
     """
 
     contact: int
@@ -46,6 +48,7 @@ class ProbeForce(NamedTuple):
     status: int
     normal: float
     friction: Vector
+    met: Meeting
 
 
 @once
@@ -64,10 +67,10 @@ def probe_forces(state: State) -> list[ProbeForce]:
         if len(rows) == 1:
             drag = rows[0].drag
             friction = np.zeros(3) if drag is None else own[0] * drag
-            found.append(ProbeForce(numbers[id(contact)], i, SLIPS, float(own[0]), friction))
+            found.append(ProbeForce(numbers[id(contact)], i, SLIPS, float(own[0]), friction, rows[0].found))
         else:
             friction = own[1] * rows[1].found.axes[1] + own[2] * rows[2].found.axes[2]
-            found.append(ProbeForce(numbers[id(contact)], i, STICKS, float(own[0]), friction))
+            found.append(ProbeForce(numbers[id(contact)], i, STICKS, float(own[0]), friction, rows[0].found))
     return found
 
 
@@ -108,8 +111,8 @@ def friction_powers(state: State) -> tuple[float, float]:
     """Return the power that sliding takes, and that belts give, W."""
     taken = given = 0.0
     for force in probe_forces(state):
-        contact, met = _of(state, force)
-        rates = met.axes[1:].T @ met.rates[1:]
+        contact = state.model.rigid_contact(force.contact)
+        rates = force.met.axes[1:].T @ force.met.rates[1:]
         belt = state.marker(contact.ends[0]).A_NF @ contact.belt
         taken -= float(force.friction @ rates)
         given += float(force.friction @ belt)
@@ -121,10 +124,10 @@ def contact_rates(state: State, rates: Vector) -> None:
     for force in probe_forces(state):
         if force.status != SLIPS:
             continue
-        contact, met = _of(state, force)
+        contact = state.model.rigid_contact(force.contact)
         where = state.model.load_states[state.model.rigid_contacts[force.contact]]
         share = contact.probes[force.probe][1].share
-        slip = met.axes[1:].T @ met.rates[1:]
+        slip = force.met.axes[1:].T @ force.met.rates[1:]
         rates[where.start] += share * float(np.linalg.norm(slip))
         rates[where.start + 1] -= float(force.friction @ slip)
 
@@ -174,7 +177,7 @@ def margins(state: State) -> Margins:
             if status == OPEN:
                 found.gaps[number, i] = met[i].gap
             elif status == SLIPS and contact.friction is not None:
-                surface = marker_motion(state.marker(contact.ends[0]))
+                surface = motion_in_N(state, contact.ends[0])
                 found.slips[number, i] = contact.left_of_slip(met[i], contact.kept(z, i), surface)
     for force in probe_forces(state):
         key = force.contact, force.probe
@@ -190,23 +193,19 @@ def check_determined(state: State) -> None:
 
     The normal force of a probe that slips then has no value, or several.
     """
-    forces = force_rows(state)
-    if forces is None:
+    if force_rows(state) is None:
         return
-    model, n = state.model, state.model.free_count
-    rows = constraint_rates(state)
-    loops = sum(len(c.rows) for c in model.constraints if c.holds(state.z))
-    first = loops
+    loops = first = sum(len(c.rows) for c in state.model.constraints if c.holds(state.z))
+    slipping: dict[int, tuple[RigidContact, int]] = {}
     for contact, i, own in touching_rows(state):
         if len(own) == 1 and own[0].drag is not None:
-            J, P = rows.J[first, :n], forces[first, :n]
-            others = np.r_[0:loops]
-            solver = constrained_solver(model, mass_matrix(state)[:n, :n], rows.over(slice(n), others))
-            gained = float(J @ solver.solve(P, np.zeros(loops))[0])
-            plain = float(J @ solver.solve(J, np.zeros(loops))[0])
-            if gained <= 1e-9 * plain:
-                raise paradox(contact, i, state.t)
+            slipping[first] = contact, i
         first += len(own)
+    gained, plain = held_solver(state).gained(list(slipping), loops)
+    lost = np.flatnonzero(gained <= 1e-9 * plain)
+    if len(lost):
+        contact, i = list(slipping.values())[int(lost[0])]
+        raise paradox(contact, i, state.t)
 
 
 def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:
@@ -228,7 +227,3 @@ def probe_jacobian(state: State, number: int, i: int) -> Matrix:
             force, arm = F.A_NF.T @ e, F.A_NF.T @ (met.point - F.p_NoFo_N)
             row += sign * (force @ F.V + cross(arm, force) @ F.W)
     return found
-
-
-def _of(state: State, force: ProbeForce) -> tuple[RigidContact, Meeting]:
-    return state.model.rigid_contact(force.contact), meetings(state)[force.contact][force.probe]

@@ -126,16 +126,14 @@ class LiteralRoute:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one."""
         if not self.model.is_constrained:
             return y
-        from kanefe.kane.loop_closure import project_positions, project_speeds
+        from kanefe.kane.loop_closure import project
         from kanefe.kane.tangents import constant_tangents
 
-        q, u, z = self.parts(y)
-        stiffness = share * constant_tangents(self.model)[0] if share > 0.0 else None
-        q_closed = project_positions(self.model, t, q, stiffness, z)
-        u_closed = project_speeds(self.model, t, q_closed, u, stiffness, z)
-        if q_closed is q and u_closed is u:
+        state = self.view(t, y)
+        closed = project(state, share * constant_tangents(self.model)[0] if share > 0.0 else None)
+        if closed is state:
             return y
-        return np.concatenate((q_closed, u_closed, y[len(q) + len(u) :]))
+        return np.concatenate((closed.q, closed.u, y[len(state.q) + len(state.u) :]))
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """None: each state is asked by itself."""

@@ -13,8 +13,8 @@ import os
 import re
 import sys
 import threading
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -105,6 +105,7 @@ class MachineCode(NamedTuple):
 
 _loaded: dict[tuple[str, str], MachineCode] = {}
 _lock = threading.RLock()
+_foreseen: list[Callable[[], Iterable[Unit]]] = []
 
 
 def machine_code(unit: Unit) -> MachineCode:
@@ -125,18 +126,35 @@ def loaded_files() -> dict[int, Path]:
 
 
 def expect(units: Iterable[Unit]) -> None:
-    """Have what is missing of units built now, side by side, where their files can be kept."""
-    missing = [
-        unit for unit in units if _is_kept(unit) and (unit.module, unit.name) not in _loaded and path_of(unit) is None
-    ]
+    """Have what is missing of units built now, side by side, where their files can be kept, with what is foreseen."""
+    missing = _missing(units)
     if missing and _can_keep():
         import subprocess
 
         from kanefe.kernels.side_by_side import batches_of, build_by_name, processors_here
 
-        names = batches_of([unit.name for unit in missing])
+        while _foreseen:  # asked once, and only now: what is there already costs nothing
+            missing += _missing(_foreseen.pop()())
+        names = batches_of(list(dict.fromkeys(unit.name for unit in missing)))
         with timed(), suppress(OSError, subprocess.SubprocessError):  # then each is built for this process alone
             build_by_name(names, own_folder(), processors_here(), _tell)
+
+
+def _missing(units: Iterable[Unit]) -> list[Unit]:
+    return [
+        unit for unit in units if _is_kept(unit) and (unit.module, unit.name) not in _loaded and path_of(unit) is None
+    ]
+
+
+@contextmanager
+def foreseen(units: Callable[[], Iterable[Unit]]) -> Iterator[None]:
+    """Have what a function gives built with the first unit that is missing meanwhile, so that there is one count."""
+    _foreseen.append(units)
+    try:
+        yield
+    finally:
+        if units in _foreseen:
+            _foreseen.remove(units)
 
 
 def _tell(text: str) -> None:

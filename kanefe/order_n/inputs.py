@@ -38,7 +38,7 @@ class InputLayout:
         self.of_state: list[tuple[slice, ValuedLoad]] = []
         self.held: list[tuple[int, int, float]] = []
         values: list[float] = []
-        for load, count in _loads_with_values(model):
+        for load, count in loads_with_values(model):
             from kanefe.loads.controller import Held
 
             where = slice(len(values), len(values) + count)
@@ -96,7 +96,7 @@ class InputLayout:
         return self._at.get(id(item), -1)
 
 
-def _loads_with_values(model: ModelData) -> list[tuple[Any, int]]:
+def loads_with_values(model: ModelData) -> list[tuple[Any, int]]:
     """Return every load with the number of its values."""
     found: list[tuple[Any, int]] = []
     for body in model.bodies:

@@ -19,7 +19,6 @@ from kanefe.kernels.closing import CLOSED, close_state, closing_memory_size
 from kanefe.kernels.entries import LATER, Bound
 from kanefe.kernels.evaluation import evaluate, workspace_size
 from kanefe.kernels.filling import filler
-from kanefe.kernels.integration import integrate
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, no_flexible
 from kanefe.kernels.loads_layout import COMPLEX
 from kanefe.kernels.momenta import balance
@@ -356,10 +355,9 @@ class OrderN(LiteralRoute):
         return self._kernel_of(evaluate.bound(LATER, LATER, LATER, LATER, *scene, *(LATER,) * 4), self.memory_size)
 
     def _kernel_of(self, evaluation: Bound, memory_size: int) -> RatesKernel:
-        """Return a kernel of rates, which is built with what most runs of the scene need, where it is not."""
+        """Return a kernel of rates, which is built with what closes loops, where it is not."""
         if IS_COMPILED:
-            closing = (self.closing.unit,) if self.has_loops else ()
-            expect((evaluation.unit, integrate.unit(integrate.variants[0]), *closing))
+            expect((evaluation.unit, *((self.closing.unit,) if self.has_loops else ())))
         return RatesKernel(evaluation, memory_size, self._run_size, len(self._drives), self.inputs.constants)
 
     @cached_property

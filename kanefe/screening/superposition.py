@@ -381,7 +381,10 @@ def _between(values: np.ndarray) -> Matrix:
 
     x = np.arange(len(values))
     missed = np.zeros(values.shape)
-    missed[1::2] = np.abs(CubicSpline(x[::2], values[::2])(x[1::2]) - values[1::2])
+    for first in (0, 1):  # a jump of a rate at one of the times is seen by splines that pass it over
+        kept, passed = x[first::2], x[first + 1 :: 2]
+        passed = passed[passed < kept[-1]]
+        missed[passed] = np.abs(CubicSpline(kept, values[kept])(passed) - values[passed])
     # every other value is missed by sixteen times as much, where a rate of what moves them jumps by twice as much
     return np.asarray(0.5 * maximum_filter1d(missed, 7, axis=0))
 

@@ -209,7 +209,6 @@ class _Run:
             return (t, min(until, t + APART)), str(error), None
         fine, is_near = self._near(found, y)
         if not is_near.any():
-            self.bound = np.maximum(self.bound, found.bound.max(axis=0))
             return None, "", found
         rows = np.flatnonzero(is_near.any(axis=1))
         gap = round(APART / (fine[1] - fine[0]))
@@ -219,7 +218,6 @@ class _Run:
         last = rows[stops[0]] if len(stops) else rows[-1]
         event = int(np.flatnonzero(is_near[rows[0]])[0])
         begin = fine[rows[0]] - LEAD * (times[1] - times[0])
-        self.bound = np.maximum(self.bound, found.bound.max(axis=0))
         return (max(t, float(begin)), float(fine[last])), self.sticking.names[event], found
 
     def _near(self, found: Superposed, y: Vector) -> tuple[Vector, np.ndarray]:
@@ -259,9 +257,11 @@ class _Run:
         return np.hstack((q, u, internal + left[:, :count] @ found.small.W.T))
 
     def _keep(self, found: Superposed, until: float) -> None:
-        """Store what is superposed at the output times from its start to a time, and at that."""
+        """Store what is superposed at the output times from its start to a time, and how wrong it may be."""
         from scipy.interpolate import CubicSpline
 
+        bound = (found.bound + found.left_of_start(found.times))[found.times <= until]
+        self.bound = np.maximum(self.bound, bound.max(axis=0))
         times = self._wanted(found.times[0], until)
         if not len(times):
             return

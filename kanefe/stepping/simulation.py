@@ -19,7 +19,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
-from kanefe.integrate.run import SilentBar, told_events, watch_of
+from kanefe.integrate.run import SilentBar, one_count, told_events, watch_of
 from kanefe.integrate.sampling import ControllerLog, Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import is_finite_number
@@ -161,13 +161,14 @@ class Simulation:
         self._state_of_inputs = slice(first + where.start, first + where.stop)
         self._load_count = where.stop - where.start
         self.courses = [one.course for one in held if one.course is not None]
-        self._choice: Choice = choose(model, asked.options)
-        if self._choice.is_plugged:
-            raise ModelError(
-                f"{self._choice.name} keeps what it remembers of earlier steps to itself, and cannot be stepped. "
-                "Remedy: method='auto', 'radau5' or 'dop853'"
-            )
-        self._make()
+        with one_count(model, asked.options):
+            self._choice: Choice = choose(model, asked.options)
+            if self._choice.is_plugged:
+                raise ModelError(
+                    f"{self._choice.name} keeps what it remembers of earlier steps to itself, and cannot be stepped. "
+                    "Remedy: method='auto', 'radau5' or 'dop853'"
+                )
+            self._make()
 
     def _make(self) -> None:
         model, options = self.model, self._options

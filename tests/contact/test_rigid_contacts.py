@@ -11,6 +11,7 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe.checks.verification.rigid_contact import rocking_block
+from kanefe.contact.meeting import meetings_with
 from kanefe.kane.constraints import meetings
 from kanefe.kane.impacts import resolved
 from kanefe.kane.rigid_contacts import probe_forces
@@ -304,3 +305,28 @@ def test_painleves_paradox_ends_a_run_with_cause_and_remedy():
     assert result.status.kind == "failed"
     assert "HuntCrossley" in result.status.remedy
     assert 0.0 < result.status.time < 0.1
+
+
+def test_what_lies_and_slides_is_met_once_a_state_and_only_where_it_touches(monkeypatch):
+    """A box that slides on four of its eight corners: one call for all of them in each evaluation and projection."""
+    calls: list[int] = []
+
+    def counted(shape, probes, *motions):
+        calls.append(len(probes))
+        return meetings_with(shape, probes, *motions)
+
+    monkeypatch.setattr("kanefe.contact.rigid_contact.meetings_with", counted)
+    scene, floor, body = on_floor(position=(0, 0, 0.1), velocity=(3.0, 0.3, 0))
+    scene.add_contact(
+        "c",
+        scene.add_surface("skin", body, shapes.Box((0.6, 0.4, 0.2))),
+        floor,
+        normal=kf.Rigid(),
+        friction=kf.Coulomb(0.5),
+    )
+    model = scene.freeze()
+    y = model.route.start(0.0)
+    for ask in (model.rhs, model.literal.projected):
+        calls.clear()
+        ask(0.0, y)
+        assert calls == [4]

@@ -120,7 +120,7 @@ def test_what_was_computed_before_an_error_is_kept(
     path = tmp_path / "run.npz"
     seen: list[float] = []
 
-    def load(t: float) -> tuple[float, float, float]:
+    def load(t: float, state: kf.SceneState) -> tuple[float, float, float]:  # functions of time are looked at before
         seen.append(t)
         if "KANEFE_TEST_BREAK" in os.environ and t > 0.6:
             raise problem
@@ -149,6 +149,27 @@ def test_what_was_computed_before_an_error_is_kept(
     again = simulate(resume=path)
     assert min(seen[1:]) > 0.1  # it goes on where it was
     np.testing.assert_array_equal(again.joint_coordinates("wheel"), whole.joint_coordinates("wheel"))
+
+
+def test_a_run_goes_on_with_a_function_that_was_mended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "run.npz"
+
+    def load(t: float) -> tuple[float, float, float]:
+        if "KANEFE_TEST_BREAK" in os.environ and t > 0.6:
+            raise LookupError
+        return (0.0, 0.0, float(0.8 < t < 0.82))
+
+    def simulate(**options: Any) -> kf.Result:
+        scene = kf.System()
+        wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))
+        scene.add_torque(wheel, load)
+        return scene.simulate((0.0, 1.0), output_step=0.1, method="dop853", **options)
+
+    monkeypatch.setenv("KANEFE_TEST_BREAK", "1")
+    with pytest.raises(LookupError):
+        simulate(checkpoint=path)
+    monkeypatch.delenv("KANEFE_TEST_BREAK")
+    assert simulate(resume=path).status.kind == "finished"
 
 
 def test_a_failed_run_leaves_a_checkpoint_and_a_terminal_event_comes_again(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError
@@ -234,6 +235,25 @@ def test_the_limit_of_time_stops_a_run() -> None:
     result = double_pendulum().simulate((0.0, 1e6), method="dop853", rtol=1e-12, output_step=1e6, most_seconds=0.0)
     assert "by the limit of 0 seconds" in str(result.status)
     assert str(result.status).endswith("or another method, such as 'radau5' or 'generalised-alpha'")
+
+
+def test_the_limit_of_time_ends_the_search_for_an_event() -> None:
+    """A function that jumps is halved some 40 times, here at 0.05 s each; the run then ends before that step."""
+    slow: list[float] = []
+
+    def jumps(t: float, state: object) -> float:
+        if t >= 0.3 or slow:
+            slow.append(t)
+            time.sleep(0.05)
+        return 1.0 if t < 0.3 else -1.0
+
+    scene, event = double_pendulum(), kf.Event("jump", jumps)
+    result = scene.simulate((0.0, 1.0), method="dop853", events=event, output_step=0.1, most_seconds=0.6)
+    assert "by the limit of 0.6 seconds" in str(result.status)
+    assert len(slow) < 25
+    assert 0.0 < result.status.time < 0.3
+    assert result.times[-1] == result.status.time
+    assert len(result.events["jump"]) == 0
 
 
 def test_output_times_are_those_asked_for() -> None:

@@ -144,7 +144,7 @@ def test_a_run_never_leaves_the_compiled_route(make: Any, monkeypatch: pytest.Mo
         raise AssertionError("the literal route was taken")
 
     model = make().freeze()  # whose start the literal route closes
-    for name in ("project_positions", "project_speeds"):
+    for name in ("project_positions", "project_speeds", "project"):
         monkeypatch.setattr(assembly, name, refuse)
     for name in ("accelerations", "held_accelerations"):
         monkeypatch.setattr(assemble, name, refuse)

@@ -35,7 +35,7 @@ def test_the_version_has_one_source():
 
 def test_the_notice_names_what_is_not_code_of_ours():
     notice = (ROOT / "NOTICE.md").read_text(encoding="utf-8")
-    kinds = {".csv", ".json", ".msh", ".urdf", ".three"}
+    kinds = {".csv", ".json", ".msh", ".urdf", ".re1", ".three", ".mss"}
     not_ours = [p for p in tracked_files() if Path(p).suffix in kinds and not p.startswith("docs/")]
     # figures of the documents, the public interface, and the tools that make the page of a run are no data
     rest = {"tests/package/public_api.json", "package.json", "package-lock.json"}

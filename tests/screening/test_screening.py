@@ -105,6 +105,20 @@ def test_what_is_superposed_is_within_its_bound(start: np.ndarray) -> None:
         assert np.abs(drags[0] - drags[1]).max() < screened.bound[f"{name} slip"]
 
 
+def test_what_is_left_of_the_start_is_in_the_bound(start: np.ndarray) -> None:
+    # small motions are superposed as far as they are linear; this one is a quarter of how deep the feet are
+    scene, raised = block_on_deck(deck_motion(0, SPAN, 0.5)), start.copy()
+    raised[2] += 3e-4
+    options: dict[str, Any] = {"start": raised, "output_step": 0.02}
+    whole = scene.simulate((0.0, SPAN), rtol=1e-9, **options)
+    screened = screen(scene, SPAN, **options)
+    assert screened.windows == ()
+    for name in ("foot 0", "foot 3"):
+        depths = [result.contact(name).penetration for result in (whole, screened.result)]
+        # without the start it is 5e-6
+        assert 1e-5 < np.abs(depths[0] - depths[1]).max() < screened.bound[f"{name} touch"] < 5e-4
+
+
 def test_a_rope_that_breaks_is_seen() -> None:
     begun = rest(rope=200.0, breaking=159.0)
     scene = block_on_deck(deck_motion(0, 12.0, 0.5), mu=0.4, rope=200.0, breaking=159.0)

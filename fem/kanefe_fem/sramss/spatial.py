@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import root
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.contact import Coulomb, HuntCrossley
@@ -32,9 +31,8 @@ from kanefe_fem.sramss import parameters as given
 from kanefe_fem.sramss.gear import ALUMINIUM, Saddles
 from kanefe_fem.sramss.planar import by_names
 
-CLOSE, STEP = 1e-9, 1e-8
-"""Of the search for the lengths of lashings: how close, of how far they stretch; and the square of its relative
-steps for differences."""
+CLOSE, MOST_RESTS = 1e-8, 20
+"""Of the search for the lengths of lashings: how close, of how far they stretch; and how many rests it looks at."""
 
 SADDLES = tuple(f"{tube} {side} saddle" for tube in ("aft", "forward") for side in ("starboard", "port"))
 SHOES = tuple(f"{side} shoe {number}" for side in ("starboard", "port") for number in range(1, 5))
@@ -123,6 +121,7 @@ def spatial_scene(
     lashings: Mapping[str, float] | None = None,
     at: tuple[float, float] = (0.0, 0.0),
     lift: float = 0.0,
+    sink: float = 0.0,
     shoe_points: int = SHOE_POINTS,
 ) -> System:
     """Return the aircraft on the deck, over a spot of it, with the skids undeformed.
@@ -141,13 +140,15 @@ def spatial_scene(
         x and y of the spot, m.
     lift : float
         Of the rotor, along the airframe's z, N.
+    sink : float
+        Speed towards the deck with which it starts, m/s.
     shoe_points : int
         Of each shoe of a solid gear that touch the deck. Two, opposite corners, run three times as fast as all four.
     """
     scene = System(gravity=(0.0, 0.0, -given.GRAVITY))
     deck = scene.add_frame("deck", joint=Free(motion=motion)) if motion is not None else scene.ground
     place = np.array((*at, given.CG_HEIGHT))
-    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, INERTIA, joint=started_on(motion, place))
+    airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, INERTIA, joint=started_on(motion, place, sink))
     member = scene.add_flexible_body("gear", gear, parent=airframe)
     surface = scene.add_surface("deck", deck, Plane("z"))
     share = 4.0  # shoes of a skid
@@ -241,8 +242,10 @@ def lashing_lengths(gear: FlexibleBody, tension: float, *, shoe_points: int = SH
     Raises
     ------
     ModelError
-        If there are no such lengths.
+        If there are no such lengths, or the tension is not above zero.
     """
+    if not tension > 0.0:
+        raise ModelError(f"the tension of lashings at rest must be above zero N, not {tension!r}")
     slack = tension / given.LASHING_STIFFNESS
 
     def lacks(lengths: np.ndarray) -> np.ndarray:
@@ -250,8 +253,15 @@ def lashing_lengths(gear: FlexibleBody, tension: float, *, shoe_points: int = SH
         rest = equilibrium(spatial_scene(gear, lashings=lashings, shoe_points=shoe_points))
         return np.asarray(lengths + slack - [float(rest.load(f"{name} lashing")[0]) for name in SADDLES])
 
-    ways = [np.linalg.norm(_way_down(saddle_place(gear, name))) for name in SADDLES]
-    found = root(lacks, np.array(ways) - 10.0 * slack, options={"eps": STEP, "xtol": CLOSE * slack})
-    if np.abs(found.fun).max() > CLOSE * slack:
-        raise ModelError(f"no lengths of the lashings were found with which all pull by {tension:g} N: {found.message}")
-    return dict(zip(SADDLES, found.x.tolist(), strict=True))
+    lengths = np.array([np.linalg.norm(_way_down(saddle_place(gear, name))) for name in SADDLES]) - slack
+    left, inverse = lacks(lengths), np.eye(len(SADDLES))  # of ropes that yield by far more than the gear
+    for _ in range(MOST_RESTS):
+        if np.abs(left).max() <= CLOSE * slack:
+            return dict(zip(SADDLES, lengths.tolist(), strict=True))
+        step = -inverse @ left
+        before, lengths = left, lengths + step
+        left = lacks(lengths)
+        change = left - before
+        # Broyden's method: each rest tells how the gear yields, and costs as much as any other
+        inverse += np.outer(step - inverse @ change, step @ inverse) / (step @ inverse @ change)
+    raise ModelError(f"no lengths of the lashings were found with which all pull by {tension:g} N")

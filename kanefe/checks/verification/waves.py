@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
+from importlib.resources import as_file, files
 from typing import Any
 
 import numpy as np
@@ -17,13 +17,12 @@ from kanefe.environment import Sea, Ship, example_rao, read_rao
 from kanefe.environment.dispersion import wave_number
 from kanefe.environment.rao import at_point
 from kanefe.environment.spectra import Bretschneider, Jonswap, Spectrum
-from kanefe.errors import MissingDependency
 from kanefe.joints import Free
 from kanefe.result import Result
 from kanefe.system import System
 
-WHERE = "KANEFE_S175"
-"""Variable of the environment that names the file: the data are of others, and are not part of kanefe."""
+S175 = "s175.re1"
+"""Of the Marine Systems Simulator: three of its five speeds and five of its nineteen headings, as they are there."""
 
 
 def of_spectrum(spectrum: Spectrum, values: dict[str, Any], name: str) -> Iterator[Check]:
@@ -67,14 +66,8 @@ def steep_and_old_seas(reference: Reference) -> Iterator[Check]:
 
 def container_ship(reference: Reference) -> Iterator[Check]:
     """S175: the motions of a container ship in four seas."""
-    path = os.environ.get(WHERE)
-    if not path:
-        raise MissingDependency(
-            "HYDRO/vessels_shipx/s175/input.re1 of the Marine Systems Simulator (MSS, MIT licence)",
-            "the case S175",
-            f"save it as s175.re1 and set {WHERE} to its path",
-        )
-    rao = read_rao(path)
+    with as_file(files("kanefe.checks.verification") / S175) as path:
+        rao = read_rao(path)
     sea = Sea.bretschneider(Hs=3.25, Tp=9.7)
     for row in reference.values["rows"]:
         ship = Ship(rao, sea, row["speed"], row["heading"], slowest_hz=0.0)

@@ -12,6 +12,7 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.knots import knots_of
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, StepFailure, beyond
 from kanefe.kernels.stepping import (
@@ -22,7 +23,6 @@ from kanefe.kernels.stepping import (
     EVALUATIONS,
     FACTORISATIONS,
     FAILED,
-    FIRST_KNOT,
     HAS_LOOPS,
     HELD,
     IMPLICIT,
@@ -116,7 +116,7 @@ class KernelStepper:
         n, m = model.coordinate_count, model.free_count
         moves = coordinate_moves(model)
         self.integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
-        knots = _knots(dynamics, kernels.reals) if control.step is None else np.zeros(0)
+        knots = knots_of(dynamics, kernels.reals, start, stop) if control.step is None else np.zeros(0)
         self.reals = np.concatenate((np.zeros(kernels.reals), knots))
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
         self.vectors = np.zeros((rows, n + m + model.state_count + WORKS))
@@ -222,7 +222,11 @@ class KernelStepper:
         return {"integers": self.integers.copy(), "reals": self.reals.copy(), "vectors": self.vectors.copy()}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot."""
+        """Go on from a snapshot, and with its knots: functions may have been mended since."""
+        if len(snapshot["reals"]) != len(self.reals):
+            self.reals = np.empty_like(snapshot["reals"])
+            for name in ("_run", "_compiled_run"):
+                vars(self).pop(name, None)
         for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
             array[:] = snapshot[name]
 
@@ -368,14 +372,3 @@ class KernelStepper:
             "check loads for jumps or growth without bound there, or loosen rtol",
             worst,
         )
-
-
-def _knots(dynamics: Dynamics, base: int) -> np.ndarray:
-    """Return what stands from the place KNOTS, `base`, on: of the tables that drive a scene; nothing without any."""
-    tables = [motion.pieces[:, 0] for motion, _ in dynamics.model.drives if motion.pieces is not None]
-    knots = np.unique(np.concatenate([table for table in tables if len(table) > 1] or [np.zeros(0)]))
-    if len(knots) < 2:
-        return np.zeros(0)
-    # two tables of the same times may differ by round-off
-    knots = knots[np.concatenate(([True], np.diff(knots) > 1e-9 * (knots[-1] - knots[0])))]
-    return np.concatenate(([base + FIRST_KNOT + 1, 0.0, 0.0, 0.0], knots))

@@ -1,4 +1,4 @@
-"""Cases of seas and ships; the data of one are not part of kanefe."""
+"""Cases of seas and ships."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from kanefe.checks.runner import NotRun
 from kanefe.checks.verification import runner, waves
 from kanefe.checks.verification.case import Case
 from kanefe.checks.verification.report import Row
+from kanefe.environment import read_rao
 from ship_motions import write_veres
 
-ALWAYS = (*waves.CASES[:2], pytest.param(waves.CASES[3], marks=pytest.mark.slow))
+ALWAYS = (*waves.CASES[:3], pytest.param(waves.CASES[3], marks=pytest.mark.slow))
 
 
 @pytest.mark.parametrize("case", ALWAYS, ids=lambda case: case.id)
@@ -22,13 +22,8 @@ def test_cases_pass(case: Case) -> None:
     assert [row for row in rows if not row.passed] == []
 
 
-def test_the_container_ship_is_run_where_its_file_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    case = waves.CASES[2]
-    monkeypatch.delenv(waves.WHERE, raising=False)
-    (row,) = runner.run_case(case)
-    assert isinstance(row, NotRun)
-    assert f"set {waves.WHERE} to its path" in row.reason
-    # a file of another ship is noticed
-    monkeypatch.setenv(waves.WHERE, str(write_veres(tmp_path / "other.re1", (0.0, 11.0))))
-    rows = [row for row in runner.run_case(case) if isinstance(row, Row)]
+def test_a_file_of_another_ship_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = read_rao(write_veres(tmp_path / "other.re1", (0.0, 11.0)))
+    monkeypatch.setattr(waves, "read_rao", lambda path: other)
+    rows = [row for row in runner.run_case(waves.CASES[2]) if isinstance(row, Row)]
     assert any(not row.passed for row in rows)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 import kanefe as kf
+from kanefe.screening.superposition import Sticking
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.sramss import (
     Deck,
@@ -80,6 +81,24 @@ def test_events_on_a_helideck() -> None:
     assert sum(map(len, whole.events.values())) > 100
     check_same(whole, screened)
     assert 0.0 < screened.share < 0.9
+
+
+def test_what_is_superposed_is_within_its_bound_where_a_ramp_ends() -> None:
+    gear, span, mu = spatial_gear(read_mesh(ROOT / "meshes" / "skid_gear.msh"), modes=8), 20.0, 0.8
+    rest = kf.equilibrium(spatial_scene(gear, mu=mu))
+    ship = kf.Ship(kf.example_rao(), kf.Sea.state(4, spreading=2, seed=1), heading_deg=90.0)
+    for ramp in (5.0, 10.0):
+        motion = ship.at((-45.0, 0.0, 6.0), duration=span, ramp=ramp)
+        scene = spatial_scene(gear, motion, mu=mu)
+        options = {"start": resting_on(scene, rest, motion), "output_step": 0.05}
+        whole, screened = scene.simulate((0.0, span), rtol=1e-8, **options), kf.screen(scene, span, **options)
+        assert screened.windows == ()
+        model = scene.freeze(0.0, options["start"])
+        sticking = Sticking(model)
+        watched = [sticking.watched(model, result.times, result.run.states) for result in (whole, screened.result)]
+        bound = np.array([screened.bound[name] for name in sticking.names])
+        ratio = (np.abs(watched[0] - watched[1]) / bound).max()
+        assert 0.1 < ratio < 1.0  # 2.3 by splines that end a piece where the ramp ends, and without the start
 
 
 def test_the_aircraft_starts_at_rest_on_a_deck_that_moves_already() -> None:

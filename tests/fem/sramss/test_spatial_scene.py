@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe_fem.mesh_files import read_mesh
-from kanefe_fem.sramss import lashing_lengths, spatial_gear, spatial_scene
+from kanefe_fem.sramss import lashing_lengths, spatial, spatial_gear, spatial_scene
 from kanefe_fem.sramss import parameters as given
 from kanefe_fem.sramss.spatial import SADDLES, SHOES
 from repository import ROOT
@@ -29,6 +29,20 @@ def test_the_shoes_carry_the_weight_and_the_lashings(gear):
     # each pulls down by its share of the way from the deck to the saddle, near 1 / sqrt(2)
     down = normal - weight
     assert down == pytest.approx(4 * 2000.0 / math.sqrt(2.0), rel=0.02)
+
+
+def test_lengths_of_lashings_are_found_by_a_few_rests(gear, monkeypatch):
+    calls = []
+
+    def counted(scene):
+        calls.append(scene)
+        return kf.equilibrium(scene)
+
+    monkeypatch.setattr(spatial, "equilibrium", counted)
+    lashing_lengths(gear, 2000.0)
+    assert len(calls) <= 6  # each of a second; by differences for each length there were 18
+    with pytest.raises(kf.ModelError, match="tension of lashings at rest must be above zero N"):
+        lashing_lengths(gear, 0.0)
 
 
 def test_on_a_rolling_deck_friction_holds_what_it_can(gear):

@@ -84,7 +84,7 @@ def test_near_a_singular_position_the_nearest_closed_state_is_taken() -> None:
 def test_fixed_steps_of_generalised_alpha_keep_their_matrices_with_loops(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fewer than one factorisation a step, not one an iteration; and the compiled route closes the loops."""
     literal: list[object] = []
-    monkeypatch.setattr("kanefe.kane.loop_closure.project_positions", lambda *given: literal.append(given))
+    monkeypatch.setattr("kanefe.kane.loop_closure.project", lambda *given: literal.append(given))
     model = sprung_loop(0)
     run = integrate(model, (0.0, 0.1), method="generalised-alpha", step=5e-4)
     assert 0 < run.statistics["factorisations"] < run.statistics["steps"] == 200

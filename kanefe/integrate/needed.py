@@ -1,0 +1,37 @@
+"""What is built for a run, where it is not there: known before, so that it is built in one go and told in one count."""
+
+from __future__ import annotations
+
+from kanefe.equations.model import Model
+from kanefe.integrate.choice import DEFAULT_RTOL
+from kanefe.integrate.methods.compiled import Compiled
+from kanefe.integrate.methods.table import ROWS
+from kanefe.integrate.options import AUTO, RunOptions
+from kanefe.integrate.suited import may_suit
+from kanefe.kernels.stepping import JACOBIAN_ROW
+from kanefe.kernels.units import Unit
+
+
+def units_of_run(model: Model, options: RunOptions) -> list[Unit]:
+    """Return the units of a run and of the reading of its results.
+
+    Which method "auto" takes is found by evaluations, for which they are built: all that it may take are in.
+    """
+    rtol = DEFAULT_RTOL if options.rtol is None else options.rtol
+    names: tuple[str, ...] = (options.method,)
+    if options.method == AUTO:
+        names = may_suit(model, *options.span, rtol if options.step is None else None)
+    found: list[Unit] = []
+    has_jacobian = False
+    for row in ROWS:
+        if row.name in names and isinstance(row.stepper, Compiled):
+            kernels = row.stepper.load()
+            found += [kernels.advance.unit, kernels.interpolate.unit]
+            has_jacobian |= JACOBIAN_ROW in kernels.integers
+    if not model.has_unreduced:
+        from kanefe.order_n.needed import units_of_scene
+        from kanefe.order_n.route import obstacles_of
+
+        if not obstacles_of(model):
+            found += units_of_scene(model, has_jacobian)
+    return found

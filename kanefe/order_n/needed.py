@@ -1,0 +1,86 @@
+"""What is built for a scene in order n: its evaluation, its loads and joints, and the reading of its results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from kanefe.kernels.addresses import units_of
+from kanefe.kernels.closing import close_state
+from kanefe.kernels.derivatives import derivatives
+from kanefe.kernels.evaluation import evaluate
+from kanefe.kernels.filling import fill_nothing
+from kanefe.kernels.force_elements import places as of_loads
+from kanefe.kernels.force_elements.given import given
+from kanefe.kernels.integration import integrate
+from kanefe.kernels.links import places as of_links
+from kanefe.kernels.momenta import balances_of_states
+from kanefe.kernels.outward import motions_of_rows
+from kanefe.kernels.planar.evaluation import evaluate_planar
+from kanefe.kernels.quiet_steps import look_at, pass_quiet_steps
+from kanefe.kernels.replay import between_states, revisit
+from kanefe.kernels.signatures import Variant
+from kanefe.kernels.stepping import next_command
+from kanefe.kernels.units import Unit
+from kanefe.kernels.watching import watch_states
+from kanefe.order_n.drive_tables import drive_tables
+from kanefe.order_n.inputs import InputLayout
+from kanefe.order_n.planar_tables import planar_tables
+from kanefe.order_n.tables import TableBuilder
+from kanefe.tree.model_data import ModelData
+
+COMPLEX = Variant(has_flexible=True, is_complex=True)
+"""Of all scenes."""
+
+
+def units_of_scene(model: ModelData, has_jacobian: bool) -> list[Unit]:
+    """Return the units of a run and of the reading of its results, but for those of the method.
+
+    `has_jacobian`: whether the method takes derivatives. Nothing is built or loaded for the answer.
+    """
+    own = Variant(has_flexible=any(body.flexible is not None for body in model.bodies))
+    functions = list(_functions(model))
+    is_planar = not (functions or own.has_flexible or model.constraints) and (
+        planar_tables(model, TableBuilder(model).tables()[0]) is not None
+    )
+    found = [evaluate_planar.unit(Variant()) if is_planar else evaluate.unit(own)]
+    found += [unit for units in functions for unit in units]
+    found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
+    if model.constraints:
+        found.append(close_state.unit(Variant(has_flexible=True)))
+    if has_jacobian:
+        found += [evaluate.unit(COMPLEX), derivatives.unit(Variant(is_complex=True))]
+    if _calls_python(model):
+        found.append(next_command.unit(Variant()))
+    else:
+        found += [integrate.unit(Variant()), fill_nothing.unit, revisit.unit, between_states.unit]
+    if any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
+        found += [watch_states.unit(own), look_at.unit(Variant()), pass_quiet_steps.unit(Variant())]
+    return found
+
+
+def _functions(model: ModelData) -> Iterator[list[Unit]]:
+    """Yield what is built for each function of a load or a joint."""
+    for load in model.loads:
+        kernel = load.kernel
+        if kernel is None:
+            yield units_of(given, of_loads.SIGNATURE)
+            continue
+        yield _both(kernel.real, kernel.complex_, of_loads.SIGNATURE)
+        yield _both(kernel.watch, None, of_loads.WATCH_SIGNATURE)
+    for body in model.bodies:
+        for link in body.joint.links() or ():
+            if link.kernel is not None:
+                yield _both(link.kernel.real, link.kernel.complex_, of_links.SIGNATURE)
+
+
+def _both(
+    real: Callable[..., None] | int | None, complex_: Callable[..., None] | int | None, signature: tuple[str, ...]
+) -> list[Unit]:
+    """Return what is built for a function of real and of complex numbers; nothing for those that have an address."""
+    found = units_of(real, signature)[:1] if callable(real) else []
+    return found + (units_of(complex_, signature)[1:] if callable(complex_) else [])
+
+
+def _calls_python(model: ModelData) -> bool:
+    inputs = InputLayout(model)
+    return not (inputs.is_constant or inputs.compiled()) or drive_tables(model) is None

@@ -1,0 +1,91 @@
+"""What a run and its results need is known before it begins: where nothing is built, it is told of in one count."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kanefe as kf
+from kanefe.kernels import units
+from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.addresses import house_address
+from loop_scenes import four_bar
+from steel_beams import steel_bar
+
+pytestmark = pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+
+
+def _pendulum(torque: Callable[[float], Any] | None = None, stiffness: float = 0.0) -> kf.System:
+    scene = kf.System(gravity=(0, 0, -9.81))
+    upper = scene.add_rigid_body("upper", 1.0, 0.1, com=(0.1, 0, 0), joint=kf.Revolute("y"))
+    lower = scene.add_rigid_body(
+        "lower", 1.0, 0.1, com=(0.1, 0, 0), parent=upper, at=(0.2, 0, 0), joint=kf.Revolute("y")
+    )
+    if torque is not None:
+        scene.add_torque(upper, torque)
+    if stiffness:
+        scene.add_spring("spring", upper, lower, stiffness=stiffness)
+    return scene
+
+
+def _driven() -> kf.System:
+    return _pendulum(lambda t: (0.0, math.sin(t), 0.0))
+
+
+def _sprung() -> kf.System:
+    return _pendulum(stiffness=10.0)
+
+
+def _bar() -> kf.System:
+    return steel_bar(reduction=kf.CraigBampton(modes=4), damping=kf.ModalDamping(0.01))
+
+
+@pytest.mark.parametrize(
+    ("make", "method", "most_unused"),
+    [
+        (_pendulum, "auto", 0),
+        (_driven, "auto", 0),
+        (_sprung, "auto", 0),
+        (four_bar, "auto", 0),
+        (_bar, "extrapolation", 0),
+        (_bar, "radau5", 0),
+        (_bar, "auto", 6),  # two methods and exact derivatives, which are as likely to be taken
+    ],
+)
+def test_there_is_one_count(
+    make: Callable[[], kf.System], method: str, most_unused: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run() -> None:
+        scene = make()
+        result = scene.simulate((0.0, 0.1), method=method, rtol=1e-5, output_step=0.01)
+        result.position(result.bodies[0])
+        result.acceleration(result.bodies[0])
+        assert len(result.energy.total)
+
+    run()  # so that there are files of all that is used
+    counts: list[list[str]] = []
+    used: set[str] = set()
+    there, opened = units.path_of, units._opened
+
+    def told(batches: Sequence[Sequence[str]], *_: Any) -> None:
+        counts.append([name for names in batches for name in names])
+
+    def found(unit: units.Unit) -> Path | None:
+        return there(unit) if any(unit.name in names for names in counts) else None
+
+    def loaded(path: Path) -> units.MachineCode:
+        used.add(path.stem.rpartition("-")[0])
+        return opened(path)
+
+    monkeypatch.setattr(units, "_loaded", {})
+    monkeypatch.setattr(units, "path_of", found)
+    monkeypatch.setattr(units, "_opened", loaded)
+    monkeypatch.setattr("kanefe.kernels.side_by_side.build_by_name", told)
+    house_address.cache_clear()
+    run()
+    assert len(counts) == 1
+    assert len(set(counts[0]) - used) <= most_unused
