@@ -112,7 +112,8 @@ def test_a_column_under_a_force_that_follows(bodies, error):
     limit = kf.stability_limit(column(bodies, follows=True))
     assert limit.is_flutter
     assert limit.factor == pytest.approx(BECK, rel=error)
-    assert 2.0 * np.pi * limit.frequency == pytest.approx(11.0156, rel=2 * error + 5e-6)  # known to six digits
+    # two frequencies meet there as the root of what is left of the factor: 1e-9 of it, round-off, is 3e-5 of them
+    assert 2.0 * np.pi * limit.frequency == pytest.approx(11.0156, rel=2 * error + 1e-4)
     assert limit.displacements(f"part {bodies - 1}", 0).shape == (7, 3)
 
 
