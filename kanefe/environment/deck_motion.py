@@ -58,17 +58,27 @@ class DeckMotion(GivenPose):
 
     @property
     def clock(self) -> Motion:
-        return clock(self.edges)
+        last = self.span[1]
+        return clock(np.append(self.edges[self.edges < last], last))
 
     def check(self, where: str) -> None:
         """Do nothing: the rates are those of the sums."""
 
     def at(self, t: float) -> PoseRates:
-        """Return pose, velocities and accelerations at time t (s), by the sums of all harmonics."""
+        """Return pose, velocities and accelerations at time t (s), by the sums of all harmonics.
+
+        Raises
+        ------
+        ModelError
+            If it is not known there: see `span`.
+        """
         return PoseRates(*(found[0] for found in self.over(np.array([t]))))
 
     def over(self, times: Vector) -> PoseRates:
         """Return the same at many times at once."""
+        known = self.clock
+        for t in (times.min(), times.max()) if len(times) else ():
+            known.check_known(float(t), "the motion of a deck")
         motions = self.ramp.of(self.harmonics.at(times), times)
         (s, ds, dds), angles = motions[:, :, :3].swapaxes(0, 1), motions[:, :, 3:].swapaxes(0, 1)
         axes, w, dw = turned(*angles)

@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.method import Method
+from kanefe.integrate.methods.method import LEAST_RTOL, Method
 from kanefe.integrate.methods.table import row_for
 from kanefe.integrate.options import AUTO, RunOptions
 from kanefe.integrate.stepper import StepControl, Stepper
@@ -104,8 +104,9 @@ def _check_options(method: Method, options: RunOptions, step: float | None) -> N
     """Refuse what a method with a step does not follow, rather than ignore it."""
     rtol, atol = options.rtol, options.atol
     if rtol is not None and rtol < method.least_rtol:
+        other = "" if method.least_rtol <= LEAST_RTOL else ", or 'dop853'"
         raise ModelError(
-            f"rtol={rtol:g} is below the round-off of {method.name}. Remedy: {method.least_rtol:g} or more, or 'dop853'"
+            f"rtol={rtol:g} is below the round-off of {method.name}. Remedy: {method.least_rtol:g} or more{other}"
         )
     if step is None and not method.has_error_control:
         raise ModelError(f"{method.name} needs a step in s")

@@ -82,6 +82,7 @@ def _run(model: Model, options: RunOptions) -> Trajectory:
     choice = choose(model, options)
     (start, stop), wanted = options.span, options.times
     told = told_events(model, choice, options)
+    check_motions(model, start, start if any(event.terminal for event in options.watched) else stop)
     model.route.check_outputs(len(wanted))
     if choice.is_plugged and model.controllers:
         raise ModelError(
@@ -135,6 +136,13 @@ def _run(model: Model, options: RunOptions) -> Trajectory:
         events={event.name: np.array(watch.times[event.name]) for event in told} if watch else {},
         controllers=sampler.logs() if sampler else {},
     )
+
+
+def check_motions(model: Model, start: float, stop: float) -> None:
+    """Raise a ModelError that names a body whose motion is not known in the whole of a run, from start to stop in s."""
+    for motion, body in model.drives:
+        for t in (start, stop):
+            motion.check_known(t, f"the motion of body {body!r}")
 
 
 def told_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:

@@ -149,8 +149,9 @@ def check_drive(joint: Joint, motion: object, starts: tuple[str, ...], *, moves:
     what = f"the motion of a {joint.kind} joint"
     if not isinstance(motion, GivenPose):
         raise ModelError(
-            f"{what} must be a PoseMotion or a PoseTable, not {motion!r}. Remedy: one of them; where single "
-            "coordinates are driven, revolute and prismatic joints with massless frames between them (add_frame)"
+            f"{what} must be a PoseMotion, a PoseTable or that of a point of a ship, not of type "
+            f"{type(motion).__name__}. Remedy: one of them, of a ship ship.at(point); where single coordinates are "
+            "driven, revolute and prismatic joints with massless frames between them (add_frame)"
         )
     if motion.moves and not moves:
         raise ModelError(f"{what} gives positions, but its point stays. Remedy: leave them out, or a Free joint")

@@ -189,19 +189,23 @@ class Motion:
         ModelError
             If it is not finite or not known there; the message names the body and the time.
         """
-        earliest, latest = self.known
-        if not earliest <= t <= latest:
-            first, last = self.span
-            raise ModelError(
-                f"the motion of body {body!r} is given from {first:.6g} to {last:.6g} s and was asked for at "
-                f"t = {t:.6g} s. Remedy: a longer table (duration=... of Ship.at), or a shorter run"
-            )
+        self.check_known(t, f"the motion of body {body!r}")
         value = float(getattr(self, name)(t))
         if not math.isfinite(value):
             raise ModelError(
                 f"the motion of body {body!r} must give finite numbers; its {name} at t = {t:.6g} s is {value}"
             )
         return value
+
+    def check_known(self, t: float, what: str) -> None:
+        """Raise a ModelError that says what it is the motion of, if it is not known at time t (s)."""
+        earliest, latest = self.known
+        if not earliest <= t <= latest:
+            first, last = self.span
+            raise ModelError(
+                f"{what} is given from {first:.6g} to {last:.6g} s and was asked for at t = {t:.6g} s. Remedy: a "
+                "longer table (duration=... of Ship.at), or a shorter run"
+            )
 
     def over(self, times: np.ndarray, body: str) -> np.ndarray:
         """Return position, velocity and acceleration at many times, (T, 3): see `at`."""

@@ -15,7 +15,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.options import RunOptions
-from kanefe.integrate.run import integrate
+from kanefe.integrate.run import check_motions, integrate
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
 from kanefe.loads.periodic_load import PeriodicLoad
@@ -126,6 +126,7 @@ def screen(
         )
     RunOptions(t_span=(first, last), rtol=rtol, output_step=output_step, **options)
     model = scene.freeze(first, start)
+    check_motions(model, first, last)
     _refuse_fast_loads(model, spacing)
     run = _Run(
         Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, {"rtol": rtol, **options}

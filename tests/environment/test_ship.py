@@ -188,8 +188,26 @@ def test_a_deck_carries_a_scene_and_its_power_is_in_the_balance() -> None:
     assert abs(energy.balance_error).max() < 1e-6 * abs(energy.work).max()
     assert abs(energy.work).max() > 1.0
     np.testing.assert_allclose(result.position("deck")[0], (-45.0, 3.0, 6.0), atol=1e-12)  # at rest, before the ramp
-    with pytest.warns(kf.SimulationWarning, match=r"is given from 0 to 330 s .*duration=\.\.\. of Ship.at"):
-        assert scene_on(deck).simulate((0.0, 340.0)).times[-1] == pytest.approx(330.0)
+
+
+def test_beyond_its_duration_a_deck_is_not_known() -> None:
+    deck = ship().at((-45.0, 3.0, 6.0), duration=20.5)
+    named = r"is given from 0 to 20.5 s and was asked for at t = 2[0-9.]* s.*duration=\.\.\. of Ship.at"
+    # before it begins: the run would have come to 20.5 s
+    for run in (kf.System.simulate, kf.screen):
+        with pytest.raises(kf.ModelError, match="motion of body 'deck' " + named):
+            run(scene_on(deck), (0.0, 20.8))
+    with pytest.raises(kf.ModelError, match="motion of a deck " + named):
+        deck.at(25.0)
+    assert scene_on(deck).simulate((0.0, 20.5)).times[-1] == 20.5
+    late = kf.Event("late", lambda t, state: t - 3.0, terminal=True)
+    assert scene_on(deck).simulate((0.0, 100.0), events=[late]).times[-1] == pytest.approx(3.0)
+
+
+def test_a_ship_is_no_motion_but_its_points_have_one() -> None:
+    with pytest.raises(kf.ModelError, match=r"not of type Ship\. Remedy: .*ship\.at\(point\)") as told:
+        kf.Free(motion=ship())  # type: ignore[arg-type]
+    assert len(str(told.value)) < 300
 
 
 def test_decks_are_data(tmp_path: Path) -> None:

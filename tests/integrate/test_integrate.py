@@ -205,6 +205,7 @@ def test_a_scene_at_rest_stays_at_rest() -> None:
         ({"method": "rk4", "step": 0.1, "rtol": 1e-6}, "rtol has no meaning for rk4, whose steps are fixed"),
         ({"method": "rk4", "step": 0.1, "atol": 1e-6}, "atol has no meaning for rk4, which has no error control"),
         ({"method": "extrapolation", "rtol": 1e-10}, "rtol=1e-10 is below the round-off of extrapolation"),
+        ({"rtol": 1e-30}, r"rtol=1e-30 is below the round-off of dop853\. Remedy: 3e-14 or more$"),
         ({"output_step": 0.0}, r"output_step must be above zero s, not 0\.0"),
         ({"output_step": np.nan}, "output_step must be above zero s, not nan"),
         ({"output_step": 1e-12}, r"output_step of 1e-12 s asks for 1e\+12 states\. Remedy: a larger one"),
@@ -221,6 +222,12 @@ def test_a_scene_at_rest_stays_at_rest() -> None:
 def test_bad_options_are_named(options: dict, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         integrate(double_pendulum().freeze(), **{"t_span": (0.0, 1.0), **options})
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_tolerance_below_round_off_is_refused(method: str) -> None:
+    with pytest.raises(ModelError, match=f"rtol=1e-30 is below the round-off of {method}"):
+        integrate(double_pendulum().freeze(), (0.0, 1.0), method=method, rtol=1e-30)
 
 
 @pytest.mark.parametrize("method", ADAPTIVE)

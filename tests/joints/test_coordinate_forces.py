@@ -176,7 +176,7 @@ def test_each_coordinate_has_its_own_spring(joint: kf.Cylindrical | kf.Planar) -
         ),
         (
             lambda: kf.Spherical(motion=kf.Motion.steady(1.0)),
-            r"motion of a spherical joint must be a PoseMotion or a PoseTable, .* revolute and prismatic",
+            r"motion of a spherical joint must be a PoseMotion, a PoseTable or .* revolute and prismatic",
         ),
         (lambda: kf.Free(forces=kf.CoordinateForce(1.0)), "of a free joint cannot carry forces"),
         (lambda: kf.Translation(position=(1, 2)), "position of a translation joint must be 3 finite numbers"),

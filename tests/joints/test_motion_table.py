@@ -45,8 +45,11 @@ def test_outside_its_table_a_motion_is_not_known() -> None:
     named = r"motion of body 'wheel' is given from 0 to 2 s and was asked for at t = .* Remedy: a longer"
     with pytest.raises(ModelError, match=named):
         scene.simulate((-0.1, 1.0))
+    with pytest.raises(ModelError, match=named):
+        scene.simulate((0.0, 2.5))
+    never = kf.Event("never", lambda t, state: 1.0, terminal=True)
     with pytest.warns(kf.SimulationWarning, match=named):
-        assert scene.simulate((0.0, 2.5)).times[-1] == pytest.approx(2.0, abs=1e-6)
+        assert scene.simulate((0.0, 2.5), events=[never]).times[-1] == pytest.approx(2.0, abs=1e-6)
 
 
 def test_a_table_may_start_late() -> None:

@@ -106,8 +106,9 @@ def test_a_compiled_motion_that_turns_nan_is_named(options: dict) -> None:
 
 def test_fixed_steps_past_the_end_of_a_table_are_named() -> None:
     scene = twitching(kf.Motion.table(TIMES, TIMES))
+    never = kf.Event("never", lambda t, state: 1.0, terminal=True)
     with pytest.warns(kf.SimulationWarning, match="motion of body 'hub' is given from 0 to 1 s .* Remedy: a longer"):
-        scene.simulate((0.0, 2.0), method="rk4", step=0.01)
+        scene.simulate((0.0, 2.0), method="rk4", step=0.01, events=[never])
 
 
 def test_functions_that_numba_compiled_before_are_known_too() -> None:

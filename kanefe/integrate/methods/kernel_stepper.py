@@ -14,6 +14,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.knots import knots_of
 from kanefe.integrate.methods.kernel_set import Kernels
+from kanefe.integrate.methods.method import LEAST_RTOL
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, StepFailure, beyond
 from kanefe.kernels.stepping import (
     AT,
@@ -134,7 +135,7 @@ class KernelStepper:
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
         reals[LARGEST_OF_DRIVES] = math.inf
-        rtol = max(kernels.of_tolerance(control.rtol), 3e-14)
+        rtol = max(kernels.of_tolerance(control.rtol), LEAST_RTOL)
         atol = max(rtol * (control.atol / control.rtol), 1e-300)
         if control.step is not None:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step

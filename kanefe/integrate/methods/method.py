@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl, Stepper
 
 
+LEAST_RTOL = 3e-14
+"""Relative error below which round-off is all that a method controls, unless it has more of that."""
+
+
 def serves_all(model: Model) -> str:
     """Return nothing: no scene that is in its form is refused."""
     return ""
@@ -100,7 +104,7 @@ class Method:
     has_fixed_steps: bool = False
     refuses_step: str = ""
     takes_atol: bool = False
-    least_rtol: float = 0.0
+    least_rtol: float = LEAST_RTOL
     is_plugged: bool = False
     steps_over_impacts: bool = False
     form: Form = Form.DENSE
