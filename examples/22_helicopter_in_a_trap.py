@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 import kanefe as kf
-from kanefe_fem.sramss import spatial_gear, spatial_scene
+from kanefe_fem.sramss import add_probe, spatial_gear, spatial_scene
 
 SPAN, ICE = 20.0, 0.03
-GAP, PROBE = 0.025, 0.25  # radial play, and height of the probe's end over the deck, m
+GAP, STIFFNESS = 0.025, 2e6  # radial play, m, and of the trap, N/m
 
 gear = spatial_gear(Path(__file__).parents[1] / "meshes" / "skid_gear.msh")
 print(gear)
@@ -29,10 +29,7 @@ turns = [kf.euler_angles("xyz", angles) for angles in zip(roll, pitch, 0.0 * rol
 deck = kf.PoseTable(times, np.column_stack((0.0 * heave, 0.0 * heave, heave)), turns)
 
 scene = spatial_scene(gear, deck, mu=ICE)
-hole = kf.shapes.Cylinder(GAP, 0.6, axis="z", inside=True)
-trap = scene.add_surface("trap", scene.body("deck"), hole, at=(0.0, 0.0, PROBE))
-tip = scene.body("airframe").frame((0.0, 0.0, PROBE - 1.4))
-scene.add_contact("probe", tip, trap, normal=kf.KelvinVoigt(2e6, damping=1e4))
+add_probe(scene, gap=GAP, stiffness=STIFFNESS)
 
 rest = kf.equilibrium(scene, steady=False)  # the deck still rests at the start
 result = scene.simulate((0.0, SPAN), start=rest.state, rtol=1e-5, output_step=0.02)
@@ -43,5 +40,5 @@ result.plot("contacts", "probe", "port shoe 1", path=Path("out") / "helicopter_i
 
 # the probe leaves the middle of the trap by the gap, and by what the trap yields
 farthest = GAP + float(probe.penetration.max())
-checked = (farthest, GAP + float(probe.normal.max()) / 2e6, 2e-3)
+checked = (farthest, GAP + float(probe.normal.max()) / STIFFNESS, 2e-3)
 print(f"it goes {1e3 * farthest:.2f} mm off the middle, {1e3 * GAP:g} mm of it free")

@@ -17,6 +17,12 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.reach import Bounds
 
+__all__ = ["Box", "Capsule", "Convex", "Cylinder", "HeightField", "Mesh", "Plane", "Points", "Sphere", "Torus"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 @dataclass(frozen=True, eq=False)
 class Plane(SurfaceShape):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from kanefe.equations.model import Model
+from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import look_at_state, rate_of_functions
 from kanefe.integrate.knots import changes_of
@@ -17,11 +18,13 @@ from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
+from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents
 from kanefe.loads.base import Load
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 if TYPE_CHECKING:
+    from kanefe.bodies.marker import Marker
     from kanefe.contact.rigid_crowd import RigidCrowd
 
 MOST_EXPLICIT_STEPS = 2000.0
@@ -76,7 +79,8 @@ MUCH = 40.0
 """Times the work of Radau's method: what the explicit one may take where stops act all the time."""
 
 LITTLE = 0.1
-"""The same: what the explicit one may take where friction in joints sticks, which it lets tremble by its tolerance."""
+"""The same: what the explicit one may take where friction in joints or between boxes sticks, which it lets tremble by
+its tolerance."""
 
 STOPS = "stops"
 
@@ -132,6 +136,9 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
         if _takes_friction(model, sudden, start, span):
             return Suited("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
         reason = f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once"
+        if _takes_slots(model, sudden, start, span):
+            reason += f", but {model.state_count} states of contacts are much work for radau5"
+            return Suited("dop853", reason, share=share)
         return Suited("radau5", reason, share=share)
     dynamics = Dynamics(model)
     outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
@@ -304,6 +311,44 @@ def _takes_friction(model: Model, sudden: Sequence[Load], start: float, span: fl
     following = max((1.0 / load.load_time for load in frictions if load.bearing is not None), default=0.0)
     rate = max(highest_rate(model, start, K, C), slipping, following)
     return _explicit_work(model, span * rate / STABLE) < LITTLE * _radau_work(model, LEAST_BESIDE_KINKS)
+
+
+def _takes_slots(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
+    """Tell whether boxes touch by so many slots, all with states, that the explicit method has much less work.
+
+    With what contacts are at most: a corner of each pair pressed and stuck; anchors that slip give way.
+    """
+    from kanefe.contact.bristles import LuGre
+    from kanefe.contact.contact import Contact
+
+    contacts = [load for load in sudden if isinstance(load, Contact)]
+    has_slots = any(probe.ring < 0.0 for contact in contacts for _, probe in contact.probes)
+    if not has_slots or len(contacts) < len(sudden) or model.has_stops:
+        return False
+    state, n = State(model, start, model.initial_coordinates, model.initial_speeds), model.free_count
+    (K, C), slipping = constant_tangents(model), 0.0
+    for contact in contacts:
+        friction, law = contact.friction, contact.normal
+        if law.exponent != 1.0 or isinstance(friction, LuGre):
+            return False
+        stiffness, damping = law.stiffness, 0.0
+        if friction is not None and friction.stiffness and friction.damping:
+            stiffness, damping = max(stiffness, friction.stiffness), friction.damping
+            slipping = max(slipping, friction.stiffness / friction.damping)
+        end, probe = contact.probes[0]
+        corner = probe.axis if probe.ring < 0.0 else probe.point
+        J = _velocity_past(state, contact.ends[0], contact.ends[end], corner)[:, :n]
+        K, C = K + stiffness * (J.T @ J), C + damping * (J.T @ J)
+    rate = max(highest_rate(model, start, K, C), slipping)
+    return _explicit_work(model, span * rate / STABLE) < LITTLE * _radau_work(model, LEAST_BESIDE_KINKS)
+
+
+def _velocity_past(state: State, surface: Marker, end: Marker, corner: Vector) -> Matrix:
+    """Return the partial velocities in N of a point fixed in an end (its axes, m) past a surface, (3, columns)."""
+    a, b = state.marker(surface), state.marker(end)
+    point = b.p_NoFo_N + b.A_NF @ corner
+    parts = [F.A_NF @ F.shifted(F.A_NF.T @ (point - F.p_NoFo_N))[0] for F in (a, b)]
+    return np.asarray(parts[1] - parts[0])
 
 
 def _rate_at_stops(model: Model, start: float) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from inspect import signature
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -75,6 +76,12 @@ class Joint(ABC):
     rotation_at: ClassVar[int | None] = None
     holds_floating: ClassVar[bool] = False
     friction: JointFriction | None = None
+
+    def __new__(cls, *given: Any, **named: Any) -> Self:
+        """Refuse friction by name where the kind of joint has none."""
+        if "friction" in named and "friction" not in (known := signature(cls.__init__).parameters):
+            raise ModelError(_no_friction(cls, "forces" in known and cls.rotation_at is None))
+        return super().__new__(cls)
 
     @property
     def kind(self) -> str:
@@ -164,6 +171,20 @@ class Joint(ABC):
         if self.rotation_at is not None:
             q[self.rotation_at] = 1.0
         return q
+
+
+def _no_friction(kind: type[Joint], has_forces: bool) -> str:
+    """Return why a kind of joint takes no friction, and the remedy."""
+    if not kind.speed_names:
+        remedy = "leave it out: nothing moves in it"
+    elif has_forces:
+        remedy = "CoordinateForce(friction=...) in its forces, or a chain of joints that have it"
+    else:
+        remedy = "a contact with friction=Coulomb(...), or a chain of joints that have it"
+    return (
+        f"a {kind.__name__.lower()} joint has no friction from its load: revolute, prismatic, cylindrical, screw and "
+        f"spherical joints have. Remedy: {remedy}"
+    )
 
 
 def axis_direction(axis: str | Sequence[float], kind: str) -> Vector:

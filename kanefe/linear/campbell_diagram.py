@@ -18,7 +18,7 @@ from kanefe.instants.instant import Instant
 from kanefe.linear.azimuth import CONSTANT
 from kanefe.linear.equilibria import balanced, warn_of_missed
 from kanefe.linear.floquet_modes import FloquetModes, floquet
-from kanefe.linear.linearisation import Linearisation, linearise
+from kanefe.linear.linearisation import Linearisation, linearised
 from kanefe.linear.modes import Modes, modes_of
 from kanefe.linear.state import model_of
 
@@ -221,7 +221,7 @@ def _modes_over_speed(
     def state(speed: float, steady: bool) -> Linearisation:
         model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
         if not balance:
-            return linearise(model)
+            return linearised(model)
         return balanced(model, start=model.initial_state, steady=steady).linearise()
 
     def of_periodic(speed: float) -> AnyModes:

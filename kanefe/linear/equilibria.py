@@ -101,9 +101,9 @@ class Equilibrium(Instant):
 
     def linearise(self, *, inputs: Named | None = None, outputs: Named | None = None) -> Linearisation:
         """Linearise about this state: see `kanefe.linearise`."""
-        from kanefe.linear.linearisation import linearise
+        from kanefe.linear.linearisation import linearised
 
-        return linearise(self.model, t=self.time, start=self.state, inputs=inputs, outputs=outputs)
+        return linearised(self.model, t=self.time, start=self.state, inputs=inputs, outputs=outputs)
 
 
 def equilibrium(

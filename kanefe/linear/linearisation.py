@@ -12,9 +12,13 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.instants.instant import Instant
+from kanefe.instants.missed_statics import is_known
+from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
 from kanefe.linear.azimuth import CONSTANT, change_ahead
+from kanefe.linear.equilibria import warn_of_missed
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.settled import settled
@@ -187,6 +191,11 @@ def linearise(
         If a name is unknown, the state is not consistent, the loops are singular, bodies are unreduced, or nothing
         can move.
 
+    Warns
+    -----
+    AccuracyWarning
+        If the modes of a body miss much of how gravity, spin or tractions deform it there.
+
     Notes
     -----
     Rigid contacts that touch are constraints: what carries stays closed, and what sticks does not slide. The small
@@ -203,6 +212,21 @@ def linearise(
     >>> round(float(small.modes().frequencies[0]), 4)
     0.6105
     """
+    found = linearised(scene, t=t, start=start, inputs=inputs, outputs=outputs)
+    if is_known(found.model):
+        warn_of_missed(Instant(found.model, found.time, _rested(found.small)), "linearise")
+    return found
+
+
+def linearised(
+    scene: Freezable | Model,
+    *,
+    t: float | None = None,
+    start: Start = None,
+    inputs: Named | None = None,
+    outputs: Named | None = None,
+) -> Linearisation:
+    """Return what `linearise` does, without a word on modes: for what has told of them, and what asks for many."""
     model, time, q, u = model_in_state(scene, t, start, "linearise")
     if start is None:
         q = settled(model, time, q, u)
@@ -216,6 +240,22 @@ def linearise(
         )
     measured = outputs_of(small, outputs)
     return _linearisation(small, given, measured)
+
+
+def _rested(small: SmallMotions) -> Vector:
+    """Return the state (q, u, z) with elastic coordinates where the loads of its motion hold them, to first order."""
+    model, q = small.model, small.q.copy()
+    state = State(model, small.t, small.q, small.u, model.initial_states)
+    bodies = [body.flexible for body in model.bodies if body.flexible is not None]
+    speeds = np.concatenate([np.arange(terms.speeds.start, terms.speeds.stop) for terms in bodies])
+    y = np.concatenate((small.q, small.u, model.initial_states))
+    accelerations = model.rhs(small.t, y)[model.coordinate_count + speeds]
+    left = dict(zip(speeds.tolist(), mass_matrix(state)[np.ix_(speeds, speeds)] @ accelerations, strict=True))
+    for terms in bodies:
+        k = terms.body.free_count
+        pull = [left[speed] for speed in range(terms.speeds.start, terms.speeds.stop)]
+        q[terms.eta] += np.linalg.solve(terms.body.stiffness[:k, :k], pull)
+    return np.concatenate((q, small.u, model.initial_states))
 
 
 def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:

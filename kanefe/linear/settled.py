@@ -59,6 +59,6 @@ def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
         "linearise: the start is no balance, and what stiffens flexible bodies is the load that they carry in balance. "
         "Remedy: kanefe.equilibrium(scene).linearise()",
         UnsettledWarning,
-        stacklevel=3,
+        stacklevel=4,
     )
     return q

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.errors import AccuracyWarning, ModelError
-from kanefe.frames import Orientation
+from kanefe.frames import Orientation, Vector
 from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import ContactPatch, Frame, three
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from kanefe.contact.surface import Surface
 
 SHARE_OF_CRITICAL = 0.1
+
+ALONG = 1e-9
+"""Of a surface velocity: what of it may be along the normal of a plane, as round-off of a normal that is turned."""
 
 MOST_LEFT_OUT = 0.1
 """Of what the law of a contact yields by: how much of a body's own yielding its modes may leave out untold."""
@@ -172,6 +175,7 @@ class ContactMethods(LoadMethods):
         belt = three(surface_velocity, f"surface_velocity of {label}")
         if belt.any() and friction is None:
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
+        _check_belt(belt, other.shape, label)
         if convex is not None and isinstance(normal, Rigid):
             raise ModelError(
                 f"{label}: a rigid contact of a {convex.title} on a {other.shape.title} is not served. Remedy: a law "
@@ -212,7 +216,7 @@ class ContactMethods(LoadMethods):
         Raises
         ------
         ModelError
-            If something is no surface, or a pair to ignore is not among them.
+            If something is no surface, a pair to ignore is not among them, or there is no pair that could touch.
         """
         from kanefe.contact.surface import Surface
 
@@ -231,6 +235,12 @@ class ContactMethods(LoadMethods):
             for a, b in combinations(among, 2)
             if a.frame.number != b.frame.number and frozenset((a.name, b.name)) not in left_out
         ]
+        if not pairs:
+            listed = ", ".join(repr(given.name) for given in among) or "none"
+            raise ModelError(
+                f"add_contacts finds no two surfaces on two bodies that may touch among those given: {listed}. Remedy: "
+                "surfaces of two bodies or more, fewer pairs in ignore, or no call where nothing can touch"
+            )
         if isinstance(normal, Rigid) and len(pairs) > FEW:
             name = f"contacts among {among[0].name} and others"
             self._new_load(name, "contact")
@@ -304,6 +314,20 @@ def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> 
             f"PatchCase of the same place and most={len(patch.frames)} among the loads of its reduction",
             AccuracyWarning,
             stacklevel=3,
+        )
+
+
+def _check_belt(belt: Vector, shape: SurfaceShape, label: str) -> None:
+    """Raise a ModelError if a surface velocity leaves its surface, where that is flat: a belt moves along itself."""
+    from kanefe.contact.shapes import Plane
+
+    if not isinstance(shape, Plane):
+        return
+    across = float(belt @ shape.normal)
+    if abs(across) > ALONG * float(np.linalg.norm(belt)):
+        raise ModelError(
+            f"{label}: {across:.3g} m/s of its surface velocity are along the normal of the plane, which stays. "
+            "Remedy: a velocity along the plane, in its axes; for a plane that moves, a driven joint under its surface"
         )
 
 

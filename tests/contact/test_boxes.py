@@ -9,6 +9,7 @@ import kanefe as kf
 from kanefe import shapes
 from kanefe.contact.box_pair import EDGES, SLOTS, meeting, slot_of
 from kanefe.frames import rotation_matrix
+from kanefe.integrate.suited import suited
 from kanefe.loads.base import End
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
@@ -145,3 +146,27 @@ def test_a_box_rests_on_another_until_its_centre_is_over_the_edge(offset, falls)
         lean = 0.0 if offset == 0.0 else sunk  # three quarters of a face lean by less than they sink
         assert z == pytest.approx(0.2 - sunk, abs=lean + 2e-6)
         assert result.contact("c").slip[-1] < (1e-9 if offset == 0.0 else 1e-4)  # it settles as it leans
+
+
+def stack(count: int, stiffness: float = 1e5) -> kf.System:
+    scene = kf.System(gravity=(0, 0, -9.81))
+    lower = scene.add_surface("floor", scene.ground, shapes.Box((2.0, 2.0, 0.2)), at=(0, 0, -0.1))
+    for i in range(count):
+        start = kf.Free(position=(0.01 * i, 0.007 * i, 0.05 + 0.1 * i))
+        box = scene.add_rigid_body(f"box {i}", 1.0, 1e-3, joint=start)
+        upper = scene.add_surface(f"skin {i}", box, shapes.Box((0.1, 0.1, 0.1)))
+        law = kf.HuntCrossley(stiffness, damping=0.3)
+        scene.add_contact(f"c{i}", upper, lower, normal=law, friction=kf.Coulomb(0.5))
+        lower = upper
+    return scene
+
+
+def test_auto_weighs_the_states_of_slots():
+    """Systems of radau5 have 53 states a pair, most of slots that are open; it is taken where all is stiff."""
+    few, stiff = (suited(stack(2, k).freeze(), 0.0, span, 1e-6, 1e-7) for k, span in ((1e5, 0.2), (1e9, 1e4)))
+    assert few.name == "dop853"
+    assert "106 states of contacts are much work for radau5" in few.reason
+    assert stiff.name == "radau5"
+    auto, radau = (stack(2).simulate((0.0, 0.05), method=method) for method in ("auto", "radau5"))
+    assert auto.statistics["evaluations"] < 10000
+    assert abs(auto.position("box 1")[-1] - radau.position("box 1")[-1]).max() < 1e-7

@@ -52,7 +52,7 @@ def test_routes_agree_on_all_that_touches_a_plane(touching):
     ids=["hunt-crossley", "hertz", "exponent", "kelvin-voigt", "restitution", "table"],
 )
 def test_routes_agree_on_all_laws(normal, friction):
-    belt = (0.3, 0.1, 0.0) if friction is not None else (0.0, 0.0, 0.0)
+    belt = (0.15, 0.3, 0.0) if friction is not None else (0.0, 0.0, 0.0)
     assert_routes_agree(scene_of(TOUCHED["plane"], shapes.Sphere(0.3), normal, friction, belt), range(12), (0.1, 0.2))
 
 
@@ -156,6 +156,26 @@ def test_what_is_refused_by_name():
         scene.add_contacts([ball, body], normal=LAW)
     with pytest.raises(kf.ModelError, match="ignore of add_contacts takes pairs of the surfaces"):
         scene.add_contacts([ball, floor], normal=LAW, ignore=[(ball, box)])
+    for among, named in (([], "none"), ([ball], "'ball'"), ([ball, box], "'ball', 'box'")):
+        with pytest.raises(kf.ModelError, match=f"finds no two surfaces on two bodies .* given: {named}. Remedy"):
+            scene.add_contacts(among, normal=LAW)
+
+
+@pytest.mark.parametrize("normal", [LAW, kf.Rigid()])
+def test_a_surface_velocity_that_leaves_its_plane_is_refused(normal):
+    scene = kf.System()
+    plane = scene.add_surface("plane", scene.ground, shapes.Plane((0.2, -0.1, 1.0)))
+    ball = scene.add_surface("ball", scene.add_rigid_body("body", 1.0, 0.1, joint=kf.Free()), shapes.Sphere(1))
+    given = {"normal": normal, "friction": kf.Coulomb(0.1)}
+    with pytest.raises(kf.ModelError, match=r"0\.195 m/s of its surface velocity are along the normal of the plane"):
+        scene.add_contact("c", ball, plane, surface_velocity=(1.0, 0.0, 0.0), **given)
+    along = np.array((1.0, 0.3, -0.17)) * 1e3
+    scene.add_contact("c", ball, plane, surface_velocity=along, **given)
+
+
+def test_of_the_shapes_only_shapes_are_seen():
+    assert dir(shapes) == sorted(shapes.__all__)
+    assert all(issubclass(getattr(shapes, name), shapes.SurfaceShape) for name in shapes.__all__)
 
 
 @pytest.mark.parametrize(

@@ -245,3 +245,19 @@ def test_a_run_goes_on_inside_a_stick(tmp_path) -> None:
     first.simulate((0.0, 1.0), checkpoint=tmp_path / "run", most_steps=whole.statistics["steps"] - 3, **options)
     second = block(speed=1.0, static_friction=6.0).simulate((0.0, 1.0), resume=tmp_path / "run", **options)
     np.testing.assert_array_equal(second.joint_coordinates("block"), whole.joint_coordinates("block"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "remedy"),
+    [
+        (kf.Universal, "CoordinateForce"),
+        (kf.Planar, "CoordinateForce"),
+        (kf.Translation, "CoordinateForce"),
+        (kf.Free, "a contact"),
+        (kf.Fixed, "nothing moves in it"),
+    ],
+)
+def test_joints_without_friction_from_their_load_say_so(kind, remedy):
+    with pytest.raises(kf.ModelError, match=f"a {kind.__name__.lower()} joint has no friction.*Remedy: .*{remedy}"):
+        kind(friction=kf.JointFriction(mu=0.1))
+    assert pickle.loads(pickle.dumps(kind())) == kind()

@@ -13,6 +13,7 @@ from kanefe_fem.sramss.planar import from_level as from_level
 from kanefe_fem.sramss.planar import lashing_length as lashing_length
 from kanefe_fem.sramss.planar import level_rest as level_rest
 from kanefe_fem.sramss.planar import planar_scene as planar_scene
+from kanefe_fem.sramss.probe import add_probe as add_probe
 from kanefe_fem.sramss.spatial import lashing_lengths as lashing_lengths
 from kanefe_fem.sramss.spatial import resting_on as resting_on
 from kanefe_fem.sramss.spatial import solid_gear as solid_gear

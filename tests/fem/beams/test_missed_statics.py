@@ -1,5 +1,6 @@
 """What the modes of a body miss of what it carries in a scene: against bodies that miss nothing."""
 
+import re
 import warnings
 
 import numpy as np
@@ -52,12 +53,30 @@ def test_the_share_is_that_of_the_energy(load):
     assert f"loads=('{load}',)" in message
 
 
+@pytest.mark.parametrize("load", CASES)
+def test_a_linearisation_tells_it_too(load):
+    """At the start, which is not deformed yet, as in balance; and once, where an equilibrium has told it."""
+    options, modes = CASES[load]
+    words = []
+    for ask in (kf.equilibrium, kf.linearise, lambda scene: kf.equilibrium(scene).linearise()):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            ask(scene_of(blade(modes), **options))
+        found = [w for w in told if w.category is AccuracyWarning and "modes" in str(w.message)]
+        assert [w.filename for w in found] == [__file__]
+        words.append(str(found[0].message).partition(": "))
+    assert [word[0] for word in words] == ["equilibrium", "linearise", "equilibrium"]
+    shares = [float(re.search(r"miss ([\d.]+) %", word[2])[1]) for word in words]
+    assert shares[1] == pytest.approx(shares[0], rel=0.02)
+
+
 def test_enough_modes_are_not_told():
     """Four modes, two a plane, hold all but 2 % of a bent beam; the stretch of one that hangs is not felt."""
     for gravity in ((0, 0, -9.81), (9.81, 0, 0)):
         with warnings.catch_warnings():
             warnings.simplefilter("error", AccuracyWarning)
             kf.equilibrium(scene_of(blade(4), gravity=gravity))
+            kf.linearise(scene_of(blade(4), gravity=gravity))
 
 
 def test_runs_tell_it_in_print():

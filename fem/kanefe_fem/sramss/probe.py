@@ -1,0 +1,68 @@
+"""A probe under the fuselage in a trap on the deck, as RAST and ASIST have it. All numbers are assumed."""
+
+from __future__ import annotations
+
+import math
+
+from kanefe.contact import KelvinVoigt
+from kanefe.contact.shapes import Cylinder
+from kanefe.errors import ModelError
+from kanefe.system import System
+from kanefe_fem.sramss import parameters as given
+from kanefe_fem.sramss.aircraft_loads import deck_of
+
+GAP, HEIGHT, DEPTH = 0.025, 0.25, 0.6
+"""Radial play, how high the tip of the probe is over the deck, and how deep the hole is round it, m."""
+
+STIFFNESS, DAMPING = 2e6, 1e4
+"""Of the trap, N/m and N s/m."""
+
+
+def add_probe(
+    scene: System,
+    *,
+    gap: float = GAP,
+    at: tuple[float, float] = (0.0, 0.0),
+    stiffness: float = STIFFNESS,
+    damping: float = DAMPING,
+) -> str:
+    """Add a probe under the middle of the airframe in a trap: a round hole that holds it in the plane of the deck.
+
+    A contact "probe" without friction, of the tip of the probe and the surface "trap", so that forces, touches and
+    lifts are told as of any contact. It slides up and down and turns as it likes; `add_haul_down` holds it down. It
+    does not break.
+
+    Parameters
+    ----------
+    scene : System
+        Of `spatial_scene`: with a body "airframe"; the deck is a body "deck" or the ground.
+    gap : float
+        Radial play between the probe and the trap, m.
+    at : (float, float)
+        The spot on the deck that the scene stands on, m.
+    stiffness, damping : float
+        Of the trap, N/m and N s/m.
+
+    Returns
+    -------
+    str
+        Name of the contact.
+
+    Raises
+    ------
+    ModelError
+        If the gap is not above zero, the stiffness or the damping makes no sense, or there is no airframe.
+
+    Examples
+    --------
+    >>> scene = spatial_scene(gear, motion, mu=0.03)                # doctest: +SKIP
+    >>> probe = add_probe(scene)                                    # doctest: +SKIP
+    >>> scene.simulate((0.0, 20.0)).contact(probe).normal.max()     # doctest: +SKIP
+    """
+    if not (math.isfinite(gap) and gap > 0.0):
+        raise ModelError(f"gap of a probe in its trap must be above zero m, not {gap!r}")
+    hole = Cylinder(gap, DEPTH, axis="z", inside=True)  # the tip is a point: the hole is as wide as its play
+    tip = scene.body("airframe").frame((0.0, 0.0, HEIGHT - given.CG_HEIGHT))
+    trap = scene.add_surface("trap", deck_of(scene), hole, at=(*at, HEIGHT))
+    scene.add_contact("probe", tip, trap, normal=KelvinVoigt(stiffness, damping=damping))
+    return "probe"
