@@ -36,12 +36,10 @@ class CompiledLaw(NormalLaw):
     It is ``void f(double depth, double rate, const double *constants, double *out)``: depth in m, above 0, and its rate
     in m/s, positive on the way in. It writes, of all points of a contact together, which share it:
 
-    | out | |
-    |---|---|
-    | 0 | the normal force, N; where it is below 0, nothing acts |
-    | 1 | the elastic part of it, N, that comes back: the derivative of the energy by the depth |
-    | 2 | the energy in it, J, 0 at no depth |
-    | 3, 4 | with `slopes`: the derivatives of the force by depth, N/m, and by rate, N s/m |
+    * ``out[0]``: the normal force, N; where it is below 0, nothing acts.
+    * ``out[1]``: the elastic part of it, N, that comes back: the derivative of the energy by the depth.
+    * ``out[2]``: the energy in it, J, 0 at no depth.
+    * ``out[3]``, ``out[4]``, with `slopes`: the derivatives of the force by depth, N/m, and by rate, N s/m.
 
     `out` comes as zeros: where 1 and 2 are left so, all work of the force counts as taken from the scene, and what it
     gives back as taken less. Without `slopes` derivatives, of stiff methods and in small motions, are by central
