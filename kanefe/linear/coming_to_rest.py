@@ -7,6 +7,7 @@ near a stable balance, which a search then finds to the last digit.
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import replace
 
@@ -27,8 +28,8 @@ STILL = 1e-3
 LOOKS = 40
 """Instants of a motion at which its kinetic energy is asked for."""
 
-FALLING = 8
-"""Motions in a row, each twice as long as the one before, in which nothing stops what moves: it is lost."""
+FALLING = 300.0
+"""Times that in which a scene goes some way from its start: what moves on for as long in one go is lost."""
 
 TOLERANCE = 1e-4
 """Of the motions, which need be no better than to lead somewhere."""
@@ -57,19 +58,19 @@ def come_to_rest(model: Model, t: float, q: Vector) -> Vector:
     """
     y = np.concatenate((q, np.zeros(model.free_count), model.initial_states))
     first = pace = _pace(model, t, y)
-    length = _first_length(first)
+    length = some_way = 0.3 / math.sqrt(first) if first > 0.0 else 0.0  # s
     for _ in range(MOST_STOPS):
         if pace <= STILL * first:
             return model.parts(y)[0]
-        y, length = _stopped(model, t, y, length)
+        y, length = _stopped(model, t, y, length, FALLING * some_way)
         pace = _pace(model, t, y)
     raise SimulationError(f"the scene does not come to rest within {MOST_STOPS} stops")
 
 
-def _stopped(model: Model, t: float, y: Vector, length: float) -> tuple[Vector, float]:
+def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -> tuple[Vector, float]:
     """Return the state of rest where a motion from y is fastest first, and how long the next should be looked at, s."""
     n = model.coordinate_count
-    for _ in range(FALLING):
+    while length <= longest:
         q, u, z = model.parts(y)
         moving = replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)
         with warnings.catch_warnings():
@@ -98,8 +99,3 @@ def _pace(model: Model, t: float, y: Vector) -> float:
     """Return the largest acceleration, of large displacements, 1/s2."""
     rates = model.parts(model.rhs(t, y))[1]
     return float(np.abs(rates / displacement_scales(model)).max(initial=0.0))
-
-
-def _first_length(pace: float) -> float:
-    """Return a time in which a scene goes some way from its start, s."""
-    return 0.3 / np.sqrt(pace) if pace > 0.0 else 0.0

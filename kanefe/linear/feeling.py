@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 
 import numpy as np
 
@@ -25,6 +24,9 @@ stiffness at the end of the next is never lost beside others in round-off."""
 
 FAR = 20.0
 """Such distances at most from a contact to what it is to meet, where the search begins: it still feels it."""
+
+MOST_FAILURES = 3
+"""Searches in a row that find nothing, after which the others will not either."""
 
 
 def is_put_down(model: Model) -> bool:
@@ -57,11 +59,15 @@ def felt(
         return model if yielding is None else yielding(depth)
 
     softness = max(SOFTEST, _farthest(yields(SOFTEST * length), t, q, u) / FAR / length)
-    while softness >= HARDEST:
+    failures = 0
+    while softness >= HARDEST and failures < MOST_FAILURES:
         soft = yields(softness * length)
         soft = at_rest(soft, t, np.concatenate((q, u, soft.initial_states)), softness * length)
-        with suppress(SimulationError):  # the next ones may do without
+        try:
             q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST)).run()
+            failures = 0
+        except SimulationError:
+            failures += 1  # the next ones may do without
         softness *= HARDER
     return q
 

@@ -14,6 +14,7 @@ from kanefe.checks.verification import (
     impacts,
     joint_friction,
     loops,
+    rests,
     rigid,
     rigid_contact,
     rotations,
@@ -41,6 +42,7 @@ OWN = (
     *rigid_contact.CASES,
     *waves.CASES,
     *joint_friction.CASES,
+    *rests.CASES,
 )
 
 
