@@ -7,12 +7,14 @@ at interfaces are not looked at, which constraint modes (Craig and Bampton's) ho
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
+from kanefe.errors import AccuracyWarning
 from kanefe.fe_model.model import PRODUCTS
 from kanefe.frames import Vector, rotation_matrix
 from kanefe.instants.instant import Instant
@@ -81,6 +83,12 @@ def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
         if share > TOLD:
             found.append(Missed(body.name, share, _largest(loads, carried[worst], energy)))
     return found
+
+
+def warn_of_missed(instant: Instant, what: str) -> None:
+    """Warn of bodies whose modes miss much of what deforms them at an instant; `what` names the analysis."""
+    for missed in missed_statics([instant]):
+        warnings.warn(f"{what}: {missed}", AccuracyWarning, stacklevel=3)
 
 
 def _record(body: BodyTerms) -> dict[str, Any] | None:

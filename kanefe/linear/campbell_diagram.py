@@ -15,8 +15,9 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
+from kanefe.instants.missed_statics import warn_of_missed
 from kanefe.linear.azimuth import CONSTANT
-from kanefe.linear.equilibria import balanced, warn_of_missed
+from kanefe.linear.equilibria import balanced
 from kanefe.linear.floquet_modes import FloquetModes, floquet
 from kanefe.linear.linearisation import Linearisation, linearised
 from kanefe.linear.modes import Modes, modes_of

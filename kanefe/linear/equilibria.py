@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning
+from kanefe.errors import ModelError, SimulationError, SimulationWarning
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
-from kanefe.instants.missed_statics import missed_statics
+from kanefe.instants.missed_statics import warn_of_missed
 from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.kane.loop_closure import project_positions
 from kanefe.kane.state import State
@@ -253,12 +253,6 @@ def _under_its_loads(
         "the scene has no balance that could be found: friction that follows the loads of joints changes these again "
         "and again. Remedy: a run to rest, or CoordinateForce(friction=...), which is given"
     )
-
-
-def warn_of_missed(instant: Instant, what: str) -> None:
-    """Warn of bodies whose modes miss much of what deforms them at an instant; `what` names the analysis."""
-    for missed in missed_statics([instant]):
-        warnings.warn(f"{what}: {missed}", AccuracyWarning, stacklevel=3)
 
 
 def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) -> tuple[Vector, np.ndarray]:

@@ -13,12 +13,11 @@ from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
-from kanefe.instants.missed_statics import is_known
+from kanefe.instants.missed_statics import is_known, warn_of_missed
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
 from kanefe.linear.azimuth import CONSTANT, change_ahead
-from kanefe.linear.equilibria import warn_of_missed
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
 from kanefe.linear.settled import settled
