@@ -56,7 +56,7 @@ class DeckMotion(GivenPose):
     def moves(self) -> bool:
         return True
 
-    @property
+    @cached_property
     def clock(self) -> Motion:
         last = self.span[1]
         return clock(np.append(self.edges[self.edges < last], last))

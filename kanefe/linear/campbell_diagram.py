@@ -222,7 +222,7 @@ def _modes_over_speed(
     def state(speed: float, steady: bool) -> Linearisation:
         model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
         if not balance:
-            return linearised(model)
+            return linearised(model, None, None, None, None)
         return balanced(model, start=model.initial_state, steady=steady).linearise()
 
     def of_periodic(speed: float) -> AnyModes:

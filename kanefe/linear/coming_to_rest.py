@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -18,6 +20,8 @@ from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.integrate.run import integrate
 from kanefe.tree.scales import displacement_scales
+
+Found = TypeVar("Found")
 
 MOST_STOPS = 400
 """Motions at most from one stop to the next."""
@@ -35,9 +39,40 @@ TOLERANCE = 1e-4
 """Of the motions, which need be no better than to lead somewhere."""
 
 
-def may_move(model: Model, u: Vector) -> bool:
-    """Return whether a scene can be let move from a state: nothing drives it, and its speeds u are zero."""
-    return not (model.drives or model.controllers or u.any())
+class NoRest(SimulationError):
+    """There is no rest, wherever a search begins."""
+
+
+def found_or_fallen(
+    search: Callable[[Vector], Found], led: Vector, falling: Callable[[], Model], t: float, q: Vector, u: Vector
+) -> Found:
+    """Return what a search finds from coordinates that it was led to, or else from those to which the scene falls.
+
+    Parameters
+    ----------
+    search : callable
+        Finds a rest from coordinates.
+    led : ndarray, shape (coordinates,)
+    falling : callable
+        Gives the scene to be let move from q, where its speeds u are zero and nothing drives it.
+
+    Raises
+    ------
+    SimulationError
+        Of the first search, if neither finds a rest.
+    """
+    try:
+        return search(led)
+    except NoRest:
+        raise
+    except SimulationError as error:
+        model = falling()
+        if model.drives or model.controllers or u.any():
+            raise
+        try:
+            return search(come_to_rest(model, t, q))
+        except SimulationError:
+            raise error from None
 
 
 def come_to_rest(model: Model, t: float, q: Vector) -> Vector:
@@ -77,7 +112,7 @@ def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -
             warnings.simplefilter("ignore")  # its end is looked at here
             run = integrate(moving, (t, t + length), output_step=length / LOOKS, rtol=TOLERANCE, progress=False)
         states = np.hstack((run.coordinates, run.speeds, run.internal))
-        energies = [_kinetic(model, t, state) for state in states]
+        energies = [model.energy(t, state).kinetic for state in states]
         falls = np.flatnonzero(np.diff(energies) < 0.0)
         if len(falls):
             found = states[falls[0]]
@@ -87,12 +122,6 @@ def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -
             break  # it failed
         y, length = states[-1], 2.0 * length
     raise SimulationError("nothing stops what moves")
-
-
-def _kinetic(model: Model, t: float, y: Vector) -> float:
-    """Return twice the kinetic energy, J."""
-    u = model.parts(y)[1]
-    return float(u @ model.mass_matrix(t, y) @ u)
 
 
 def _pace(model: Model, t: float, y: Vector) -> float:

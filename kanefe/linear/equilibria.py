@@ -19,7 +19,7 @@ from kanefe.kane.loop_closure import project_positions
 from kanefe.kane.state import State
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
-from kanefe.linear.coming_to_rest import come_to_rest, may_move
+from kanefe.linear.coming_to_rest import found_or_fallen
 from kanefe.linear.feeling import felt, is_put_down
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
@@ -103,7 +103,7 @@ class Equilibrium(Instant):
         """Linearise about this state: see `kanefe.linearise`."""
         from kanefe.linear.linearisation import linearised
 
-        return linearised(self.model, t=self.time, start=self.state, inputs=inputs, outputs=outputs)
+        return linearised(self.model, self.time, self.state, inputs, outputs)
 
 
 def equilibrium(
@@ -226,16 +226,7 @@ def _on_contacts(
     def resting(q: Vector) -> Model:
         return at_rest(model, t, np.concatenate((q, u, model.initial_states)))
 
-    try:
-        return search(resting(led), led)
-    except SimulationError as error:
-        if not may_move(model, u):
-            raise
-        try:
-            q = come_to_rest(model, t, q)
-            return search(resting(q), q)
-        except SimulationError:
-            raise error from None
+    return found_or_fallen(lambda q: search(resting(q), q), led, lambda: model, t, q, u)
 
 
 def _under_its_loads(

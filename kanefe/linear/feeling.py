@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
 from kanefe.contact.rigid_contact import RigidContact
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
+from kanefe.kane.state import State
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.state import at_rest
+from kanefe.linear.tangents import contact_depths
 from kanefe.tree.scales import scene_length
 
 SHORTEST = 3e-3
@@ -58,7 +59,9 @@ def felt(
     def yields(depth: float) -> Model:
         return model if yielding is None else yielding(depth)
 
-    softness = max(SOFTEST, _farthest(yields(SOFTEST * length), t, q, u) / FAR / length)
+    depths = contact_depths(State(yields(SOFTEST * length), t, q, u))
+    farthest = max((-max(probes) for probes in depths), default=0.0)
+    softness = max(SOFTEST, farthest / FAR / length)
     failures = 0
     while softness >= HARDEST and failures < MOST_FAILURES:
         soft = yields(softness * length)
@@ -70,14 +73,3 @@ def felt(
             failures += 1  # the next ones may do without
         softness *= HARDER
     return q
-
-
-def _farthest(model: Model, t: float, q: Vector, u: Vector) -> float:
-    """Return the largest distance, m, over which a contact that yields has to be felt, if it is to be."""
-    scene = model.route.state(t, np.concatenate((q, u, model.initial_states)))
-    gaps = [
-        -max(float(touch.depth) for touch in load.touches(scene.load_ends(i), scene.load_states(i)))
-        for i, load in enumerate(model.loads)
-        if isinstance(load, Contact)
-    ]
-    return max(gaps, default=0.0)

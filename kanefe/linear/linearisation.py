@@ -211,19 +211,14 @@ def linearise(
     >>> round(float(small.modes().frequencies[0]), 4)
     0.6105
     """
-    found = linearised(scene, t=t, start=start, inputs=inputs, outputs=outputs)
+    found = linearised(scene, t, start, inputs, outputs)
     if is_known(found.model):
         warn_of_missed(Instant(found.model, found.time, _rested(found.small)), "linearise")
     return found
 
 
 def linearised(
-    scene: Freezable | Model,
-    *,
-    t: float | None = None,
-    start: Start = None,
-    inputs: Named | None = None,
-    outputs: Named | None = None,
+    scene: Freezable | Model, t: float | None, start: Start, inputs: Named | None, outputs: Named | None
 ) -> Linearisation:
     """Return what `linearise` does, without a word on modes: for what has told of them, and what asks for many."""
     model, time, q, u = model_in_state(scene, t, start, "linearise")
@@ -248,12 +243,11 @@ def _rested(small: SmallMotions) -> Vector:
     bodies = [body.flexible for body in model.bodies if body.flexible is not None]
     speeds = np.concatenate([np.arange(terms.speeds.start, terms.speeds.stop) for terms in bodies])
     y = np.concatenate((small.q, small.u, model.initial_states))
-    accelerations = model.rhs(small.t, y)[model.coordinate_count + speeds]
-    left = dict(zip(speeds.tolist(), mass_matrix(state)[np.ix_(speeds, speeds)] @ accelerations, strict=True))
+    left = np.zeros(model.free_count)
+    left[speeds] = mass_matrix(state)[np.ix_(speeds, speeds)] @ model.parts(model.rhs(small.t, y))[1][speeds]
     for terms in bodies:
         k = terms.body.free_count
-        pull = [left[speed] for speed in range(terms.speeds.start, terms.speeds.stop)]
-        q[terms.eta] += np.linalg.solve(terms.body.stiffness[:k, :k], pull)
+        q[terms.eta] += np.linalg.solve(terms.body.stiffness[:k, :k], left[terms.speeds])
     return np.concatenate((q, small.u, model.initial_states))
 
 

@@ -25,7 +25,7 @@ from kanefe.kane.impacts import START, resolved
 from kanefe.kane.rigid_contacts import DEPENDENT, margins, probe_forces
 from kanefe.kane.state import State
 from kanefe.linear.balance import BalanceSearch
-from kanefe.linear.coming_to_rest import come_to_rest, may_move
+from kanefe.linear.coming_to_rest import NoRest, found_or_fallen
 from kanefe.linear.imbalance import force_sizes
 from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_length, scene_weight
@@ -96,16 +96,11 @@ def rest_on_contacts(
             return rest.found_if_held(q, touching)
         except SimulationError:
             pass  # it has to go somewhere first
-    try:
-        return _from_near(model, t, feel(q, lambda depth: yielding(model, t, q, u, depth)), u, search)
-    except SimulationError as error:
-        if isinstance(error, _Slips) or not may_move(model, u):
-            raise
-        try:
-            soft = yielding(model, t, q, u, SETTLING * scene_length(model))
-            return _from_near(model, t, come_to_rest(soft, t, q), u, search)
-        except SimulationError:
-            raise error from None
+    led = feel(q, lambda depth: yielding(model, t, q, u, depth))
+    depth = SETTLING * scene_length(model)
+    return found_or_fallen(
+        lambda q: _from_near(model, t, q, u, search), led, lambda: yielding(model, t, q, u, depth), t, q, u
+    )
 
 
 def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found]) -> Found:
@@ -123,10 +118,6 @@ def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[M
         except SimulationError as failed:
             error = failed if error is None or touching else error
     raise error or SimulationError("the scene has no balance that could be found")
-
-
-class _Slips(SimulationError):
-    """Friction holds too little: there is no rest, wherever a search begins."""
 
 
 class _Rest:
@@ -236,7 +227,7 @@ class _Rest:
                 loose.add(key)
         return slipping, loose
 
-    def _slips(self, keys: list[Key]) -> _Slips:
+    def _slips(self, keys: list[Key]) -> NoRest:
         sums: dict[str, Vector] = {}
         for key in keys:
             sums[self._name(key)] = sums.get(self._name(key), np.zeros(2)) + self.asked[key]
@@ -244,7 +235,7 @@ class _Rest:
             f"{name} would slip: its friction is asked for {asked:.4g} N and holds {most:.4g} N"
             for name, (asked, most) in sums.items()
         )
-        return _Slips(
+        return NoRest(
             f"the scene has no balance: {told}. Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )
 

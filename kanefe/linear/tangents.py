@@ -80,16 +80,19 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
     return np.asarray((8.0 * (function(h) - function(-h)) - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h))
 
 
+def contact_depths(state: State) -> list[list[float]]:
+    """Return how deep the probes of each contact that yields are, m; below zero: how far off."""
+    return [
+        [float(touch.depth) for touch in load.touches(state.load_ends(i), state.load_states(i))]
+        for i, load in enumerate(state.model.loads)
+        if isinstance(load, Contact)
+    ]
+
+
 def parting_share(state: State) -> float:
     """Return the share of the steps of differences in which no contact that yields begins or ends."""
-    model = state.model
-    depths = [
-        abs(float(touch.depth))
-        for i, load in enumerate(model.loads)
-        if isinstance(load, Contact)
-        for touch in load.touches(state.load_ends(i), state.load_states(i))
-    ]
-    least = NEAREST * min(depths, default=np.inf) / (DIFFERENCE_STEP * scene_length(model))
+    nearest = min((abs(depth) for depths in contact_depths(state) for depth in depths), default=np.inf)
+    least = NEAREST * nearest / (DIFFERENCE_STEP * scene_length(state.model))
     return min(1.0, max(least, LEAST_SHARE))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.result import Result
+from kanefe.studies.reducers import finite
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,7 @@ def events(*, after: float = 0.0, **patterns: str) -> EventCounts:
     >>> study = kf.Study(build, counts, ...)                                         # doctest: +SKIP
     >>> study.run().operability({"slips": 0, "lifts": 0, "broken": 0})               # doctest: +SKIP
     """
-    if isinstance(after, bool) or not isinstance(after, (int, float, np.number)) or not np.isfinite(after):
-        raise ModelError(f"after must be a finite number, not {after!r}")
+    after = finite(after, "after")
     if not patterns or not all(isinstance(pattern, str) and pattern for pattern in patterns.values()):
         raise ModelError(f"events are by name, such as slips='* slip', not {patterns!r}")
-    return EventCounts(patterns, float(after))
+    return EventCounts(patterns, after)

@@ -190,7 +190,7 @@ def exceedances(
     --------
     ``kf.studies.exceedances("joint_coordinates", "mast", level=0.1, after=60.0)``
     """
-    return Exceedances(_history(quantity, names, component, after, name), _finite(level, "level"))
+    return Exceedances(_history(quantity, names, component, after, name), finite(level, "level"))
 
 
 def spectrum(
@@ -215,7 +215,7 @@ def spectrum(
     --------
     ``kf.studies.spectrum("velocity", "tip", component="z", segment=60.0)``
     """
-    if segment is not None and _finite(segment, "segment") <= 0.0:
+    if segment is not None and finite(segment, "segment") <= 0.0:
         raise ModelError(f"segment must be above zero s, not {segment!r}")
     return HistorySpectrum(_history(quantity, names, component, after, name), segment)
 
@@ -225,14 +225,15 @@ def _history(
 ) -> History:
     if not (callable(quantity) or isinstance(quantity, str)):
         raise ModelError(f"quantity must be a name or a function of a Result, not {quantity!r}")
-    return History(quantity, names, component, _finite(after, "after"), name)
+    return History(quantity, names, component, finite(after, "after"), name)
 
 
 def _magnitude(values: np.ndarray) -> Any:
     return np.abs(values).max()
 
 
-def _finite(value: Any, what: str) -> float:
+def finite(value: Any, what: str) -> float:
+    """Return a number; a ModelError says what must be one."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
         raise ModelError(f"{what} must be a finite number, not {value!r}")
     return float(value)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 import kanefe as kf
 from kanefe import shapes
+from kanefe.frames import rotation_about
 from kanefe.linear.coming_to_rest import come_to_rest
 
 G = 9.81
@@ -21,15 +20,11 @@ def boxes(heights: tuple[float, ...], law: object, tilt: float = 0.0) -> kf.Syst
     scene = kf.System(gravity=(0, 0, -G))
     floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
     for i, height in enumerate(heights):
-        pose = {"position": (i, 0, 0.5 * SIDES[2] + height), "orientation": turn_about_y(tilt)}
+        pose = {"position": (i, 0, 0.5 * SIDES[2] + height), "orientation": rotation_about("y", tilt)}
         body = scene.add_rigid_body(f"box {i}", 2.0, 0.02, joint=kf.Free(**pose))
         own = scene.add_surface(f"sides {i}", body, shapes.Box(SIDES))
         scene.add_contact(f"c{i}", own, floor, normal=law, friction=kf.Coulomb(0.5))
     return scene
-
-
-def turn_about_y(angle: float) -> tuple[float, float, float, float]:
-    return math.cos(0.5 * angle), 0.0, math.sin(0.5 * angle), 0.0
 
 
 @pytest.mark.parametrize("law", LAWS)
