@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from kanefe.contact.convex import Convex
-from kanefe.contact.outlines import axes_about
+from kanefe.contact.shape import axes_about
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
 from kanefe.errors import MissingDependency
 from kanefe.frames import Matrix, Vector

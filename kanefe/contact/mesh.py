@@ -8,7 +8,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from kanefe.contact.shape import SurfaceShape
+from kanefe.contact.points import on_triangles, standing_for
+from kanefe.contact.shape import SurfaceShape, positive
 from kanefe.contact.stl import read_stl
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
@@ -106,6 +107,11 @@ class Mesh(SurfaceShape):
             return 0.0, normal / np.linalg.norm(normal)
         sign = 1.0 if normal @ offsets[best] >= 0.0 else -1.0
         return sign * length, sign / length * offsets[best]
+
+    def sampled(self, spacing: float) -> SurfaceShape:
+        """Return points of its triangles: see `SurfaceShape.sampled`."""
+        places = on_triangles(self.vertices, self.triangles, positive(spacing, "spacing"))
+        return standing_for(self.title, *places)
 
     @property
     def bounds(self) -> Bounds:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kanefe.contact.shape import axes_about
 from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.frames import Matrix, Vector
 
@@ -71,14 +72,6 @@ def outline(shape: SurfaceShape) -> Outline | None:
     if isinstance(shape, Points):
         return _spots(shape.points, shape.radius or POINT)
     return None
-
-
-def axes_about(direction: Vector) -> Matrix:
-    """Return axes (3, 3, columns) of which the third is a unit vector; along z they are those of the frame."""
-    helper = np.array((0.0, 1.0, 0.0)) if abs(direction[1]) < 0.9 else np.array((0.0, 0.0, 1.0))
-    first = np.cross(helper, direction)
-    first /= np.linalg.norm(first)
-    return np.column_stack((first, np.cross(direction, first), direction))
 
 
 def _arc(radius: float, length: float, around: int = AROUND) -> Matrix:

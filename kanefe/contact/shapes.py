@@ -11,7 +11,9 @@ import numpy as np
 from kanefe.contact.convex import Convex as Convex
 from kanefe.contact.height_field import HeightField as HeightField
 from kanefe.contact.mesh import Mesh as Mesh
-from kanefe.contact.shape import AXES, Probe, direction, positive
+from kanefe.contact.points import Points as Points
+from kanefe.contact.points import on_box, on_circle, on_cylinder, on_line, standing_for
+from kanefe.contact.shape import Probe, axes_about, direction, length_and_direction, positive
 from kanefe.contact.shape import SurfaceShape as SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
@@ -82,7 +84,7 @@ class Sphere(SurfaceShape):
 
     def distance(self, x: Vector) -> tuple[float, Vector]:
         """Return the signed distance of a point from it, m, and its normal."""
-        length, along = _length(np.asarray(x, dtype=float))
+        length, along = length_and_direction(np.asarray(x, dtype=float))
         return _side(self.inside, length - self.radius, along)
 
     @property
@@ -99,7 +101,7 @@ class Sphere(SurfaceShape):
 
     def curvature(self, x: Vector) -> Matrix:
         """Return the second derivatives of the distance, 1/m."""
-        length, along = _length(np.asarray(x, dtype=float))
+        length, along = length_and_direction(np.asarray(x, dtype=float))
         return _sign(self.inside) * (np.eye(3) - np.outer(along, along)) / length
 
     @property
@@ -139,7 +141,7 @@ class Capsule(SurfaceShape):
         """Return the signed distance of a point from it, m, and its normal."""
         x = np.asarray(x, dtype=float)
         along = float(np.clip(self.axis @ x, -0.5 * self.length, 0.5 * self.length))
-        length, normal = _length(x - along * self.axis)
+        length, normal = length_and_direction(x - along * self.axis)
         return length - self.radius, normal
 
     @property
@@ -156,6 +158,12 @@ class Capsule(SurfaceShape):
     def probes(self) -> tuple[Probe, ...]:
         """Return the balls at its ends, between which a plane cannot reach."""
         return tuple(Probe(end * 0.5 * self.length * self.axis, self.radius, 0.5) for end in (-1.0, 1.0))
+
+    def sampled(self, spacing: float) -> Points:
+        """Return balls along its axis: see `SurfaceShape.sampled`."""
+        half = 0.5 * self.length * self.axis
+        balls = on_line(-half, half, positive(spacing, "spacing"))
+        return standing_for(self.title, balls, len(balls), self.radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +194,7 @@ class Cylinder(SurfaceShape):
         """Return the signed distance of a point from it, m, and its normal."""
         x = np.asarray(x, dtype=float)
         height = float(self.axis @ x)
-        rho, outward = _length(x - height * self.axis)
+        rho, outward = length_and_direction(x - height * self.axis)
         end = math.copysign(1.0, height) * self.axis
         over, beyond = rho - self.radius, abs(height) - 0.5 * self.length
         if over > 0.0 and beyond > 0.0:
@@ -214,6 +222,13 @@ class Cylinder(SurfaceShape):
         return tuple(
             Probe(end * 0.5 * self.length * self.axis, 0.0, 0.5, self.radius, self.axis) for end in (-1.0, 1.0)
         )
+
+    def sampled(self, spacing: float) -> SurfaceShape:
+        """Return points of its side and of its ends: see `SurfaceShape.sampled`."""
+        if self.inside:
+            return super().sampled(spacing)
+        axes = axes_about(self.axis)
+        return standing_for(self.title, *on_cylinder(self.radius, self.length, axes, positive(spacing, "spacing")))
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,6 +282,12 @@ class Box(SurfaceShape):
         corners = 0.5 * self.size * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
         return tuple(Probe(corner, 0.0, 0.25) for corner in corners)
 
+    def sampled(self, spacing: float) -> SurfaceShape:
+        """Return points of its faces: see `SurfaceShape.sampled`."""
+        if self.inside:
+            return super().sampled(spacing)
+        return standing_for(self.title, *on_box(self.size, positive(spacing, "spacing")))
+
 
 @dataclass(frozen=True, eq=False)
 class Torus(SurfaceShape):
@@ -295,8 +316,8 @@ class Torus(SurfaceShape):
     def distance(self, x: Vector) -> tuple[float, Vector]:
         """Return the signed distance of a point from it, m, and its normal."""
         x = np.asarray(x, dtype=float)
-        _, outward = _length(x - (self.axis @ x) * self.axis)
-        length, normal = _length(x - self.radius * outward)
+        _, outward = length_and_direction(x - (self.axis @ x) * self.axis)
+        length, normal = length_and_direction(x - self.radius * outward)
         return length - self.tube, normal
 
     @property
@@ -314,51 +335,14 @@ class Torus(SurfaceShape):
         """Return the ring."""
         return (Probe(np.zeros(3), self.tube, 1.0, self.radius, self.axis),)
 
+    def sampled(self, spacing: float) -> Points:
+        """Return balls round its circle, each with the whole stiffness: see `SurfaceShape.sampled`.
 
-@dataclass(frozen=True, eq=False)
-class Points(SurfaceShape):
-    """Balls or points that touch other surfaces: an edge, a skid, the feet of a table.
-
-    Parameters
-    ----------
-    points : array_like, shape (n, 3)
-        Centres, m.
-    radius : float
-        Of each, m; 0: points.
-    """
-
-    points: Any
-    radius: float = 0.0
-    kind = 6
-
-    def __post_init__(self) -> None:
-        places = numbers(self.points)
-        if places.ndim != 2 or places.shape[1:] != (3,) or not len(places) or not np.all(np.isfinite(places)):
-            raise ModelError(f"points of a surface must be finite, shape (n, 3), m, not {self.points!r}")
-        if self.radius != 0.0:
-            positive(self.radius, "radius of points")
-        object.__setattr__(self, "points", places)
-
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point from the nearest, m, and the normal of its ball."""
-        offsets = np.asarray(x, dtype=float) - self.points
-        length, normal = _length(offsets[int(np.argmin(np.linalg.norm(offsets, axis=1)))])
-        return length - self.radius, normal
-
-    @property
-    def numbers(self) -> Vector:
-        """Nothing: others do not touch it."""
-        return np.zeros(0)
-
-    def probes(self) -> tuple[Probe, ...]:
-        """Return each, with its share."""
-        return tuple(Probe(point, self.radius, 1.0 / len(self.points)) for point in self.points)
-
-
-def _length(x: Matrix) -> tuple[float, Vector]:
-    """Return the length of a vector, and its direction; z where it has none."""
-    length = float(np.linalg.norm(x))
-    return length, x / length if length > 0.0 else np.array(AXES["z"])
+        From one ball to between two it sinks by ``spacing**2 / (8 radius)``, which is to be small beside how deep it
+        presses; where it presses deeper, several carry it.
+        """
+        ring = on_circle(self.radius, axes_about(self.axis), positive(spacing, "spacing"))
+        return standing_for(self.title, ring, 1, self.tube)
 
 
 def _room(half: Vector) -> Bounds:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from kanefe.contact.box_pair import box_probes
 from kanefe.contact.convex import Convex
 from kanefe.contact.convex_contact import are_convex, convex_probe
-from kanefe.contact.shapes import Box, Capsule, Cylinder, Plane, Points, Sphere
+from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere
 from kanefe.errors import ModelError
 
 if TYPE_CHECKING:
@@ -34,11 +34,19 @@ BALLS: tuple[type[SurfaceShape], ...] = (Sphere, Points)
 """Shapes whose probes touch all others: points and balls."""
 
 
+SAMPLED: tuple[type[SurfaceShape], ...] = (Capsule, Cylinder, Box, Convex)
+"""Shapes for which points stand, or balls, where the ground is not flat: see `SurfaceShape.sampled`."""
+
+COARSEST, FINEST = 0.5, 0.125
+"""How far apart those are at most, and at least, of the radius of the ball about the shape; balls at most by theirs."""
+
+
 def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | None:
     """Return by what a shape touches another, or None where it does so by no fixed number of points and rings.
 
     Points and balls touch all shapes. Ends of a capsule, rings of a torus and of a cylinder, and corners of a box touch
     planes exactly, since the lowest place is always one of them. Boxes touch boxes by slots, which take on what meets.
+    For what is convex points stand on uneven ground.
     """
     if isinstance(one, Box) and isinstance(other, Box) and not one.inside and not other.inside:
         return box_probes(0.5 * one.size)
@@ -47,13 +55,27 @@ def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | Non
         return None
     if isinstance(one, BALLS) or isinstance(other, Plane):
         return probes
-    if (
-        isinstance(one, (Capsule, Box, Convex))
-        and getattr(other, "inside", False)
-        and isinstance(other, (Box, Cylinder, Sphere))
-    ):
+    inside = getattr(other, "inside", False)
+    if isinstance(one, (Capsule, Box, Convex)) and inside and isinstance(other, (Box, Cylinder, Sphere)):
         return probes  # a room that is convex meets corners first
+    if isinstance(one, SAMPLED) and is_uneven(other) and not getattr(one, "inside", False):
+        return one.sampled(spacing_on(one, other)).probes()
     return None
+
+
+def is_uneven(shape: SurfaceShape) -> bool:
+    """Return whether a shape may touch another one anywhere, and in several places: it is not convex."""
+    return isinstance(shape, HeightField) or (isinstance(shape, Mesh) and not isinstance(shape, Convex))
+
+
+def spacing_on(one: SurfaceShape, other: SurfaceShape) -> float:
+    """Return how far apart points are that stand for a shape on uneven ground, m: as far as places of its grid."""
+    size = one.bounds.size
+    widest = min(COARSEST * size, one.radius) if isinstance(one, Capsule) else COARSEST * size
+    if isinstance(other, HeightField):
+        step = min(float(places[1] - places[0]) for places in (other.x, other.y))
+        return min(max(step, FINEST * size), widest)
+    return widest
 
 
 def paired(a: Surface, b: Surface, label: str) -> tuple[Surface, Surface, tuple[Probe, ...]]:
@@ -74,5 +96,6 @@ def paired(a: Surface, b: Surface, label: str) -> tuple[Surface, Surface, tuple[
         return a, b, (convex_probe(a.shape, b.shape, label),)
     raise ModelError(
         f"{label}: {a.shape.title} {a.name!r} and {b.shape.title} {b.name!r} do not touch by points that are known "
-        "beforehand. Remedy: a plane, or balls (Sphere, Points) in the place of one, or two that are convex (Convex)"
+        "beforehand. Remedy: a plane, or points in the place of one, shape.sampled(spacing), or two that are convex "
+        "(Convex)"
     )

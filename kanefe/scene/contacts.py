@@ -131,7 +131,8 @@ class ContactMethods(LoadMethods):
         other : Surface
             What is touched. Of two surfaces the one that can touch does, whichever comes first. Two convex shapes
             (`shapes.Convex`, capsules, cylinders, boxes) meet at their deepest place, which a library finds at each
-            evaluation: ``kanefe[collision]``.
+            evaluation: ``kanefe[collision]``. On height fields and meshes points stand for them, a quarter of their
+            size apart unless the ground is finer: ``shape.sampled(spacing)`` says how far.
         normal : NormalLaw or Rigid
             `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together. Or
             `Rigid`, which does not yield: impacts are at once, and friction is Coulomb's set-valued law.
