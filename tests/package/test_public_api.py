@@ -158,6 +158,7 @@ def api() -> dict[str, str]:
     """Return all that users can name, and what it is."""
     found: dict[str, str] = {}
     loaded = {package: import_module(package) for package in PACKAGES}
+    loaded["kanefe.shapes"] = loaded["kanefe"].shapes
     things = {f"{p}.{name}": getattr(module, name) for p, module in loaded.items() for name in sorted(module.__all__)}
     public = {thing for thing in things.values() if isinstance(thing, type)}
     for name, thing in things.items():
