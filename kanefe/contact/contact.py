@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -17,8 +16,8 @@ from kanefe.contact.couples import couple_of, rested_states
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.rest import Rest
 from kanefe.contact.shapes import Box
+from kanefe.contact.starts import tell_of_start
 from kanefe.contact.touch import Touch, velocity_past
-from kanefe.errors import SimulationWarning
 from kanefe.frames import Vector, cross
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.reach import LoadReach
@@ -28,9 +27,6 @@ if TYPE_CHECKING:
     from kanefe.contact.shape import Probe, SurfaceShape
 
 OPEN, STICKS, SLIPS = range(3)
-
-DEEP = 1e-3
-"""Depth at the start that is told, m: what rests is less deep."""
 
 ON_ITS_AXIS = 1e-9
 
@@ -313,16 +309,9 @@ class Contact(Load):
         return Action(wrenches, potential, taken, given, rates)
 
     def started(self, t: float, ends: Sequence[End]) -> Contact:
-        """Return it with what slips at the start; what begins deep in the surface is told."""
+        """Return it with what slips at the start; what begins badly is told."""
         touches = self.touches(ends, replace(self, slides=()).initial_states)
-        deepest = max(touches, key=lambda touch: touch.depth)
-        if deepest.depth > DEEP:
-            warnings.warn(
-                f"contact {self.name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
-                "it will be thrown out. Remedy: place it outside, or start from a rest, kf.equilibrium",
-                SimulationWarning,
-                stacklevel=2,
-            )
+        tell_of_start(self.name, self.probes, ends, touches)
         slides = [i for i, touch in enumerate(touches) if touch.depth <= 0.0 or touch.reserve > 0.0]
         return replace(self, slides=tuple(slides))
 

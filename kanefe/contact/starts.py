@@ -1,0 +1,43 @@
+"""What is told of how a contact begins."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from kanefe.errors import SimulationWarning
+
+if TYPE_CHECKING:
+    from kanefe.contact.shape import Probe
+    from kanefe.contact.touch import Touch
+    from kanefe.loads.base import End
+
+DEEP = 1e-3
+"""Depth that is told, m: what rests is less deep."""
+
+FLAT = 1.0 - 1e-8
+"""Cosine of the angle between the axis of a rim and the normal from which on it lies flat: 1.4e-4 rad."""
+
+
+def tell_of_start(
+    name: str, probes: Sequence[tuple[int, Probe]], ends: Sequence[End], touches: Sequence[Touch]
+) -> None:
+    """Warn of what begins deep in its surface, and of rims that lie flat on it."""
+    deepest = max(touches, key=lambda touch: touch.depth)
+    if deepest.depth > DEEP:
+        warnings.warn(
+            f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
+            "it will be thrown out. Remedy: place it outside, or start from a rest, kf.equilibrium",
+            SimulationWarning,
+            stacklevel=3,
+        )
+    for (end, probe), touch in zip(probes, touches, strict=True):
+        if probe.ring > 0.0 and abs(ends[end].A @ probe.axis @ touch.normal) > FLAT:
+            warnings.warn(
+                f"contact {name!r} begins with a rim that lies flat, where no place of it is the lowest: it "
+                "will rock, and be slow. Remedy: points in the place of its shape, shape.sampled(spacing)",
+                SimulationWarning,
+                stacklevel=3,
+            )
+            return
