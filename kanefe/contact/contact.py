@@ -15,7 +15,7 @@ from kanefe.contact.contact_numbers import kernel_of
 from kanefe.contact.couples import couple_of, rested_states
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.rest import Rest
-from kanefe.contact.shapes import Box
+from kanefe.contact.shapes import Box, Plane
 from kanefe.contact.starts import tell_of_start
 from kanefe.contact.touch import Touch, velocity_past
 from kanefe.frames import Vector, cross
@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 OPEN, STICKS, SLIPS = range(3)
 
 ON_ITS_AXIS = 1e-9
+
+MOST_TURNS, SAME_NORMAL = 100, 1e-15
+"""Of the search for the lowest place of a ring on curved ground: each time the normal there says where it is. What it
+is off shrinks by the radius of the ring over that of the ground, and counts by its square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,12 +197,16 @@ class Contact(Load):
         centre = end.p + end.A @ probe.point
         phi, n = self._distance(surface, centre)
         if probe.ring > 0.0:
-            axis = end.A @ probe.axis
-            down = (axis @ n) * axis - n
-            length = float(np.linalg.norm(down))
-            if length > ON_ITS_AXIS:
-                centre = centre + probe.ring / length * down
+            axis, middle = end.A @ probe.axis, centre
+            for _ in range(1 if isinstance(self.shape, Plane) else MOST_TURNS):
+                down = (axis @ n) * axis - n
+                length = float(np.linalg.norm(down))
+                if length <= ON_ITS_AXIS:
+                    break
+                before, centre = n, middle + probe.ring / length * down
                 phi, n = self._distance(surface, centre)
+                if (n - before) @ (n - before) <= SAME_NORMAL**2:
+                    break
         return probe.radius - phi, n, centre - probe.radius * n
 
     def _distance(self, surface: End, x: Vector) -> tuple[float, Vector]:

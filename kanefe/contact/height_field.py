@@ -20,6 +20,12 @@ zero halfway between places of a grid."""
 STEEPER = 2.0
 """Times the slope between two places of the grid: the most there is, 3/2 along it times 5/4 of the weights across."""
 
+CLOSE, MOST_STEPS = 1e-9, 20
+"""Of the search for the nearest place: the last step, of the finer step of the grid; and how many it takes at most."""
+
+NARROW = 1e-3
+"""Share of the radius of curvature that is left above a point over a valley, below which it is not followed."""
+
 
 @dataclass(frozen=True, eq=False)
 class HeightField(SurfaceShape):
@@ -54,13 +60,45 @@ class HeightField(SurfaceShape):
             object.__setattr__(self, name, value)
 
     def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the distance of a point from the tangent plane below it, m, and its normal."""
+        """Return the signed distance of a point from it, m, and its normal: see `_foot`."""
         place = np.asarray(x, dtype=float)
-        (i, a, da), (j, b, db) = _weights(self.x, place[0]), _weights(self.y, place[1])
+        foot, gradient, _ = self._foot(place)
+        normal = np.append(-gradient, 1.0) / math.sqrt(1.0 + gradient @ gradient)
+        return float(normal @ (place - foot)), normal
+
+    def _foot(self, x: Vector) -> tuple[Vector, Vector, Matrix]:
+        """Return the place of it that is nearest to a point, and the first and second derivatives of the height there.
+
+        Newton's method finds where ``x - foot`` is along the normal, from the place below. Where that is not a smallest
+        distance, as over a valley that is narrower than the point is high, it is the place below itself.
+        """
+        p = x[:2]
+        finest = min(self.x[1] - self.x[0], self.y[1] - self.y[0])
+        is_found = False
+        for left in range(MOST_STEPS, -1, -1):
+            height, gradient, bends = self._local(p)
+            if is_found or not left:
+                break
+            rise = x[2] - height
+            jacobian = np.eye(2) + np.outer(gradient, gradient) - rise * bends
+            least = jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]
+            if least <= 0.0 or jacobian[0, 0] <= 0.0:
+                height, gradient, bends = self._local(x[:2])
+                p = x[:2]
+                break
+            a, b = p - x[:2] - rise * gradient
+            step = np.array((jacobian[1, 1] * a - jacobian[0, 1] * b, jacobian[0, 0] * b - jacobian[1, 0] * a)) / least
+            p = p - step
+            is_found = bool(step @ step <= (CLOSE * finest) ** 2)  # what is left is its square
+        return np.append(p, height), gradient, bends
+
+    def _local(self, p: Vector) -> tuple[float, Vector, Matrix]:
+        """Return the height at a place, and its first and second derivatives."""
+        (i, a, da), (j, b, db) = _weights(self.x, p[0]), _weights(self.y, p[1])
         near = self.heights[np.ix_(i, j)]
-        gradient = np.array((da @ near @ b, a @ near @ db))
-        stretch = math.sqrt(1.0 + gradient @ gradient)
-        return float(place[2] - a @ near @ b) / stretch, np.append(-gradient, 1.0) / stretch
+        across = da @ near @ db
+        bends = np.array(((_bends(self.x, p[0]) @ near @ b, across), (across, a @ near @ _bends(self.y, p[1]))))
+        return float(a @ near @ b), np.array((da @ near @ b, a @ near @ db)), bends
 
     @property
     def bounds(self) -> Bounds:
@@ -73,22 +111,31 @@ class HeightField(SurfaceShape):
         return Bounds(upper=top, stretch=math.sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2))
 
     @property
+    def narrowest(self) -> float:
+        """Radius of its narrowest valley, m, along x or y and by the heights of the grid; infinite if it has none."""
+        steps = self.x[1] - self.x[0], self.y[1] - self.y[0]
+        bend = max(float(np.diff(self.heights, 2, axis).max() / step**2) for axis, step in enumerate(steps))
+        return 1.0 / bend if bend > 0.0 else math.inf
+
+    @property
     def is_smooth(self) -> bool:
         """Its slopes are continuous, and their derivatives are where points are between two places of the grid."""
         return True
 
     def curvature(self, x: Vector) -> Matrix:
-        """Return the derivatives of the normal, 1/m: those of a point on the surface."""
+        """Return the derivatives of the normal, 1/m: of the surface ``P B P / |(-h', 1)|``, farther out less."""
         place = np.asarray(x, dtype=float)
-        (i, a, da), (j, b, db) = _weights(self.x, place[0]), _weights(self.y, place[1])
-        near = self.heights[np.ix_(i, j)]
+        foot, gradient, bends = self._foot(place)
+        length = math.sqrt(1.0 + gradient @ gradient)
+        normal = np.append(-gradient, 1.0) / length
+        across = np.eye(3) - np.outer(normal, normal)
         bent = np.zeros((3, 3))
-        bent[:2, 0] = -_bends(self.x, place[0]) @ near @ b, -da @ near @ db
-        bent[:2, 1] = bent[1, 0], -a @ near @ _bends(self.y, place[1])
-        upward = np.array((-da @ near @ b, -a @ near @ db, 1.0))
-        length = float(np.linalg.norm(upward))
-        normal = upward / length
-        return np.asarray((np.eye(3) - np.outer(normal, normal)) @ bent / length)
+        bent[:2, :2] = -bends / length
+        S = across @ bent @ across
+        outwards = np.eye(3) + float(normal @ (place - foot)) * S
+        if np.linalg.det(outwards) < NARROW:  # over a valley in which no ball lies from here
+            return np.asarray(S)
+        return np.asarray(S @ np.linalg.inv(outwards))
 
     @property
     def numbers(self) -> Vector:

@@ -12,7 +12,6 @@ import numpy as np
 from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
 from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
-from kanefe.contact.height_field import HeightField
 from kanefe.contact.meeting import Meeting, meetings_with, turned
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
@@ -51,10 +50,6 @@ def check_rigid(
             "planes, spheres or height fields, or a law that yields, kanefe.HuntCrossley(...)"
         )
     is_flat = isinstance(shape, Plane)
-    if isinstance(shape, HeightField) and any(probe.radius > 0.0 for _, probe in probes):
-        raise ModelError(
-            f"{label}: rigid contacts take points on height fields, and no balls. Remedy: Points(radius=0)"
-        )
     if not is_flat and any(probe.ring > 0.0 for _, probe in probes):
         raise ModelError(f"{label}: rings roll on planes alone where the contact is rigid. Remedy: a plane, or a ball")
     if not is_flat and np.any(belt):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from kanefe.contact.box_pair import box_probes
 from kanefe.contact.convex import Convex
 from kanefe.contact.convex_contact import are_convex, convex_probe
-from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere
+from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.errors import ModelError
 
 if TYPE_CHECKING:
@@ -45,15 +45,19 @@ def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | Non
     """Return by what a shape touches another, or None where it does so by no fixed number of points and rings.
 
     Points and balls touch all shapes. Ends of a capsule, rings of a torus and of a cylinder, and corners of a box touch
-    planes exactly, since the lowest place is always one of them. Boxes touch boxes by slots, which take on what meets.
-    For what is convex points stand on uneven ground.
+    planes exactly, since the lowest place is always one of them; a torus rolls over heights that are less bent than it.
+    Boxes touch boxes by slots, which take on what meets. For what is convex points stand on uneven ground.
     """
     if isinstance(one, Box) and isinstance(other, Box) and not one.inside and not other.inside:
         return box_probes(0.5 * one.size)
     probes = one.probes()
     if not probes or isinstance(other, Points):
         return None
-    if isinstance(one, BALLS) or isinstance(other, Plane):
+    if (
+        isinstance(one, BALLS)
+        or isinstance(other, Plane)
+        or (isinstance(one, Torus) and isinstance(other, HeightField))
+    ):
         return probes
     inside = getattr(other, "inside", False)
     if isinstance(one, (Capsule, Box, Convex)) and inside and isinstance(other, (Box, Cylinder, Sphere)):

@@ -169,6 +169,7 @@ class ContactMethods(LoadMethods):
         frames, other, probes, convex = self._touching(one, other, label)
         if isinstance(one, ContactPatch) and isinstance(normal, NormalLaw):
             _warn_of_stiff_modes(one, normal, label)
+        _warn_of_valleys(other.shape, [probe for _, probe in probes], label)
         if any(frame.number == other.frame.number and not _is_flexible(frame) for frame in frames):
             raise ModelError(f"{label}: {frames[0].label} cannot touch itself. Remedy: surfaces of two bodies")
         for given in (*frames, other.frame):
@@ -313,6 +314,21 @@ def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> 
             f"{label}: a point of the patch yields by {patch.left_out:.2g} m/N more than the modes of "
             f"{patch.frames[0].name!r} have, {softening:.2g} times as much as by the law of the contact. Remedy: a "
             f"PatchCase of the same place and most={len(patch.frames)} among the loads of its reduction",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+
+
+def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -> None:
+    """Tell of balls and rings that touch a field of heights in two places, where its valleys are narrower than they."""
+    from kanefe.contact.height_field import HeightField
+
+    largest = max(probe.lever for probe in probes)
+    if isinstance(shape, HeightField) and largest > shape.narrowest:
+        warnings.warn(
+            f"{label}: valleys of the height field have a radius of {shape.narrowest:.2g} m, in which what touches, of "
+            f"{largest:.2g} m, lies on two places; one is followed. Remedy: smoother heights, or points of its shape, "
+            "shape.sampled(spacing)",
             AccuracyWarning,
             stacklevel=3,
         )

@@ -65,6 +65,9 @@ from kanefe.kernels.force_elements.places import (
 )
 from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 
+ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
+"""Those of `kanefe.contact.contact`."""
+
 MOST_TRIALS = 60
 
 
@@ -286,13 +289,18 @@ def located(numbers: Any, probe: int, ends: Any, met: Numbers) -> Any:
     normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
     ring = numbers[probe + RING]
     if ring > 0.0:
-        axis = rotated(A_p, three(numbers, probe + AXIS))
-        down = minus(times(dot(axis, normal), axis), normal)
-        length = norm(down)
-        if length.real > 1e-9:
-            centre = plus(centre, times(ring / length, down))
+        axis, middle = rotated(A_p, three(numbers, probe + AXIS)), centre
+        for _ in range(1 if int(numbers[shape]) == PLANE else MOST_TURNS):
+            down = minus(times(dot(axis, normal), axis), normal)
+            length = norm(down)
+            if length.real <= ON_ITS_AXIS:
+                break
+            before, centre = normal, plus(middle, times(ring / length, down))
             found = distance(numbers, shape, rotated_back(A_s, minus(centre, p_s)))
             normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
+            turned = minus(normal, before)
+            if dot(turned, turned).real <= SAME_NORMAL * SAME_NORMAL:
+                break
     radius = numbers[probe + RADIUS]
     return radius - phi, normal, minus(centre, times(radius, normal))
 

@@ -10,6 +10,9 @@ from kanefe.kernels._numba import inlined, kernel
 from kanefe.kernels.force_elements.contact_mesh import mesh_distance
 from kanefe.kernels.vectors import Numbers, dot, minus, plus, three, times
 
+CLOSE, MOST_STEPS = 1e-9, 20
+"""Those of `kanefe.contact.height_field`."""
+
 PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
 
 
@@ -117,22 +120,54 @@ def _box(numbers: Any, own: int, x: Numbers) -> Any:
 
 @inlined
 def _height_field(numbers: Any, own: int, x: Numbers) -> Any:
+    """Return distance and normal from the nearest place, which Newton's method finds: see `HeightField.distance`."""
+    finest = min(numbers[own + 1], numbers[own + 4])
+    a, b = x[0], x[1]
+    is_found = False
+    for left in range(MOST_STEPS, -1, -1):
+        height, slope_x, slope_y, xx, xy, yy = _heights(numbers, own, a, b)
+        if is_found or left == 0:
+            break
+        rise = x[2] - height
+        j_xx, j_yy = 1.0 + slope_x * slope_x - rise * xx, 1.0 + slope_y * slope_y - rise * yy
+        j_xy = slope_x * slope_y - rise * xy
+        least = j_xx * j_yy - j_xy * j_xy
+        if least.real <= 0.0 or j_xx.real <= 0.0:
+            a, b = x[0], x[1]
+            height, slope_x, slope_y, xx, xy, yy = _heights(numbers, own, a, b)
+            break
+        off_x, off_y = a - x[0] - rise * slope_x, b - x[1] - rise * slope_y
+        step_x, step_y = (j_yy * off_x - j_xy * off_y) / least, (j_xx * off_y - j_xy * off_x) / least
+        a, b = a - step_x, b - step_y
+        far = step_x.real * step_x.real + step_y.real * step_y.real
+        is_found = far <= CLOSE * CLOSE * finest * finest
+    stretch = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    n = (-slope_x / stretch, -slope_y / stretch, 1.0 / stretch)
+    return dot(n, minus(x, (a, b, height))), n[0], n[1], n[2]
+
+
+@kernel
+def _heights(numbers: Any, own: int, x: Any, y: Any) -> Any:
+    """Return the height at a place, and its first and second derivatives: along x, y; xx, xy, yy."""
     rows, columns = int(numbers[own + 2]), int(numbers[own + 5])
-    i, f, f_rate = _cell(x[0], numbers[own], numbers[own + 1], rows)
-    j, g, g_rate = _cell(x[1], numbers[own + 3], numbers[own + 4], columns)
-    height = slope_x = slope_y = 0.0 * x[0]
+    i, f, f_rate = _cell(x, numbers[own], numbers[own + 1], rows)
+    j, g, g_rate = _cell(y, numbers[own + 3], numbers[own + 4], columns)
+    height = slope_x = slope_y = xx = xy = yy = 0.0 * x
     for a in range(4):
         row = min(max(i + a - 1, 0), rows - 1)
-        value = along = 0.0 * x[0]
+        value = along = bent = 0.0 * x
         for b in range(4):
             h = numbers[own + 6 + columns * row + min(max(j + b - 1, 0), columns - 1)]
             value += _weight(b, g) * h
             along += g_rate * _slope(b, g) * h
+            bent += g_rate * g_rate * _bend(b, g) * h
         height += _weight(a, f) * value
         slope_x += f_rate * _slope(a, f) * value
         slope_y += _weight(a, f) * along
-    stretch = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-    return (x[2] - height) / stretch, -slope_x / stretch, -slope_y / stretch, 1.0 / stretch
+        xx += f_rate * f_rate * _bend(a, f) * value
+        xy += f_rate * _slope(a, f) * along
+        yy += _weight(a, f) * bent
+    return height, slope_x, slope_y, xx, xy, yy
 
 
 @inlined
@@ -167,3 +202,15 @@ def _slope(k: int, f: Any) -> Any:
     if k == 2:
         return 0.5 * (f * (8.0 - 9.0 * f) + 1.0)
     return 0.5 * f * (3.0 * f - 2.0)
+
+
+@inlined
+def _bend(k: int, f: Any) -> Any:
+    """Return the derivative of `_slope`."""
+    if k == 0:
+        return 2.0 - 3.0 * f
+    if k == 1:
+        return 9.0 * f - 5.0
+    if k == 2:
+        return 4.0 - 9.0 * f
+    return 3.0 * f - 1.0
