@@ -25,6 +25,7 @@ from kanefe.fe_model.shapes import is_supported, row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.sagitta import sagitta
+from kanefe_fem.mesh.unfolded import unfolded
 
 _KINDS = {
     1: "line",
@@ -85,9 +86,9 @@ def read(path: Path, order: int | None) -> Mesh:
             text = "; ".join(m.removeprefix("Error").lstrip(" :") for m in messages[:3])
             raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and mend it")
         mesh = _extract(gmsh, path)
-        if suffix == ".msh" or mesh.dimension == 1 or mesh.order == 2:
+        if suffix == ".msh" or mesh.dimension == 1:
             return mesh
-        return replace(mesh, sagitta=sagitta(gmsh))
+        return unfolded(mesh) if mesh.order == 2 else replace(mesh, sagitta=sagitta(gmsh))
 
 
 def check_complete(path: Path) -> None:
@@ -235,7 +236,21 @@ def _generate(gmsh: Any, order: int | None) -> None:
     if order is not None:
         gmsh.model.mesh.setOrder(order)
     if _is_folded(gmsh, dimension):
+        _unfold(gmsh)
+
+
+def _unfold(gmsh: Any) -> None:
+    """Have gmsh move the nodes of cells of higher order; what it does not unfold is made straight: see `unfolded`.
+
+    Where it does not get as far as it wants, it reports an error from a thread, which raised there would end Python.
+    """
+    before = gmsh.option.getNumber("General.AbortOnError")
+    gmsh.option.setNumber("General.AbortOnError", 0)
+    with contextlib.suppress(Exception):  # gmsh raises bare Exception
         gmsh.model.mesh.optimize("HighOrder")
+    gmsh.option.setNumber("General.AbortOnError", before)
+    gmsh.logger.stop()  # forgets what was an error of that alone
+    gmsh.logger.start()
 
 
 def _is_folded(gmsh: Any, dimension: int) -> bool:

@@ -98,17 +98,10 @@ def read_mesh(
 def read_to_assemble(path: str | Path, order: int, cells: str | Sequence[str] | None = None) -> Mesh:
     """Return the mesh of a file for elements of some order: quadratic ones follow the curves of a source.
 
-    Where cells that follow a curve would fold, as coarse ones do, the sides stay straight, and ``mesh.sagitta`` says
-    how far they are off.
-
     Raises
     ------
     FileError, MeshError, MissingDependency
         As `read_mesh`.
     """
-    if order == 2 and Path(path).suffix.lower() in SOURCES:
-        try:
-            return read_mesh(path, 2, cells=cells)
-        except MeshError:
-            pass  # straight cells may do, or say better what is wrong
-    return read_mesh(path, cells=cells)
+    is_curved = order == 2 and Path(path).suffix.lower() in SOURCES
+    return read_mesh(path, order=2 if is_curved else None, cells=cells)

@@ -190,7 +190,7 @@ def oriented(mesh: Mesh) -> Mesh:
     for name, blocks in mesh.cells.items():
         turned = []
         for block in blocks:
-            low, high = _jacobian_range(mesh, block)
+            low, high = jacobian_range(mesh, block)
             inverted = (high < 0.0) & (low < 0.0)
             low, high = np.where(inverted, -high, low), np.where(inverted, -low, high)
             bad = np.flatnonzero(low <= 0.0)
@@ -213,7 +213,7 @@ def oriented(mesh: Mesh) -> Mesh:
     return replace(mesh, cells=cells)
 
 
-def _jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
+def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
     """Return the least and greatest Jacobian over the nodes of each cell, relative to its longest side."""
     element = shape(block.kind)
     d = element.dimension
