@@ -80,6 +80,24 @@ def in_state(model: kf.Model, y: np.ndarray) -> tuple[object, np.ndarray]:
     return state.load_ends(0), state.load_states(0)
 
 
+@pytest.mark.parametrize(
+    ("shape", "inertia"), [(shapes.Sphere(0.2), 0.016), (shapes.Torus(0.15, 0.05, "y"), 0.03)], ids=["ball", "tyre"]
+)
+def test_what_rolls_in_a_trough_swings_as_its_middle_does_on_a_parallel_curve(shape, inertia):
+    """``w^2 = g / ((R - r) (1 + I / m r^2))`` in a trough of radius R; heights of second order are kept exactly."""
+    grid, radius, r = np.linspace(-1.0, 1.0, 41), 1.0, 0.2
+    trough = shapes.HeightField(grid, grid, np.repeat(0.5 / radius * grid[:, None] ** 2, 41, axis=1))
+    scene = kf.System(gravity=(0, 0, -9.81))
+    ground = scene.add_surface("ground", scene.ground, trough)
+    body = scene.add_rigid_body("body", 1.0, inertia, joint=kf.Free(position=(0.016, 0, r + 0.0002)))
+    law, rough = kf.HuntCrossley(1e6, damping=1.0), kf.Coulomb(1.0, stiffness=1e6, damping=1e3)
+    scene.add_contact("rolls", scene.add_surface("skin", body, shape), ground, normal=law, friction=rough)
+    found = 2.0 * np.pi * kf.equilibrium(scene).linearise().modes().frequencies
+    wanted = np.sqrt(9.81 / ((radius - r) * (1.0 + inertia / r**2)))
+    # the contact yields by 1e-5 m, of 0.8
+    assert found[np.argmin(np.abs(found - wanted))] == pytest.approx(wanted, rel=3e-5)
+
+
 def test_valleys_that_are_too_narrow_are_told_of():
     narrow = shapes.HeightField(GRID, GRID, 0.3 * np.sin(3.0 * GRID)[:, None] + 0.0 * GRID)
     assert 0.3 < narrow.narrowest < 0.5  # 1 / (0.3 * 3^2) = 0.37 by the sine itself
