@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import look_at_state, rate_of_functions
 from kanefe.integrate.knots import changes_of
-from kanefe.integrate.methods.generalised_alpha import highest_rate, stiffest_rate
-from kanefe.integrate.methods.radau5 import of_order_three
+from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
+from kanefe.integrate.sudden import (
+    explicit_serves_contacts,
+    explicit_serves_friction,
+    explicit_serves_stops,
+    rate_at_stops,
+)
 from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
-from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents
-from kanefe.loads.base import Load
+from kanefe.integrate.work import LEAST_OF_RADAU, explicit_work, radau_work, steps_of_radau
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 if TYPE_CHECKING:
-    from kanefe.bodies.marker import Marker
     from kanefe.contact.rigid_crowd import RigidCrowd
 
 MOST_EXPLICIT_STEPS = 2000.0
@@ -53,34 +53,8 @@ yield by, where that is 1e-5. With a larger one a loose run shakes loose what st
 LEAST_SHARE = 0.1
 """Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
 
-PRODUCTS_A_BODY, PRODUCTS_A_PAIR = 500.0, 6.0
-"""Of an evaluation, for each body and each pair of its modes, in units of a product of the factors below."""
-
-STABLE, STAGES = 5.5, 12.0
-"""Radians of the fastest vibration in a step of the explicit method, and evaluations of a step."""
-
-EVALUATIONS_A_STEP, PRODUCTS_OF_FACTORS = 6.5, 10.0 / 3.0
-"""Of a step of Radau's method: evaluations, and products over the cube of the speeds, of one real and one complex
-factorisation (2/3 and four times as many)."""
-
-ERROR_OF_RADAU = 0.0084
-"""Of its formula of order 3, over the fourth power of the radians of a vibration in a step: as measured."""
-
-SEEN_BY_RADAU = 10.0
-"""Times what is allowed: its first step damps smaller vibrations."""
-
-LEAST_OF_RADAU, LEAST_BESIDE_KINKS = 100.0, 400.0
-"""Steps at least; where forces have kinks."""
-
 MANY_SAMPLES = 50.0
 """Of controllers, from which on Radau's method has more Jacobians to make than steps to spare."""
-
-MUCH = 40.0
-"""Times the work of Radau's method: what the explicit one may take where stops act all the time."""
-
-LITTLE = 0.1
-"""The same: what the explicit one may take where friction in joints or between boxes sticks, which it lets tremble by
-its tolerance."""
 
 STOPS = "stops"
 
@@ -133,11 +107,12 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     span, sudden = stop - start, [load for load in model.loads if load.acts_at_once]
     if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
         share = min(CONTACT_ATOL / atol, 1.0)
-        if _takes_friction(model, sudden, start, span):
+        if explicit_serves_friction(model, sudden, start, span):
             return Suited("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
         reason = f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once"
-        if _takes_slots(model, sudden, start, span):
-            reason += f", but {model.state_count} states of contacts are much work for radau5"
+        if explicit_serves_contacts(model, sudden, start, span):
+            unknowns = model.free_count + model.state_count
+            reason += f", but {unknowns} speeds and states of contacts are much work for radau5"
             return Suited("dop853", reason, share=share)
         return Suited("radau5", reason, share=share)
     dynamics = Dynamics(model)
@@ -159,7 +134,7 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     if names:
         if _is_stiff(rate, span):
             reason += f", with {' and '.join(names)}"
-        if names == [STOPS] and _takes_stops(model, start, span):
+        if names == [STOPS] and explicit_serves_stops(model, start, span):
             return Suited("dop853", f"{reason}, which act for short times")
         if model.free_count <= MOST_SPEEDS or outside * span > MOST_OUTSIDE:
             return Suited("radau5", reason)
@@ -218,7 +193,7 @@ def _by_vibrations(
         return Suited("extrapolation", reason)
     # where it is handed over, something vibrates whose radians are steps
     least = LEAST_OF_RADAU if followed else (stop - start) * undamped
-    name = _follower(model, stop - start, max(least, _steps_of_radau(stop - start, rtol, atol, found)), found)
+    name = _follower(model, stop - start, max(least, steps_of_radau(stop - start, rtol, atol, found)), found)
     if not followed:
         return Suited("extrapolation", reason, then=name, least=CALM / undamped)
     reason += f", and {followed}{_without_damping(model)}"
@@ -276,114 +251,8 @@ def _follower(model: Model, span: float, steps: float, found: Vibrations) -> str
 
     Radau's, for which so many steps are enough, or the explicit one with those for which the fastest is stable.
     """
-    explicit = _explicit_work(model, span * float(found.frequencies.max(initial=0.0)) / STABLE)
-    return "dop853" if explicit < _radau_work(model, steps) else "radau5"
-
-
-def _takes_stops(model: Model, start: float, span: float) -> bool:
-    """Tell whether the explicit method has little work while stops do not act, and bearable if they do."""
-    free = highest_rate(model, start, *constant_tangents(model))
-    implicit = _radau_work(model, LEAST_BESIDE_KINKS)
-    return (
-        _explicit_work(model, span * free / STABLE) < implicit
-        and _explicit_work(model, span * _rate_at_stops(model, start) / STABLE) < MUCH * implicit
-    )
-
-
-def _takes_friction(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
-    """Tell whether nothing but friction in joints may become stiff, and the explicit method has much less work with it.
-
-    With what does as all of it sticks, and as anchors give way that slip.
-    """
-    from kanefe.loads.coordinate_friction import CoordinateFriction
-
-    frictions = [load for load in sudden if isinstance(load, CoordinateFriction)]
-    if len(frictions) < len(sudden) or model.has_stops:
-        return False
-    K, C = constant_tangents(model)
-    for load in frictions:
-        for end, arm in zip(load.ends, load.arms, strict=True):
-            at = int(model.bodies[end.body].speeds[end.coordinate])
-            if at < model.free_count:
-                K[at, at] += load.stiffness * arm**2
-                C[at, at] += load.damping * arm**2
-    slipping = max(load.stiffness / load.damping for load in frictions)
-    following = max((1.0 / load.load_time for load in frictions if load.bearing is not None), default=0.0)
-    rate = max(highest_rate(model, start, K, C), slipping, following)
-    return _explicit_work(model, span * rate / STABLE) < LITTLE * _radau_work(model, LEAST_BESIDE_KINKS)
-
-
-def _takes_slots(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
-    """Tell whether boxes touch by so many slots, all with states, that the explicit method has much less work.
-
-    With what contacts are at most: a corner of each pair pressed and stuck; anchors that slip give way.
-    """
-    from kanefe.contact.bristles import LuGre
-    from kanefe.contact.contact import Contact
-
-    contacts = [load for load in sudden if isinstance(load, Contact)]
-    has_slots = any(probe.ring < 0.0 for contact in contacts for _, probe in contact.probes)
-    if not has_slots or len(contacts) < len(sudden) or model.has_stops:
-        return False
-    state, n = State(model, start, model.initial_coordinates, model.initial_speeds), model.free_count
-    (K, C), slipping = constant_tangents(model), 0.0
-    for contact in contacts:
-        friction, law = contact.friction, contact.normal
-        if law.exponent != 1.0 or isinstance(friction, LuGre):
-            return False
-        stiffness, damping = law.stiffness, 0.0
-        if friction is not None and friction.stiffness and friction.damping:
-            stiffness, damping = max(stiffness, friction.stiffness), friction.damping
-            slipping = max(slipping, friction.stiffness / friction.damping)
-        end, probe = contact.probes[0]
-        corner = probe.axis if probe.ring < 0.0 else probe.point
-        J = _velocity_past(state, contact.ends[0], contact.ends[end], corner)[:, :n]
-        K, C = K + stiffness * (J.T @ J), C + damping * (J.T @ J)
-    rate = max(highest_rate(model, start, K, C), slipping)
-    return _explicit_work(model, span * rate / STABLE) < LITTLE * _radau_work(model, LEAST_BESIDE_KINKS)
-
-
-def _velocity_past(state: State, surface: Marker, end: Marker, corner: Vector) -> Matrix:
-    """Return the partial velocities in N of a point fixed in an end (its axes, m) past a surface, (3, columns)."""
-    a, b = state.marker(surface), state.marker(end)
-    point = b.p_NoFo_N + b.A_NF @ corner
-    parts = [F.A_NF @ F.shifted(F.A_NF.T @ (point - F.p_NoFo_N))[0] for F in (a, b)]
-    return np.asarray(parts[1] - parts[0])
-
-
-def _rate_at_stops(model: Model, start: float) -> float:
-    """Return the highest rate in rad/s with all stops touched."""
-    K, C = constant_tangents(model)
-    for body in model.bodies:
-        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
-            if force is not None and where < model.free_count:
-                K[where, where] += force.limit_stiffness
-                C[where, where] += force.limit_damping
-    return highest_rate(model, start, K, C)
-
-
-def _evaluation(model: Model) -> float:
-    """Return how many products an evaluation takes about."""
-    modes = [body.flexible.body.free_count for body in model.bodies if body.flexible is not None]
-    return PRODUCTS_A_BODY * len(model.bodies) + PRODUCTS_A_PAIR * sum(k * k for k in modes)
-
-
-def _explicit_work(model: Model, steps: float) -> float:
-    return max(steps, LEAST_OF_RADAU) * STAGES * _evaluation(model)
-
-
-def _radau_work(model: Model, steps: float) -> float:
-    size = model.free_count + (model.state_count if model.states_move else 0)
-    return steps * (EVALUATIONS_A_STEP * _evaluation(model) + PRODUCTS_OF_FACTORS * size**3)
-
-
-def _steps_of_radau(span: float, rtol: float | None, atol: float, found: Vibrations) -> float:
-    """Return how many steps Radau's method takes about: those that its formula of order 3 asks for."""
-    if rtol is None:
-        return LEAST_OF_RADAU
-    errors = found.sizes / (of_order_three(rtol) * (found.sizes + atol / rtol))
-    steps = span * found.frequencies * (ERROR_OF_RADAU * errors) ** 0.25
-    return float(steps[errors > SEEN_BY_RADAU].max(initial=LEAST_OF_RADAU))
+    explicit = explicit_work(model, span * float(found.frequencies.max(initial=0.0)))
+    return "dop853" if explicit < radau_work(model, steps) else "radau5"
 
 
 def _is_stiff(rate: float, span: float) -> bool:
@@ -400,4 +269,4 @@ def _fastest(model: Model, start: float, span: float) -> float:
     alone = float(modal_frequencies(model).max(initial=0.0))
     if _is_stiff(alone, span):
         return alone
-    return _rate_at_stops(model, start) if model.has_stops and not model.loads else stiffest_rate(model, start)
+    return rate_at_stops(model, start) if model.has_stops and not model.loads else stiffest_rate(model, start)
