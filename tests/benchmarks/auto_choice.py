@@ -104,6 +104,18 @@ def bouncing_ball() -> Raced:
     return Raced(scene, 1.0, lambda result: result.position("ball"))
 
 
+def sliding_boxes() -> Raced:
+    """Return three boxes that drop by little, slide, and come to rest."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    for i in range(3):
+        start = kf.Free(position=(0, 0.5 * i, 0.0525), velocity=(0.5, 0, 0))
+        box = scene.add_rigid_body(f"box {i}", 5.0, 0.05, joint=start)
+        skin = scene.add_surface(f"skin {i}", box, kf.shapes.Box((0.2, 0.2, 0.1)))
+        scene.add_contact(f"on floor {i}", skin, floor, normal=kf.HuntCrossley(1e6, 1.0), friction=kf.Coulomb(0.2))
+    return Raced(scene, 1.0, lambda result: np.hstack([result.position(f"box {i}") for i in range(3)]))
+
+
 def car_on_loops() -> Raced:
     """Return a car on four wishbones, each a loop with its spring, that drops onto tyres on a moving road."""
     scene = kf.System(gravity=(0, 0, -9.81))
@@ -180,6 +192,7 @@ SCENES = {
     "car on four loops": car_on_loops,
     "joint friction": rubbing_joint,
     "ball that bounces and rolls": bouncing_ball,
+    "three boxes that slide and stop": sliding_boxes,
 }
 
 
