@@ -20,8 +20,17 @@ from kanefe.integrate.sudden import (
     explicit_serves_stops,
     rate_at_stops,
 )
-from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, UNSEEN, UNSEEN_UNDAMPED, Vibrations, all_damped, vibrations
-from kanefe.integrate.work import LEAST_OF_RADAU, explicit_work, radau_work, steps_of_radau
+from kanefe.integrate.vibrations import (
+    CALM,
+    LEAST_DAMPING,
+    UNSEEN,
+    UNSEEN_UNDAMPED,
+    Vibrations,
+    all_damped,
+    least_damping,
+    vibrations,
+)
+from kanefe.integrate.work import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 if TYPE_CHECKING:
@@ -179,10 +188,14 @@ def _by_vibrations(
     is_loose = rtol is None or rtol >= LOOSE_RTOL
     if is_loose and all_damped(model):
         return Suited("extrapolation", reason)
-    every = min((controller.every for controller in model.controllers), default=math.inf)
-    if stop - start > MANY_SAMPLES * every and all_damped(model):
-        return Suited("extrapolation", f"{reason}, and controllers have every method begin anew each {every:g} s")
     found = vibrations(dynamics, start, stop - start)
+    every = min((controller.every for controller in model.controllers), default=math.inf)
+    if stop - start > MANY_SAMPLES * every and np.all(found.ratios >= least_damping(found.frequencies * every)):
+        reason += f", and controllers have every method begin anew each {every:g} s"
+        explicit = explicit_work(model, (stop - start) * float(found.frequencies.max(initial=0.0)))
+        lasts = not is_loose and np.any(found.ratios < LEAST_DAMPING)  # and is seen anew from each sample on
+        is_more = lasts and explicit < sampled_work(model, (stop - start) / every)
+        return Suited("dop853" if is_more else "extrapolation", reason)
     undamped = float(found.frequencies[found.ratios < LEAST_DAMPING].min(initial=math.inf))
     if is_loose and undamped == math.inf:
         return Suited("extrapolation", reason)

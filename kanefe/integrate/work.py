@@ -16,6 +16,9 @@ EVALUATIONS_A_STEP, PRODUCTS_OF_FACTORS = 6.5, 10.0 / 3.0
 """Of a step of Radau's method: evaluations, and products over the cube of the speeds, of one real and one complex
 factorisation (2/3 and four times as many)."""
 
+EVALUATIONS_A_SAMPLE = 400.0
+"""Of the extrapolation between samples of a controller, where what is hardly damped vibrates by more than 1e-5."""
+
 ERROR_OF_RADAU = 0.0084
 """Of its formula of order 3, over the fourth power of the radians of a vibration in a step: as measured."""
 
@@ -41,6 +44,11 @@ def radau_work(model: Model, steps: float) -> float:
     """Return that of so many steps of Radau's method."""
     size = model.free_count + (model.state_count if model.states_move else 0)
     return steps * (EVALUATIONS_A_STEP * _evaluation(model) + PRODUCTS_OF_FACTORS * size**3)
+
+
+def sampled_work(model: Model, samples: float) -> float:
+    """Return that of the extrapolation at tight tolerances, which begins anew at samples of controllers."""
+    return samples * EVALUATIONS_A_SAMPLE * _evaluation(model)
 
 
 def steps_of_radau(span: float, rtol: float | None, atol: float, found: Vibrations) -> float:
