@@ -9,11 +9,13 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
+from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import highest_rate
 from kanefe.integrate.work import LEAST_BESIDE_KINKS, explicit_work, radau_work
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents
 from kanefe.loads.base import Load
+from kanefe.tree.scales import displacement_scales
 
 if TYPE_CHECKING:
     from kanefe.bodies.marker import Marker
@@ -25,6 +27,10 @@ MUCH = 40.0
 LITTLE, LITTLE_AT_CONTACTS = 0.1, 0.25
 """The same: what the explicit one may take where friction in joints sticks, which it lets tremble by its tolerance; and
 where contacts touch and settle, which asks for more steps of Radau's method than `LEAST_BESIDE_KINKS`."""
+
+STEPS_A_RADIAN, MOST_MOVED = 30.0, 500.0
+"""Of Radau's method, for each joint that rubs and each radian of the scene's own motion: of chains of 1 to 20 links; and
+radians, after which friction has stopped what it may."""
 
 
 def explicit_serves_stops(model: Model, start: float, span: float) -> bool:
@@ -57,7 +63,18 @@ def explicit_serves_friction(model: Model, sudden: Sequence[Load], start: float,
     slipping = max(load.stiffness / load.damping for load in frictions)
     following = max((1.0 / load.load_time for load in frictions if load.bearing is not None), default=0.0)
     rate = max(highest_rate(model, start, K, C), slipping, following)
-    return explicit_work(model, span * rate) < LITTLE * radau_work(model, LEAST_BESIDE_KINKS)
+    moved = min(span * _rate_of_motion(model, start), MOST_MOVED)
+    steps = max(LEAST_BESIDE_KINKS, STEPS_A_RADIAN * len(frictions) * moved)
+    return explicit_work(model, span * rate) < LITTLE * radau_work(model, steps)
+
+
+def _rate_of_motion(model: Model, start: float) -> float:
+    """Return how fast a scene moves by its own size, or will as nothing rubs at its start, in rad/s."""
+    dynamics, n = Dynamics(model), model.free_count
+    du = dynamics.rate(start, dynamics.initial_state(start))[model.coordinate_count :][:n]
+    scales = displacement_scales(model)
+    speeds, falls = np.abs(model.initial_speeds[:n]) / scales, np.sqrt(np.abs(du) / scales)
+    return float(max(speeds.max(initial=0.0), falls.max(initial=0.0)))
 
 
 def explicit_serves_contacts(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
