@@ -29,7 +29,7 @@ LITTLE, LITTLE_AT_CONTACTS = 0.1, 0.25
 where contacts touch and settle, which asks for more steps of Radau's method than `LEAST_BESIDE_KINKS`."""
 
 STEPS_A_RADIAN, MOST_MOVED = 30.0, 500.0
-"""Of Radau's method, for each joint that rubs and each radian of the scene's own motion: of chains of 1 to 20 links; and
+"""Of Radau's method, for each joint that rubs and each radian of the motion of a scene: of chains of 1 to 20 links; and
 radians, after which friction has stopped what it may."""
 
 
