@@ -32,6 +32,9 @@ STEPS_A_RADIAN, MOST_MOVED = 30.0, 500.0
 """Of Radau's method, for each joint that rubs and each radian of the motion of a scene: of chains of 1 to 20 links; and
 radians, after which friction has stopped what it may."""
 
+AT_REST = 0.01
+"""Radians of its motion in a run below which a scene on contacts begins at rest, which Radau's method steps over."""
+
 
 def explicit_serves_stops(model: Model, start: float, span: float) -> bool:
     """Tell whether the explicit method has little work while stops do not act, and bearable if they do."""
@@ -88,6 +91,8 @@ def explicit_serves_contacts(model: Model, sudden: Sequence[Load], start: float,
     contacts = [load for load in sudden if isinstance(load, Contact)]
     allowed = LITTLE_AT_CONTACTS * radau_work(model, LEAST_BESIDE_KINKS)
     if len(contacts) < len(sudden) or model.has_stops or explicit_work(model, 0.0) >= allowed:
+        return False
+    if span * _rate_of_motion(model, start) < AT_REST:
         return False
     state = State(model, start, model.initial_coordinates, model.initial_speeds)
     (K, C), slipping = constant_tangents(model), 0.0

@@ -167,6 +167,8 @@ def test_auto_weighs_the_states_of_slots():
     assert few.name == "dop853"
     assert "118 speeds and states of contacts are much work for radau5" in few.reason
     assert stiff.name == "radau5"
+    rest = kf.equilibrium(stack(2)).state
+    assert stack(2).simulate((0.0, 0.2), start=rest).statistics["evaluations"] < 100  # it has nothing to follow
     auto, radau = (stack(2).simulate((0.0, 0.05), method=method) for method in ("auto", "radau5"))
     assert auto.statistics["evaluations"] < 10000
     assert abs(auto.position("box 1")[-1] - radau.position("box 1")[-1]).max() < 1e-7
