@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
+from typing import Any
 
 import numpy as np
 
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.stepper import LEAST_STEPS
-from kanefe.joints.motion import Motion
 from kanefe.kernels.stepping import FIRST_KNOT, LAST_KEPT
 from kanefe.loads.controller import Held
 from kanefe.order_n.inputs import loads_with_values
@@ -75,31 +74,27 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
     return times[sorted(ends)] if len(ends) > 1 else np.zeros(0)
 
 
-def _functions_of_time(dynamics: Dynamics) -> list[Callable[[float], np.ndarray]]:
+def _functions_of_time(dynamics: Dynamics) -> list[Callable[[float], Any]]:
     """Return the functions of the user that look at the time alone: of loads, and accelerations of driven joints."""
     model = dynamics.model
-    found: list[Callable[[float], np.ndarray]] = [
+    found: list[Callable[[float], Any]] = [
         load.value
         for load, _ in loads_with_values(model)
         if not (load.takes_state or load.is_constant or isinstance(load.function, Held))
     ]
-    found += [partial(_acceleration, motion, body) for motion, body in model.drives if motion.pieces is None]
-    return found
+    given = [motion.acceleration for motion, _ in model.drives if motion.pieces is None]
+    return found + [acceleration for acceleration in given if acceleration is not None]
 
 
-def _acceleration(motion: Motion, body: str, t: float) -> np.ndarray:
-    return np.array(motion.at("acceleration", t, body))
-
-
-def _second_differences(function: Callable[[float], np.ndarray], times: np.ndarray) -> np.ndarray:
+def _second_differences(function: Callable[[float], Any], times: np.ndarray) -> np.ndarray:
     """Return the largest second difference of a function at each time, over its range; zero at both ends, (T,)."""
-    values: list[np.ndarray] = []
+    values: list[Any] = []
     with suppress(Exception):  # of the user: the run tells of it, if it comes there
         for t in times.tolist():
-            values.append(np.atleast_1d(function(t)))
+            values.append(function(t))
     found = np.zeros(len(times))
     if len(values) > 2:
-        sampled = np.array(values)
+        sampled = np.array(values, dtype=float).reshape(len(values), -1)
         size, extent = np.abs(sampled).max(axis=0), np.ptp(sampled, axis=0)
         sampled = sampled[:, extent > ROUND_OFF * size] / extent[extent > ROUND_OFF * size]
         found[1 : len(values) - 1] = np.abs(np.diff(sampled, 2, axis=0)).max(axis=1, initial=0.0)

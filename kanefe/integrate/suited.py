@@ -62,6 +62,10 @@ yield by, where that is 1e-5. With a larger one a loose run shakes loose what st
 LEAST_SHARE = 0.1
 """Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
 
+LOST = 300.0
+"""Absolute tolerance with that share, over the size of what vibrates at the start and rtol, from which on even that
+does not keep it: in a period some hundred rtol of its energy are lost."""
+
 MANY_SAMPLES = 50.0
 """Of controllers, from which on Radau's method has more Jacobians to make than steps to spare."""
 
@@ -212,8 +216,11 @@ def _by_vibrations(
     reason += f", and {followed}{_without_damping(model)}"
     if undamped == math.inf and model.free_count > MOST_SPEEDS:
         return Suited("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
-    # of what vibrates, and not of the scene
-    share = min(max(largest * (rtol or 0.0) / atol, LEAST_SHARE), 1.0) if undamped < math.inf else 1.0
+    if undamped == math.inf:
+        return Suited(name, reason)
+    share = min(max(largest * (rtol or 0.0) / atol, LEAST_SHARE), 1.0)
+    if is_seen and not dynamics.calls_functions and LEAST_SHARE * atol > LOST * (rtol or 0.0) * largest:
+        share = 1.0
     return Suited(name, reason, share=share)
 
 

@@ -140,6 +140,15 @@ def test_an_undamped_vibration_neither_grows_nor_is_lost(kind: str) -> None:
     assert result.statistics["energy_balance"][1] == pytest.approx(1.0 - energy[-1] / energy[0], rel=1e-6)
 
 
+@pytest.mark.parametrize(("size", "share"), [(0.2, 1.0), (1e-3, 0.1), (1e-6, 1.0)])
+def test_vibrations_are_followed_by_their_own_tolerance_as_far_as_it_keeps_them(size: float, share: float) -> None:
+    body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
+    scene = kf.System()
+    bent = size * np.sqrt(body.mass) * np.eye(body.free_count)[0]
+    scene.add_flexible_body("bar", body, joint=kf.Fixed(), modal_coordinates=bent)
+    assert suited(scene.freeze(), 0.0, 1.0, 1e-7, 1e-8).share == share
+
+
 def test_a_small_vibration_that_begins_in_the_run_fades_no_faster_than_one_that_begins_with_it() -> None:
     body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
     slowest, k = np.sqrt(body.stiffness[0, 0]), body.free_count
