@@ -5,7 +5,11 @@ import pytest
 
 import kanefe as kf
 from kanefe.checks.robustness import overconstrained
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.run import integrate
+from kanefe.integrate.vibrations import vibrations
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
+from kanefe.kane.loop_closure import consistent_start
 from kanefe.kane.state import State
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
 from scenes import lattice_body
@@ -85,6 +89,24 @@ def test_a_driven_start_is_that_of_its_time():
     assert result.joint_coordinates("crank")[0, 0] == pytest.approx(1.4, abs=1e-15)
     ends = marker_place(model, "coupler", 0.5, q, (2, 0, 0)), marker_place(model, "rocker", 0.5, q, (0, 1.8, 0))
     np.testing.assert_allclose(*ends, atol=1e-12)
+
+
+def test_loops_are_closed_once_a_time(monkeypatch):
+    asked = []
+
+    def counted(model, t):
+        asked.append(t)
+        return consistent_start(model, t)
+
+    scene = four_bar(motion=kf.Motion.steady(2.0, 0.4)).freeze()  # which closes them too
+    monkeypatch.setattr("kanefe.kane.loop_closure.consistent_start", counted)
+    for start in (0.5, 0.7):
+        vibrations(Dynamics(scene), start, 0.1)  # as where a method is chosen
+        integrate(scene, (start, start + 0.1))
+    assert asked == [0.5, 0.7]
+    start = scene.route.start(0.7)
+    start[:] = 0.0
+    assert np.any(scene.route.start(0.7))  # what is kept is not what was given
 
 
 def test_what_cannot_be_closed_is_named_with_its_gap():
