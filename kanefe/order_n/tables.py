@@ -71,6 +71,9 @@ from kanefe.tree.model_data import ModelData
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
 
+UPPER = np.triu_indices(3)
+"""Of a symmetric matrix: those of its six numbers that are kept, row by row."""
+
 SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
 
 
@@ -205,7 +208,7 @@ class TableBuilder(Seats):
         )
         numbers[MASS] += rigid.mass
         numbers[FIRST : FIRST + 3] += rigid.mass * com
-        numbers[SECOND : SECOND + 6] += about_origin[np.triu_indices(3)]
+        numbers[SECOND : SECOND + 6] += about_origin[UPPER]
         numbers[ROTOR : ROTOR + 3] += seat.axes @ rigid.rotor
         self._integers[seat.row][HAS_GRAVITY] = body.has_gravity
 

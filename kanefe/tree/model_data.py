@@ -145,14 +145,14 @@ class ModelData(PickledByFields):
 
         return any(isinstance(body, UnreducedBody) for body in flexible)
 
-    @property
+    @cached_property
     def has_varying_tangents(self) -> bool:
         """Whether the stiffness or damping of something but geometry changes with the state."""
         return bool(self.loads) or any(
             force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
         )
 
-    @property
+    @cached_property
     def has_stops(self) -> bool:
         """Whether stops act along coordinates of joints."""
         return any(

@@ -6,7 +6,9 @@ What the components of a state are measured by, and how coordinates move with th
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,6 +18,8 @@ from kanefe.tree.model_data import WORKS, ModelData
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
+
+Size = TypeVar("Size")
 
 _extents: WeakKeyDictionary[FlexibleBody, float] = WeakKeyDictionary()
 
@@ -27,6 +31,25 @@ def largest_extent(body: FlexibleBody) -> float:
     return _extents[body]
 
 
+def _kept(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
+    """Return a measure of a scene that is taken once of each: a frozen scene keeps its sizes, and a run asks often.
+
+    Arrays of it are read-only.
+    """
+    found: WeakKeyDictionary[ModelData, Size] = WeakKeyDictionary()
+
+    @wraps(measure)
+    def kept(model: ModelData) -> Size:
+        if model not in found:
+            size = found[model] = measure(model)
+            if isinstance(size, np.ndarray):
+                size.flags.writeable = False
+        return found[model]
+
+    return kept
+
+
+@_kept
 def scene_length(model: ModelData) -> float:
     """Return a length of the scene in m: of its flexible bodies and the offsets in it.
 
@@ -86,6 +109,7 @@ def joint_scales(model: ModelData, length: float) -> np.ndarray:
     return scales
 
 
+@_kept
 def displacement_scales(model: ModelData) -> np.ndarray:
     """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
     length = scene_length(model)
@@ -100,6 +124,7 @@ def displacement_scales(model: ModelData) -> np.ndarray:
     return scales
 
 
+@_kept
 def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     """Return how coordinates move with the speeds: whether they turn, coordinate, and speed.
 
@@ -121,6 +146,7 @@ def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     return moves
 
 
+@_kept
 def modal_frequencies(model: ModelData) -> Vector:
     """Return the frequency in rad/s of the mode behind each free speed, alone; zero for what is no mode."""
     frequencies = np.zeros(model.free_count)
