@@ -277,7 +277,7 @@ class Scene:
     def _check_frame(self, frame: object, what: str) -> Frame:
         """Return `frame` if it is one of this scene; raise a ModelError that names `what` it was for."""
         if not isinstance(frame, Frame):
-            raise ModelError(f"{what} must be a body, an interface or the ground of this scene, not {frame!r}")
+            raise ModelError(f"{what} must be a body or an interface of this scene, or scene.ground, not {frame!r}")
         if frame.system is not self:
             raise ModelError(f"{what}: {frame.label} belongs to another system. Remedy: scene.body(name) of this one")
         return frame

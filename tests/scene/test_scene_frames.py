@@ -113,7 +113,7 @@ def test_frames_that_cannot_do_what_is_asked_are_named() -> None:
     arm = scene.add_flexible_body("arm", lattice_body(0), parent=hub)
     with pytest.raises(ModelError, match=r"end a: 'hub' belongs to another system\. Remedy: scene.body"):
         other._marker(hub, "end a")
-    with pytest.raises(ModelError, match="end a must be a body, an interface or the ground of this scene, not 'hub'"):
+    with pytest.raises(ModelError, match=r"end a must be a body or an interface .*scene\.ground, not 'hub'"):
         scene._marker("hub", "end a")
     for frame in (arm, arm.frame(AT)):
         with pytest.raises(ModelError, match=r"end a: flexible body 'arm' is held at .* one of \['root', 'tip'\]"):

@@ -107,7 +107,7 @@ LOAD_CASES = [
     (load("force", "hub", (1, 2, 3), point=(0, 0)), "point of the force on 'hub' must be three finite numbers"),
     (
         load("force", "nothing", (1, 2, 3)),
-        "the target of a load must be a body, an interface or the ground of this scene, not 'hub'",
+        "the target of a load must be a body or an interface of this scene, or scene.ground, not 'hub'",
     ),
     (load("torque", "hub", (1, 2)), "the torque on 'hub' must be three numbers or one for a motor"),
     (load("torque", "tip", 2.0), "the torque on 'tip' of 'arm' must be three numbers"),
