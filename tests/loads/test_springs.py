@@ -213,7 +213,7 @@ def bushing(**options: Any) -> Callable[[kf.System, Any, Any], None]:
         (spring(force=([1, 1], [0, 1])), "the lengths in the table of spring 's' must increase. Remedy: sort"),
         (spring(force=([1, 2, 3], [0, 1])), r"the table of spring 's' needs .* shapes \(3,\) and \(2,\)"),
         (spring(force=5.0), "force of spring 's' must be a function or a table"),
-        (spring(stiffness=1.0, b="ball"), "end b of spring 's' must be a body, an interface or the ground of this"),
+        (spring(stiffness=1.0, b="ball"), "end b of spring 's' must be a body or an interface of this scene, or"),
         (spring(stiffness=1.0, b=kf.System().ground), "end b of spring 's': the ground belongs to another system"),
         (bushing(), "bushing 's' does nothing. Remedy"),
         (bushing(stiffness=(1, 2)), "stiffness of bushing 's' must be three or six numbers"),
