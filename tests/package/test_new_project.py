@@ -65,6 +65,14 @@ def test_the_script_runs_with_and_without_a_mesh(tmp_path: Path) -> None:
     assert lowest_point(from_mesh) < -0.5
 
 
+@pytest.mark.gmsh
+def test_without_a_display_the_mesh_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", "")
+    folder = new_project(str(tmp_path / "wobble"))[0].parent
+    assert "no window here: the mesh is in mesh.msh" in run(folder, "mesh.py")
+    assert (folder / "mesh.msh").stat().st_size > 1000
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [
