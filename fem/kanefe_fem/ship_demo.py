@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -67,14 +68,13 @@ def ship_demo(out: Path) -> None:
 
 def _tell(name: str, result: kf.Result) -> None:
     shoes = [result.contact(shoe) for shoe in SHOES]
-    slipped = [
-        f"{shoe} at {result.events[f'{shoe} slip'][0]:.1f} s" for shoe in SHOES if len(result.events[f"{shoe} slip"])
-    ]
+    at, first = min((float(min(result.events[f"{shoe} slip"], default=math.inf)), shoe) for shoe in SHOES)
     seconds = result.statistics["seconds"]
     _row(
         name, f"{SPAN:g} s in {seconds:.1f} s, {SPAN / seconds:.0f} times real time, {result.statistics['steps']} steps"
     )
-    _row("", f"slid by {max(shoe.slip[-1] for shoe in shoes):.3f} m; first: {slipped[0] if slipped else 'never'}")
+    told = f"{first} at {at:.1f} s" if at < math.inf else "never"
+    _row("", f"slid by {max(shoe.slip[-1] for shoe in shoes):.3f} m; first: {told}")
     _row("", f"largest load of a shoe {max(shoe.normal.max() for shoe in shoes):.0f} N")
     if name == "lashed":
         pulls = [result.load(f"{saddle} lashing")[:, 2].max() for saddle in SADDLES]
