@@ -34,7 +34,7 @@ def test_the_shoe_that_slips_first_is_told_by_time(capsys) -> None:
     run = SimpleNamespace(contact=lambda name: shoe, events=times, statistics={"seconds": 1.0, "steps": 1})
     ship_demo._tell("loose", run)
     assert f"first: {SHOES[-2]} at {20 - len(SHOES) + 2:.1f} s" in capsys.readouterr().out
-    run.events = dict.fromkeys(times, [])
+    run.events = {name: [] for name in times}
     ship_demo._tell("loose", run)
     assert "first: never" in capsys.readouterr().out
 
