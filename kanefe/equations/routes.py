@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from kanefe.kane.route import LiteralRoute
+from kanefe.kernels.units import Unit
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
 
@@ -23,6 +24,14 @@ def route_of(model: ModelData) -> Route:
     in_space = OrderN(model)
     planar = planar_tables(model, in_space.tables)
     return in_space if planar is None else PlanarRoute(in_space, planar)
+
+
+def units_of_route(model: ModelData, has_jacobian: bool) -> list[Unit]:
+    """Return what is built for the route of a scene and the reading of results; `has_jacobian`: with derivatives."""
+    from kanefe.order_n.needed import units_of_scene
+    from kanefe.order_n.route import obstacles_of
+
+    return [] if model.has_unreduced or obstacles_of(model) else units_of_scene(model, has_jacobian)
 
 
 def starting_route(model: ModelData) -> Route:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from kanefe.equations.model import Model
+from kanefe.equations.routes import units_of_route
 from kanefe.integrate.choice import DEFAULT_RTOL
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.table import ROWS
@@ -28,10 +29,4 @@ def units_of_run(model: Model, options: RunOptions) -> list[Unit]:
             kernels = row.stepper.load()
             found += [kernels.advance.unit, kernels.interpolate.unit]
             has_jacobian |= JACOBIAN_ROW in kernels.integers
-    if not model.has_unreduced:
-        from kanefe.order_n.needed import units_of_scene
-        from kanefe.order_n.route import obstacles_of
-
-        if not obstacles_of(model):
-            found += units_of_scene(model, has_jacobian)
-    return found
+    return found + units_of_route(model, has_jacobian)
