@@ -65,6 +65,7 @@ def choose(model: Model, options: RunOptions) -> Choice:
     if name == AUTO:
         found = suited(model, start, stop, allowed if step is None else None, control.atol)
         name, reason = found.name, found.reason
+        control = replace(control, changes=found.changes)
         if options.atol is None and step is None:
             control = replace(control, atol=control.atol * found.share)
         if step is None and found.step is not None:

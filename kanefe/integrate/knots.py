@@ -18,6 +18,9 @@ from kanefe.order_n.inputs import loads_with_values
 LOOKS = 32
 """Samples of a function of the time in the longest step."""
 
+SAMPLES = LEAST_STEPS * LOOKS
+"""Of a run, but for the first."""
+
 SUDDEN = 0.5 * (2.0 * math.pi / LOOKS) ** 2
 """Second difference of the samples, over their range, from which on a change may hide in a step: that of a vibration
 with a period as long as the longest step."""
@@ -35,13 +38,13 @@ ROUND_OFF = 1e-9
 """Of its values: a function with less range is taken for constant."""
 
 
-def knots_of(dynamics: Dynamics, base: int, start: float, stop: float) -> np.ndarray:
+def knots_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.ndarray:
     """Return what stands in `reals` from the place KNOTS, `base`, on, for a run; nothing where steps end anywhere.
 
-    Knots of tables only count where steps that pass over them fail. At changes of functions all steps end: nothing is
-    seen of a pulse by a step that passes over it. Where there are such, tables go without: one list has one rule.
+    `changes` are those of `changes_of`. Knots of tables only count where steps that pass over them fail. At changes of
+    functions all steps end: nothing is seen of a pulse by a step that passes over it. Where there are such, tables go
+    without: one list has one rule.
     """
-    changes = changes_of(dynamics, start, stop)
     knots = changes if len(changes) else _knots_of_tables(dynamics)
     if len(knots) < 2:
         return np.zeros(0)
@@ -60,7 +63,7 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
     functions = _functions_of_time(dynamics)
     if not functions or not math.isfinite(stop - start):
         return np.zeros(0)
-    times = np.linspace(start, stop, LEAST_STEPS * LOOKS + 1)
+    times = np.linspace(start, stop, SAMPLES + 1)
     change = np.zeros(len(times))
     for function in functions:
         change = np.maximum(change, _second_differences(function, times))

@@ -193,8 +193,11 @@ class StepControl:
         Error allowed for a step; without meaning where the step is fixed.
     step : float or None
         Fixed step, s.
+    changes : ndarray or None
+        What `kanefe.integrate.knots.changes_of` has found for the run, where somebody has asked.
     """
 
     rtol: float
     atol: float
     step: float | None
+    changes: Vector | None = None

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from kanefe.equations.model import Model
+from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import look_at_state, rate_of_functions
-from kanefe.integrate.knots import changes_of
+from kanefe.integrate.knots import SAMPLES, changes_of
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
@@ -27,6 +28,7 @@ from kanefe.integrate.vibrations import (
     UNSEEN_UNDAMPED,
     Vibrations,
     all_damped,
+    begun_by,
     least_damping,
     vibrations,
 )
@@ -89,6 +91,8 @@ class Suited(NamedTuple):
         Of the usual absolute tolerance.
     step : float or None
         Of a method with fixed steps, s.
+    changes : ndarray or None
+        Those of functions of the time, where they were asked for.
     """
 
     name: str
@@ -97,6 +101,7 @@ class Suited(NamedTuple):
     least: float = 0.0
     share: float = 1.0
     step: float | None = None
+    changes: Vector | None = None
 
 
 def suited(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Suited:
@@ -152,7 +157,8 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
         if model.free_count <= MOST_SPEEDS or outside * span > MOST_OUTSIDE:
             return Suited("radau5", reason)
         return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
-    return _by_vibrations(dynamics, (start, stop), rtol, atol, reason)
+    changes = changes_of(dynamics, start, stop) if dynamics.calls_functions else np.zeros(0)
+    return _by_vibrations(dynamics, (start, stop), rtol, atol, reason, changes)._replace(changes=changes)
 
 
 def may_suit(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, ...]:
@@ -185,9 +191,12 @@ def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
 
 
 def _by_vibrations(
-    dynamics: Dynamics, span: tuple[float, float], rtol: float | None, atol: float, reason: str
+    dynamics: Dynamics, span: tuple[float, float], rtol: float | None, atol: float, reason: str, changes: Vector
 ) -> Suited:
-    """Return the method for a scene whose sweep knows all that is stiff: by whether its vibrations are followed."""
+    """Return the method for a scene whose sweep knows all that is stiff: by whether its vibrations are followed.
+
+    They are those of the start, and those that begin where functions of the time change at once.
+    """
     model, (start, stop) = dynamics.model, span
     is_loose = rtol is None or rtol >= LOOSE_RTOL
     if is_loose and all_damped(model):
@@ -203,9 +212,14 @@ def _by_vibrations(
     undamped = float(found.frequencies[found.ratios < LEAST_DAMPING].min(initial=math.inf))
     if is_loose and undamped == math.inf:
         return Suited("extrapolation", reason)
-    largest = float(found.sizes.max(initial=0.0))
-    is_seen = largest * (1.0 - (rtol or 0.0)) > (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol
-    followed = _followed(dynamics, (start, stop), rtol, undamped, is_seen)
+    largest, seen = float(found.sizes.max(initial=0.0)), "at the start"
+    if len(changes):
+        found, when = begun_by(changes, (stop - start) / SAMPLES, dynamics, found)
+        if found.sizes.max(initial=0.0) > largest:
+            largest, seen = float(found.sizes.max()), f"once a function of the time changes, at {when:.4g} s"
+    if largest * (1.0 - (rtol or 0.0)) <= (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol:
+        seen = ""
+    followed = _followed(dynamics, (start, stop), rtol, undamped, seen, changes)
     if not followed and undamped == math.inf:
         return Suited("extrapolation", reason)
     # where it is handed over, something vibrates whose radians are steps
@@ -219,15 +233,23 @@ def _by_vibrations(
     if undamped == math.inf:
         return Suited(name, reason)
     share = min(max(largest * (rtol or 0.0) / atol, LEAST_SHARE), 1.0)
-    if is_seen and not dynamics.calls_functions and LEAST_SHARE * atol > LOST * (rtol or 0.0) * largest:
+    if seen and not dynamics.calls_functions and LEAST_SHARE * atol > LOST * (rtol or 0.0) * largest:
         share = 1.0
     return Suited(name, reason, share=share)
 
 
 def _followed(
-    dynamics: Dynamics, times: tuple[float, float], rtol: float | None, undamped: float, is_seen: bool
+    dynamics: Dynamics,
+    times: tuple[float, float],
+    rtol: float | None,
+    undamped: float,
+    seen: str,
+    changes: Vector,
 ) -> str:
-    """Return in words why vibrations are to be followed; nothing where they are not."""
+    """Return in words why vibrations are to be followed; nothing where they are not.
+
+    `seen` tells when they are larger than the tolerance, if they are.
+    """
     model, (start, stop) = dynamics.model, times
     span, is_undamped = stop - start, undamped < math.inf
     if rtol is not None and rtol < LEAST_RTOL_OF_SWEEPS:
@@ -241,12 +263,11 @@ def _followed(
         return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
     longest = min((controller.every for controller in model.controllers), default=span)
     if dynamics.calls_functions:
-        changes = changes_of(dynamics, start, stop)
         longest = min(longest, span / LEAST_STEPS, float(np.diff(changes).min(initial=math.inf)))
     if is_undamped and longest < CALM / undamped:
         return "steps that functions and controllers ask for follow what is not damped"
-    if rtol is not None and is_seen:
-        return f"vibrate by more than rtol={rtol:g} at the start"
+    if rtol is not None and seen:
+        return f"vibrate by more than rtol={rtol:g} {seen}"
     return ""
 
 

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.frames import Vector
+from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import mass_at_start
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.kernels.stepping import AT, PUSH_STIFFNESS, SLOPE
 from kanefe.storage.scipy_later import scipy
-from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies
+from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies, state_scales
 
 FIRST_SHARE = 0.05
 """Of the span: the first step where nothing vibrates."""
@@ -38,6 +38,15 @@ which that holds. Of the stability functions of one to eight columns on the imag
 CALM = 10.0
 """Radians of a vibration in a step of the extrapolation with all columns from which on none grows, however little it
 is damped; with fewer, in proportion. A quarter more than its stability needs: frequencies change as bodies move."""
+
+MOST_CHANGES = 64
+"""Of functions of the time, of which it is asked what vibrations they begin."""
+
+ALLOWED_AT_REST = 0.1
+"""Of what is allowed of something large: the absolute tolerance, unless it is given."""
+
+OFTEN = 0.3
+"""Of the largest: vibrations that count as begun anew."""
 
 MOST_DENSE = 600
 """Speeds of scenes whose vibrations are found from matrices of the whole scene."""
@@ -93,11 +102,24 @@ class Vibrations(NamedTuple):
         Of damping.
     sizes : ndarray
         How large each is at the start, of what is large along the coordinate that it moves the most.
+    momenta : ndarray, shape (k, free)
+        Of each, for speeds: its own speed, in the units of its shape.
+    reach : ndarray
+        How far each goes at a size of one in those units, of what is large.
+    haste : ndarray
+        How much larger the speeds of each are than its displacements, of what is large, at least one. Those of joints
+        count against a radian a second, and not against the frequency; the less, the faster a joint will move.
+    begins : ndarray
+        How often each begins in a run.
     """
 
     frequencies: Vector
     ratios: Vector
     sizes: Vector
+    momenta: Matrix
+    reach: Vector
+    haste: Vector
+    begins: Vector
 
 
 def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
@@ -125,9 +147,51 @@ def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
     frequencies, shapes = np.sqrt(squares[is_vibration]), shapes[:, is_vibration]
     y = dynamics.initial_state(start)
     moving, pushed = y[n : n + m], dynamics.rate(start, y)[n : n + m]
-    sizes = np.hypot(shapes.T @ M @ moving / frequencies, shapes.T @ M @ pushed / frequencies**2)
-    sizes *= np.abs(shapes / displacement_scales(model)[:, None]).max(axis=0, initial=0.0)
-    return Vibrations(frequencies, 0.5 * np.sum(shapes * (C @ shapes), axis=0) / frequencies, sizes)
+    displacements, speeds = displacement_scales(model), state_scales(model)[n : n + m]
+    momenta = shapes.T @ M
+    falls = np.abs(pushed - shapes @ (momenta @ pushed))  # without vibrations
+    fallen = np.minimum(span * falls, np.sqrt(2.0 * displacements * falls))
+    allowed = 1.0 + (np.abs(moving) + fallen) / speeds / ALLOWED_AT_REST
+    reach = np.abs(shapes / displacements[:, None]).max(axis=0, initial=0.0)
+    speed = np.abs(shapes / (speeds * allowed)[:, None]).max(axis=0, initial=0.0)
+    return Vibrations(
+        frequencies,
+        0.5 * np.sum(shapes * (C @ shapes), axis=0) / frequencies,
+        reach * np.hypot(momenta @ moving / frequencies, momenta @ pushed / frequencies**2),
+        momenta,
+        reach,
+        np.maximum(frequencies * speed / reach, 1.0),
+        np.ones(len(reach)),
+    )
+
+
+def begun_by(changes: Vector, sample: float, dynamics: Dynamics, found: Vibrations) -> tuple[Vibrations, float]:
+    """Return vibrations as large as changes of functions of the time begin them, and when the largest begins, s.
+
+    A change at once moves the rest of a vibration by what it pushes over the square of its frequency; one that takes
+    long beside a radian of it by less, in proportion. All are seen from the start of the scene.
+
+    Parameters
+    ----------
+    changes : ndarray
+        Those of `kanefe.integrate.knots.changes_of`, s.
+    sample : float
+        Between two looks at the functions, s: what takes no longer counts as at once.
+    dynamics : Dynamics
+    found : Vibrations
+        At the start.
+    """
+    n, m, y = dynamics.model.coordinate_count, dynamics.model.free_count, dynamics.initial_state(changes[0])
+    begun = np.zeros((1, len(found.frequencies)))
+    with suppress(Exception):  # of the user: the run tells of it, if it comes there
+        pushes = np.array([dynamics.rate(t, y)[n : n + m] for t in changes[:MOST_CHANGES].tolist()])
+        radians = found.frequencies * np.maximum(np.diff(changes[:MOST_CHANGES]) - sample, 0.0)[:, None]
+        begun = np.abs(np.diff(pushes, axis=0) @ found.momenta.T) / np.maximum(0.5 * radians, 1.0)
+        begun *= found.reach / found.frequencies**2
+    sizes = np.maximum(found.sizes, begun.max(axis=0))
+    often = np.maximum((begun > OFTEN * sizes).sum(axis=0), 1)
+    when = changes[1 + np.argmax(begun.max(axis=1, initial=0.0))]
+    return found._replace(sizes=sizes, begins=often), float(when)
 
 
 def least_damping(radians: Vector) -> Vector:

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.knots import knots_of
+from kanefe.integrate.knots import changes_of, knots_of
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, StepFailure, beyond
@@ -117,7 +117,10 @@ class KernelStepper:
         n, m = model.coordinate_count, model.free_count
         moves = coordinate_moves(model)
         self.integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
-        knots = knots_of(dynamics, kernels.reals, start, stop) if control.step is None else np.zeros(0)
+        knots = np.zeros(0)
+        if control.step is None:
+            changes = changes_of(dynamics, start, stop) if control.changes is None else control.changes
+            knots = knots_of(dynamics, kernels.reals, changes)
         self.reals = np.concatenate((np.zeros(kernels.reals), knots))
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
         self.vectors = np.zeros((rows, n + m + model.state_count + WORKS))

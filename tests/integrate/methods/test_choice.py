@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -9,12 +12,18 @@ import kanefe as kf
 from kanefe.integrate.choice import choose
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.explicit_rates import rate_of_functions
+from kanefe.integrate.knots import SAMPLES
+from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
 from kanefe.integrate.suited import suited
-from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, MOST_RADIANS, least_damping
+from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, MOST_RADIANS, Vibrations, least_damping
+from kanefe.integrate.work import ERROR_OF_RADAU, LEAST_OF_RADAU, SEEN_BY_RADAU, steps_of_radau
 from kanefe.kernels.steppers.extrapolation_dense import LARGEST_COLUMNS
 from kanefe.tree.scene_state import SceneState
+from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.sections import Rectangle
+from kanefe_fem.materials.isotropic import Material
 from steel_beams import BAR_LENGTH, steel_bar
 
 SLOWEST = 92.8
@@ -46,6 +55,89 @@ def test_vibrations_that_the_tolerance_asks_for_are_followed(
     choice = choose(bar(gravity), RunOptions(t_span=(0.0, periods / SLOWEST), rtol=rtol))
     assert choice.name == name
     assert reason in choice.reason
+
+
+SPAN = 100.0 / SLOWEST
+MIDDLE = 0.5 * SPAN
+
+
+@pytest.mark.parametrize(
+    ("torque", "name"),
+    [
+        (lambda t: 5.0 if t > MIDDLE else 0.0, "radau5"),
+        (lambda t: 5.0 * (1.0 + math.tanh((t - MIDDLE) * 20.0 / SPAN)), "extrapolation"),  # in ten periods
+        (lambda t: 0.01 if t > MIDDLE else 0.0, "extrapolation"),
+        (lambda t: 5.0 if t < 2.0 * SPAN else 0.0, "radau5"),  # from the start
+    ],
+)
+def test_vibrations_that_a_jump_begins_are_followed(torque: Callable[[float], float], name: str) -> None:
+    scene = steel_bar(0.02, 0.01, gravity=0.0, reduction=kf.CraigBampton(modes=10), damping=kf.ModalDamping(0.01))
+    scene.add_torque(scene.body("bar"), lambda t: (0.0, torque(t), 0.0))
+    choice = choose(scene.freeze(), RunOptions(t_span=(0.0, SPAN), rtol=1e-6))
+    assert choice.name == name
+    changes = torque(0.0) == 0.0 and name == "radau5"
+    told = choice.reason.partition("once a function of the time changes, at ")[2]
+    assert bool(told) == changes
+    if changes:
+        assert abs(float(told.split()[0]) - MIDDLE) < 1.1 * SPAN / SAMPLES
+
+
+def test_functions_are_looked_at_once_for_the_choice_and_the_run() -> None:
+    asked: list[float] = []
+
+    def torque(t: float) -> tuple[float, float, float]:
+        asked.append(t)
+        return 0.0, 5.0 if t > MIDDLE else 0.0, 0.0
+
+    scene = steel_bar(0.02, 0.01, gravity=0.0, reduction=kf.CraigBampton(modes=10), damping=kf.ModalDamping(0.01))
+    scene.add_torque(scene.body("bar"), torque)
+    counts = scene.simulate((0.0, SPAN), rtol=1e-6).statistics
+    assert len(asked) < SAMPLES + counts["evaluations"] + 50  # of the choice, and of the rates at outputs
+
+
+@pytest.mark.parametrize(
+    ("ratio", "begins", "haste"), [(0.0, 1, 1.0), (1e-4, 1, 1.0), (0.01, 1, 50.0), (0.01, 4, 1.0), (0.01, 400, 1.0)]
+)
+def test_steps_of_radau_are_those_of_a_vibration_that_fades(ratio: float, begins: int, haste: float) -> None:
+    frequency, size, rtol, atol = 500.0, 1e-3, 1e-8, 1e-9
+    ones = np.ones(1)
+    found = Vibrations(frequency * ones, ratio * ones, size * ones, np.eye(1), ones, haste * ones, begins * ones)
+    error = haste * size / (of_order_three(rtol) * (haste * size + atol / rtol))
+    times = np.linspace(0.0, 10.0 / begins, 100_001)
+    left = error * np.exp(-ratio * frequency * times)
+    pace = np.where(left > SEEN_BY_RADAU, frequency * (ERROR_OF_RADAU * left) ** 0.25, 0.0)
+    steps = begins * float(np.sum(pace[1:] + pace[:-1]) * times[1] / 2.0)
+    # of the trapezoidal rule, mostly where the vibration ends
+    assert steps_of_radau(10.0, rtol, atol, found) == pytest.approx(max(steps, LEAST_OF_RADAU), rel=1e-3)
+
+
+def _swung_bar() -> kf.System:
+    return steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=10))
+
+
+def _two_links() -> kf.System:
+    """Return an arm of two undamped beams, whose motor stops at 0.1 s."""
+    aluminium = Material(E=70e9, nu=0.33, rho=2700.0)
+    model = straight_beam(1.0, Rectangle(0.01, 0.04), aluminium, elements=6)
+    link = beam_body(model, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=4))
+    scene = kf.System()
+    hub = scene.add_rigid_body("hub", 1.0, 0.01, joint=kf.Revolute("z"))
+    upper = scene.add_flexible_body("upper", link, parent=hub)
+    elbow = scene.add_rigid_body("elbow", 0.5, 1e-3, parent=upper.interface("tip"), joint=kf.Revolute("z"))
+    scene.add_flexible_body("lower", link, parent=elbow)
+    scene.add_torque(hub, lambda t: 5.0 if t < 0.1 else 0.0)
+    return scene
+
+
+@pytest.mark.parametrize(("make", "name"), [(_swung_bar, "radau5"), (_two_links, "dop853")])
+def test_what_follows_vibrations_is_that_with_less_evaluations(make: Callable[[], kf.System], name: str) -> None:
+    asked = {
+        method: make().simulate((0.0, 0.4), method=method, rtol=1e-5).statistics
+        for method in ("auto", "radau5", "dop853")
+    }
+    assert asked["auto"]["method"] == name
+    # samples of the choice, and smaller tolerances for what is not damped
+    assert asked["auto"]["evaluations"] < 1.1 * min(asked[method]["evaluations"] for method in ("radau5", "dop853"))
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.01])
