@@ -153,7 +153,7 @@ def told_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Even
 def watch_of(model: Model, choice: Choice, options: RunOptions, told: Sequence[Event]) -> EventWatch | None:
     """Return what looks for the events of a run, those that are told and others; None if there are none."""
     start, stop = options.span
-    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, choice.name, stop - start))
+    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, choice.name, start, stop))
     return EventWatch(model, watched, stop - start) if watched else None
 
 

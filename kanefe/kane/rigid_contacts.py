@@ -19,12 +19,25 @@ from kanefe.kane.assemble import held_accelerations, held_solver
 from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, meetings, motion_in_N, touching_rows
 from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
     from kanefe.contact.meeting import Meeting
 
 DEPENDENT = 1e-9
 """Singular value of the rows of what touches, of the largest, below which forces can be shared in several ways."""
+
+
+ROUND_OFF_OF_GAPS = 1e-14
+"""Share of the scene's length: gaps that have no sign. The lowest bounces that are followed are a hundred times as
+high."""
+
+ROUND_OFF_OF_FORCES = 1e-9
+"""Share of the largest force below which a force has no sign: the residual to which the complementarity is solved."""
+
+STOPPED = 1e-7
+"""Share of the speeds with which a probe is moved, below which it does not slip: what decides then is its acceleration.
+So far, by `kanefe.contact.rigid_contact.STRAIGHT`, the direction of a slip is known that comes to its end."""
 
 
 class ProbeForce(NamedTuple):
@@ -186,6 +199,25 @@ def margins(state: State) -> Margins:
             contact = state.model.rigid_contact(force.contact)
             found.reserves[key] = contact.static * force.normal - float(np.linalg.norm(force.friction))
     return found
+
+
+def rest_speed(state: State, number: int, i: int) -> float:
+    """Return the speed below which a probe of a rigid contact, by its number among them, does not slip, m/s."""
+    moved = np.abs(probe_jacobian(state, number, i)).max(axis=0)
+    return STOPPED * float(moved @ np.abs(state.full[: len(moved)]))
+
+
+def blurs(state: State) -> Margins:
+    """Return how far each margin of a state may be below zero by round-off, by the numbers of `margins`."""
+    found = margins(state)
+    least = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0)
+    return Margins(
+        dict.fromkeys(found.gaps, ROUND_OFF_OF_GAPS * scene_length(state.model)),
+        dict.fromkeys(found.normals, least),
+        dict.fromkeys(found.reserves, least),
+        # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
+        {key: 1.5 * rest_speed(state, *key) for key in found.slips},
+    )
 
 
 def check_determined(state: State) -> None:
