@@ -92,7 +92,13 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
 
     return tuple(
         ContactChange(
-            f"a rigid contact: {kind}", partial(_nearest, kind), -1, model=model, kind=kind, span=stop - start, stop=stop
+            f"a rigid contact: {kind}",
+            partial(_nearest, kind),
+            -1,
+            model=model,
+            kind=kind,
+            span=stop - start,
+            stop=stop,
         )
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )
