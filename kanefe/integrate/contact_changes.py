@@ -13,6 +13,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.events import Event
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 
 TOLD = "touch", "lift", "slip", "stick", "rest"
 """What a result tells of a rigid contact, after its name."""
+
+UNRESOLVED = 10.0
+"""Times rtol, of the scene's length in a second: speeds of slips whose direction is not followed. Friction turns a slow
+slip the faster the slower it is; below what a step may miss its direction would be the noise of the steps."""
 
 FAR = 1.0
 """Value of a function that looks at nothing."""
@@ -35,6 +40,8 @@ class ContactChange(Event):
     kind : str
     span, stop : float
         Length and end of the run, s.
+    unresolved : float
+        Speed that it does not resolve, m/s.
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
     """
@@ -43,6 +50,7 @@ class ContactChange(Event):
     kind: str = field(kw_only=True)
     span: float = field(kw_only=True)
     stop: float = field(kw_only=True)
+    unresolved: float = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
 
     @property
@@ -65,7 +73,7 @@ class ContactChange(Event):
         """Return the state after what happens."""
         from kanefe.kane.impacts import resolved
 
-        found = resolved(self.model, t, y, self.kind, self.span, self.stop)
+        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.unresolved)
         self.happened.extend(found.happened)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
@@ -84,22 +92,15 @@ STEPS_OVER = "moreau-jean"
 """The method whose steps impacts do not end."""
 
 
-def changes_of_contacts(model: ModelData, method: str, start: float, stop: float) -> tuple[Event, ...]:
+def changes_of_contacts(model: ModelData, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
     if not model.rigid_contacts or method == STEPS_OVER:
         return ()
     from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
 
+    more = {"span": stop - start, "stop": stop, "unresolved": UNRESOLVED * rtol * scene_length(model)}
     return tuple(
-        ContactChange(
-            f"a rigid contact: {kind}",
-            partial(_nearest, kind),
-            -1,
-            model=model,
-            kind=kind,
-            span=stop - start,
-            stop=stop,
-        )
+        ContactChange(f"a rigid contact: {kind}", partial(_nearest, kind), -1, model=model, kind=kind, **more)
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )
 

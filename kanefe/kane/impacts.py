@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.contact.cone import Cones, solved
 from kanefe.contact.rigid import POISSON
-from kanefe.contact.rigid_contact import EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
+from kanefe.contact.rigid_contact import AT_REST, EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
@@ -72,7 +72,9 @@ class Changed:
     happened: list[tuple[str, float]] = field(default_factory=list)
 
 
-def resolved(model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf) -> Changed:
+def resolved(
+    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, unresolved: float = 0.0
+) -> Changed:
     """Return what follows an event of rigid contacts.
 
     Parameters
@@ -88,18 +90,22 @@ def resolved(model: ModelData, t: float, y: Vector, kind: str, span: float, stop
         Of the run, s; zero: only the time itself is looked at.
     stop : float
         End of the run, s, beyond which motions may not be known.
+    unresolved : float
+        Speed that the run does not resolve, m/s: below it a slip keeps the direction in which it begins.
 
     Raises
     ------
     SimulationError
         If contacts have no forces that fit (Painleve's paradox).
     """
-    return _Event(model, t, y, kind, span, stop).changed()
+    return _Event(model, t, y, kind, span, stop, unresolved).changed()
 
 
 class _Event:
-    def __init__(self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float) -> None:
-        self.model, self.t, self.kind, self.span, self.stop = model, t, kind, span, stop
+    def __init__(
+        self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, unresolved: float
+    ) -> None:
+        self.model, self.t, self.kind, self.span, self.stop, self.unresolved = model, t, kind, span, stop, unresolved
         self.q, self.u, self.z = (part.copy() for part in model.parts(y))
         state = State(model, t, self.q, self.u, self.z)
         self.met = {(c, i): one for c, probes in enumerate(meetings(state)) for i, one in enumerate(probes)}
@@ -226,7 +232,10 @@ class _Event:
                 self.happened.append((f"{self._contact(self.keys[k]).name} rest", self.t + left))
         for k, key in enumerate(self.keys):
             contact, met = self._contact(key), self.met[key]
-            along = kept[k] @ met.axes[1:] @ self._surfaces[key[0]] if statuses[k] == SLIPS else np.zeros(3)
+            along = np.zeros(3)
+            if statuses[k] == SLIPS:
+                speed = max(AT_REST, self.unresolved if self._is_at_rest(k, rates) else 0.0)
+                along = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]]
             if statuses[k] == STICKS:
                 was = self.before[key] == STICKS
                 along = contact.kept(self._own(key), key[1]) if was else met.place
