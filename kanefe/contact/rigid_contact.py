@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 TOLD, EACH = 2, 4
 """Internal states of a contact: the path slid and the work of friction; then of each probe its status, and where on the
-surface it sticks or in which direction along it it slips."""
+surface it sticks, or in which direction along it it slips, as long as the speed (m/s) up to which that is kept."""
 
 TOO_DEEP = 1e-6
 """Depth at the start that is refused, m: less is closed as a loop is."""
@@ -149,7 +149,7 @@ class RigidContact(Load):
         return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[TOLD::EACH]]
 
     def kept(self, z: Vector, i: int) -> Vector:
-        """Return where a probe sticks, or in which direction it slips, in axes of the surface."""
+        """Return where a probe sticks, or in which direction it slips and up to which speed, in axes of the surface."""
         at = TOLD + EACH * i + 1
         return z[at : at + 3]
 
@@ -190,13 +190,13 @@ class RigidContact(Load):
         before = np.divide(before, sizes[:, None], out=np.zeros_like(before), where=sizes[:, None] > 0.0)
         along = (rates * before).sum(axis=1)
         across = _lengths(rates - along[:, None] * before)
-        keeps = (sizes == 0.0) | (speeds <= AT_REST) | (across <= STRAIGHT * speeds)
+        keeps = (sizes == 0.0) | (speeds <= sizes) | (across <= STRAIGHT * speeds)
         turns = np.copysign(1.0, along) / np.where(keeps, 1.0, speeds)
         return np.where(keeps[:, None], before, turns[:, None] * rates)
 
     def left_of_slip(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> float:
         """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s."""
-        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept))
+        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept)) / (_length(kept) or 1.0)
         return along - TURNED * _length(found.rates[1:])
 
     def rows(self, z: Vector, which: Sequence[int], found: Sequence[Meeting], surface: MarkerMotion) -> list[Rows]:

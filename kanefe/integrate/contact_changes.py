@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +16,15 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
+if TYPE_CHECKING:
+    from kanefe.kane.rigid_contacts import Margins
+
 TOLD = "touch", "lift", "slip", "stick", "rest"
 """What a result tells of a rigid contact, after its name."""
 
-ROUND_OFF = 1e-14
-"""Of the scene's length: gaps that have no sign. The lowest bounces that are followed are a hundred times as high."""
+UNRESOLVED = 10.0
+"""Times rtol, of the scene's length in a second: speeds of slips whose direction is not followed. Friction turns a slow
+slip the faster the slower it is; below what a step may miss its direction would be the noise of the steps."""
 
 FAR = 1.0
 """Value of a function that looks at nothing."""
@@ -33,8 +38,10 @@ class ContactChange(Event):
     ----------
     model : ModelData
     kind : str
-    span : float
-        Of the run, s.
+    span, stop : float
+        Length and end of the run, s.
+    unresolved : float
+        Speed that it does not resolve, m/s.
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
     """
@@ -42,6 +49,8 @@ class ContactChange(Event):
     model: ModelData = field(kw_only=True)
     kind: str = field(kw_only=True)
     span: float = field(kw_only=True)
+    stop: float = field(kw_only=True)
+    unresolved: float = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
 
     @property
@@ -50,17 +59,21 @@ class ContactChange(Event):
         return True
 
     @property
-    def blur(self) -> float:
-        """What has just lifted has neither speed nor acceleration along the normal: its gap is round-off at first."""
-        from kanefe.kane.impacts import TOUCH
+    def is_bound(self) -> bool:
+        """What a rigid contact does holds as long as none of its margins is below zero."""
+        return True
 
-        return ROUND_OFF * scene_length(self.model) if self.kind == TOUCH else 0.0
+    def blur(self, t: float, state: SceneState) -> float:
+        """Return the largest of the margins that are zero but for round-off: their signs what follows decides."""
+        from kanefe.kane.rigid_contacts import blurs
+
+        return max(_of_kind(self.kind, blurs(_literal(state))).values(), default=0.0)
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
         from kanefe.kane.impacts import resolved
 
-        found = resolved(self.model, t, y, self.kind, self.span)
+        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.unresolved)
         self.happened.extend(found.happened)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
@@ -79,14 +92,15 @@ STEPS_OVER = "moreau-jean"
 """The method whose steps impacts do not end."""
 
 
-def changes_of_contacts(model: ModelData, method: str, span: float) -> tuple[Event, ...]:
+def changes_of_contacts(model: ModelData, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
     if not model.rigid_contacts or method == STEPS_OVER:
         return ()
     from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
 
+    more = {"span": stop - start, "stop": stop, "unresolved": UNRESOLVED * rtol * scene_length(model)}
     return tuple(
-        ContactChange(f"a rigid contact: {kind}", partial(_nearest, kind), -1, model=model, kind=kind, span=span)
+        ContactChange(f"a rigid contact: {kind}", partial(_nearest, kind), -1, model=model, kind=kind, **more)
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )
 
@@ -114,11 +128,18 @@ def _never(t: float, state: SceneState) -> float:
 
 
 def _nearest(kind: str, t: float, state: SceneState) -> float:
-    from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
     from kanefe.kane.rigid_contacts import margins
 
+    return min(_of_kind(kind, margins(_literal(state))).values(), default=FAR)
+
+
+def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
+    from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
+
+    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.reserves, STICK: found.slips}[kind]
+
+
+def _literal(state: SceneState) -> State:
     if not isinstance(state, State):
         raise TypeError("scenes with rigid contacts are evaluated by the literal route")
-    found = margins(state)
-    values = {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.reserves, STICK: found.slips}[kind]
-    return min(values.values(), default=FAR)
+    return state

@@ -52,8 +52,9 @@ class Dynamics:
 
     @property
     def has_kinks(self) -> bool:
-        """Whether forces may jump or begin at once: those of stops, and functions of the user."""
-        return self.calls_functions or self.model.has_stops
+        """Whether forces may jump or begin at once: those of stops, of contacts, and functions of the user."""
+        at_once = any(load.acts_at_once for load in self.model.loads)
+        return self.calls_functions or self.model.has_stops or at_once
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write energy and momenta that a method asks for."""

@@ -84,6 +84,7 @@ class EventWatch:
             for i, event in enumerate(self.events)
             if isinstance(event, EventOfLoad) and event.number in columns
         }
+        self._is_bound = np.array([event.is_bound for event in self.events], dtype=bool)
         self._values = np.zeros(len(self.events))
         self._noise = np.zeros(len(self.events))
         self._ways = np.zeros(len(self.events))
@@ -95,10 +96,10 @@ class EventWatch:
         """Take in a state from which the run goes on, after what has just happened there."""
         self._values = self._values_of(np.array([t]), y[None])[0]
         for i, event in enumerate(self.events):
-            if event not in happened or abs(self._values[i]) > self._noise[i]:
+            if event.is_bound:
+                self._noise[i] = event.blur(t, seen(self._model, t, y))
+            elif event not in happened or abs(self._values[i]) > self._noise[i]:
                 self._noise[i] = 0.0
-            if abs(self._values[i]) <= event.blur:
-                self._noise[i] = max(float(self._noise[i]), event.blur)
 
     @property
     def _is_at_zero(self) -> bool:
@@ -132,12 +133,19 @@ class EventWatch:
         self._check_short_ways(table)
         found: list[tuple[float, Event]] = []
         dips = _may_dip(times[:, None], table)
-        for i in np.flatnonzero(~(_has_one_sign(table) & ~dips.any(axis=0))).tolist():
-            event = self.events[i]
+        is_open = ~_has_one_sign(table) | dips.any(axis=0) | (self._is_bound & (table < 0.0).any(axis=0))
+        for i in np.flatnonzero(is_open).tolist():
+            event, noise = self.events[i], float(self._noise[i])
             function = _timed(self._along(stepper, quick, i), check_time)
             samples = Samples(times, table[:, i], dips[:, i])
-            for bracket in _brackets(samples, event.direction, float(self._noise[i]), function):
-                t = self._root(function, *bracket, is_beyond=ends_step_alone(event))
+            is_bound, first = bool(self._is_bound[i]), _first_with_sign(samples.values, noise)
+            if is_bound and samples.values[first] < -noise:
+                function = partial(_above, -noise, function)
+                brackets = [(float(times[max(first - 1, 0)]), float(times[first]))]
+            else:
+                brackets = _brackets(samples, event.direction, first, function)
+            for bracket in brackets:
+                t = self._root(function, *bracket, is_beyond=is_bound or ends_step_alone(event))
                 if not self._is_told(t, event):
                     found.append((t, event))
         found.sort(key=lambda entry: entry[0])
@@ -285,17 +293,21 @@ def _storm(event: Event, what: str) -> StepFailure:
     )
 
 
-def _brackets(samples: Samples, direction: int, noise: float, function: Callable[[float], float]) -> list[Bracket]:
+def _first_with_sign(values: np.ndarray, noise: float) -> int:
+    """Return the number of the first value that has a sign; that of the last one if none has."""
+    beyond = np.abs(values) > noise
+    return int(np.argmax(beyond)) if beyond.any() else len(values) - 1
+
+
+def _brackets(samples: Samples, direction: int, first: int, function: Callable[[float], float]) -> list[Bracket]:
     """Return the intervals at whose ends the function has different signs, of those that pass zero as wanted.
 
-    A value of zero ends an interval. After an event the values have no sign until one is larger than `noise`: the place
-    that was found lies before the root as often as behind it.
+    A value of zero ends an interval. After an event the values have no sign until the one with the number `first`: the
+    place that was found lies before the root as often as behind it.
     """
     found: list[tuple[Bracket, float]] = []
     last: tuple[float, float] | None = None
     times, values, _ = samples
-    beyond = np.abs(values) > noise
-    first = int(np.argmax(beyond)) if beyond.any() else len(values)
     for t, value in zip(times[first:].tolist(), values[first:].tolist(), strict=True):
         if last is not None and (value > 0.0) - (value < 0.0) != math.copysign(1.0, last[1]):
             found.append(((last[0], t), -last[1]))
@@ -326,6 +338,10 @@ def _dips(
             found.append(((float(t[0]), lowest, float(t[2])), float(sign)))
             after = t[2]
     return found
+
+
+def _above(level: float, function: Callable[[float], float], t: float) -> float:
+    return function(t) - level
 
 
 def _times(sign: float, function: Callable[[float], float], t: float) -> float:

@@ -87,8 +87,12 @@ class Event:
         return self.terminal or self.action is not None
 
     @property
-    def blur(self) -> float:
-        """Value of the function up to which it has no sign where a run begins or goes on."""
+    def is_bound(self) -> bool:
+        """Whether the function must not be below zero: what it is about then does not wait for it to pass zero."""
+        return False
+
+    def blur(self, t: float, state: SceneState) -> float:
+        """Return the value of the function up to which it has no sign where a run begins or goes on."""
         return 0.0
 
     def status(self, t: float) -> RunStatus:

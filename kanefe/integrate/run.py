@@ -103,9 +103,16 @@ def _run(model: Model, options: RunOptions) -> Trajectory:
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)
+    stored = min(loop.stored, len(wanted))
+    if model.rigid_contacts and status.kind != "failed":
+        from kanefe.integrate.contact_check import of_contacts
+
+        counted = int(loop.statistics["evaluations"])
+        states, rtol = loop.states[:stored], choice.control.get("rtol")
+        status = of_contacts(model, times[:stored], states, choice.name, counted, rtol) or status
     if status.kind == "failed" or loop.is_interrupted:
         warnings.warn(str(status), SimulationWarning, stacklevel=4)
-    stored, states, rates = min(loop.stored, len(wanted)), loop.states, loop.accelerations
+    states, rates = loop.states, loop.accelerations
     times, states = times[:stored], states[:stored]
     if rates is not None:
         rates = rates[:stored]
@@ -153,7 +160,11 @@ def told_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Even
 def watch_of(model: Model, choice: Choice, options: RunOptions, told: Sequence[Event]) -> EventWatch | None:
     """Return what looks for the events of a run, those that are told and others; None if there are none."""
     start, stop = options.span
-    watched = (*told, *ends_of_ranges(model, start), *changes_of_contacts(model, choice.name, stop - start))
+    watched = (
+        *told,
+        *ends_of_ranges(model, start),
+        *changes_of_contacts(model, choice.name, start, stop, choice.control.get("rtol", 0.0)),
+    )
     return EventWatch(model, watched, stop - start) if watched else None
 
 

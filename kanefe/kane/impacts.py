@@ -12,13 +12,13 @@ import numpy as np
 
 from kanefe.contact.cone import Cones, solved
 from kanefe.contact.rigid import POISSON
-from kanefe.contact.rigid_contact import EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
+from kanefe.contact.rigid_contact import AT_REST, EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import meetings
 from kanefe.kane.impulses import answers
-from kanefe.kane.rigid_contacts import margins, paradox, probe_forces, probe_jacobian
+from kanefe.kane.rigid_contacts import ROUND_OFF_OF_FORCES, STOPPED, margins, paradox, probe_jacobian, rest_speed
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
@@ -30,23 +30,24 @@ NEAR = 1e-9
 at, up to which others are past it too."""
 
 STILL = 1e-10
-"""Of the speeds with which a probe is moved: what is slower does not move."""
+"""Of the speeds with which a probe is moved: what is slower along the normal does not move."""
 
 MOMENT = 1e-11
 """Of the span: what is slower than something that falls for so long does not move either."""
 
-STOPPED = 1e-7
-"""The same where a slip was found to end; what is faster has turned by then."""
+HOLDS = 1.0 - ROUND_OFF_OF_FORCES
+"""Of what friction holds: from there on the accelerations a moment later tell whether it goes on to hold."""
 
-PRESSED = 1e-9
-"""Of the largest force, above which a contact is held together."""
+AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
+"""Of the span: moments after an event at which the accelerations are looked at where those at the event are in balance
+with the limit of friction. The first that is past round-off decides."""
 
 CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
 """Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
 they are taken together: what bounces is at rest."""
 
 TURNS = 30
-"""Of the iteration for the direction in which a slip begins."""
+"""Rounds of the iteration for the direction in which a slip begins."""
 
 Key = tuple[int, int]
 """Number of a contact among the rigid ones, and of a probe in it."""
@@ -71,7 +72,9 @@ class Changed:
     happened: list[tuple[str, float]] = field(default_factory=list)
 
 
-def resolved(model: ModelData, t: float, y: Vector, kind: str, span: float) -> Changed:
+def resolved(
+    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, unresolved: float = 0.0
+) -> Changed:
     """Return what follows an event of rigid contacts.
 
     Parameters
@@ -84,19 +87,25 @@ def resolved(model: ModelData, t: float, y: Vector, kind: str, span: float) -> C
     kind : str
         `TOUCH`, `LIFT`, `SLIP` or `STICK`: what the run found; `START`: what touches is not known yet.
     span : float
-        Of the run, s.
+        Of the run, s; zero: only the time itself is looked at.
+    stop : float
+        End of the run, s, beyond which motions may not be known.
+    unresolved : float
+        Speed that the run does not resolve, m/s: below it a slip keeps the direction in which it begins.
 
     Raises
     ------
     SimulationError
         If contacts have no forces that fit (Painleve's paradox).
     """
-    return _Event(model, t, y, kind, span).changed()
+    return _Event(model, t, y, kind, span, stop, unresolved).changed()
 
 
 class _Event:
-    def __init__(self, model: ModelData, t: float, y: Vector, kind: str, span: float) -> None:
-        self.model, self.t, self.kind, self.span = model, t, kind, span
+    def __init__(
+        self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, unresolved: float
+    ) -> None:
+        self.model, self.t, self.kind, self.span, self.stop, self.unresolved = model, t, kind, span, stop, unresolved
         self.q, self.u, self.z = (part.copy() for part in model.parts(y))
         state = State(model, t, self.q, self.u, self.z)
         self.met = {(c, i): one for c, probes in enumerate(meetings(state)) for i, one in enumerate(probes)}
@@ -139,31 +148,32 @@ class _Event:
         if not self.keys:
             return Changed(self.u, self.z)
         free = self._without(self.u)
-        n = self.model.free_count
-        rows = np.vstack([probe_jacobian(free, *key) for key in self.keys])
-        J = rows[:, :n]
-        G = J @ answers(free, J.T)
-        sizes = np.repeat(
-            [
-                np.abs(rows[3 * k : 3 * k + 3]).max(axis=0) @ np.abs(free.full[: rows.shape[1]])
-                for k in range(len(self.keys))
-            ],
-            3,
-        )
-        fallen = float(np.abs(self._free_accelerations(free)).max()) * MOMENT * self.span
-        still, self.stopped = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
+        J, G, b = self._problem(free)
+        fallen = float(np.abs(b).max()) * MOMENT * self.span
+        sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
+        still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
-        if np.any(rates[::3] < -still[::3]) and self.kind in (TOUCH, START):
+        self.struck = np.zeros(len(self.keys), dtype=bool)
+        if np.any(rates[::3] < -still):
             impulses = self._impulses(G, rates)
+            self.struck = impulses[::3] > 0.0
             self.u = self.u + answers(free, (J.T @ impulses)[:, None])[:, 0]
             rates = rates + G @ impulses
-            still = np.maximum(still, 1e-11 * np.abs(G) @ np.abs(impulses))
-        closed = rates[::3] <= still[::3]
+            still = np.maximum(still, 1e-11 * (np.abs(G) @ np.abs(impulses))[::3])
+        closed = rates[::3] <= still
         if self.kind == LIFT:
             closed &= [key not in self.concerned for key in self.keys]
-        self._decide(G, J, rates, still, closed)
+        self._decide(J, G, rates, closed)
         self._tell()
         return Changed(self.u, self.z, self.happened)
+
+    def _problem(self, state: State) -> tuple[Matrix, Matrix, Vector]:
+        """Return the partial rates of all probes that take part, what unit forces do, and what happens without any."""
+        rows, n = np.vstack([probe_jacobian(state, *key) for key in self.keys]), self.model.free_count
+        met = meetings(state)
+        left = np.concatenate([met[c][i].remainder for c, i in self.keys]) + rows[:, n:] @ state.driven_rates
+        J = rows[:, :n]
+        return J, J @ answers(state, J.T), J @ accelerations(state) + left
 
     def _without(self, u: Vector) -> State:
         """Return the state at some speeds with all rigid contacts open."""
@@ -201,11 +211,14 @@ class _Event:
             )
         return found
 
-    def _decide(self, G: Matrix, J: Matrix, rates: Vector, still: Vector, closed: np.ndarray) -> None:
-        """Write what each probe does from now on, by the accelerations; what bounces too fast to follow is at rest."""
+    def _decide(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
+        """Write what each probe does from now on, by the accelerations; what bounces too fast to follow is at rest.
+
+        Each round closes a probe more, so that they end.
+        """
         while True:
-            free = self._without(self.u)
-            y, statuses, kept = self._forces(free, G, rates, still, closed)
+            rates = self._stopped(J, G, rates, closed)
+            y, statuses, kept = self._forces(J, rates, closed)
             resting = [
                 k
                 for k, key in enumerate(self.keys)
@@ -217,26 +230,37 @@ class _Event:
                 closed[k], e = True, self._contact(self.keys[k]).law.restitution
                 left = 2.0 * rates[3 * k] / (-y[3 * k] * (1.0 - e))
                 self.happened.append((f"{self._contact(self.keys[k]).name} rest", self.t + left))
-            held = [3 * k for k in range(len(self.keys)) if closed[k]]
-            held += [
-                3 * k + j
-                for k in range(len(self.keys))
-                for j in (1, 2)
-                if closed[k]
-                and np.all(np.abs(rates[3 * k : 3 * k + 3]) <= still[3 * k])
-                and self._contact(self.keys[k]).friction is not None
-            ]
-            stopped = -np.linalg.lstsq(G[np.ix_(held, held)], rates[held], rcond=None)[0]
-            self.u = self.u + answers(free, (J[held].T @ stopped)[:, None])[:, 0]
-            rates = rates + G[:, held] @ stopped
-            rates[held] = 0.0
         for k, key in enumerate(self.keys):
             contact, met = self._contact(key), self.met[key]
-            along = kept[k] @ met.axes[1:] @ self._surfaces[key[0]] if statuses[k] == SLIPS else np.zeros(3)
+            along = np.zeros(3)
+            if statuses[k] == SLIPS:
+                speed = max(AT_REST, self.unresolved if self._is_at_rest(k, rates) else 0.0)
+                along = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]]
             if statuses[k] == STICKS:
                 was = self.before[key] == STICKS
                 along = contact.kept(self._own(key), key[1]) if was else met.place
             contact.with_status(self._own(key), key[1], statuses[k], along)
+
+    def _is_at_rest(self, k: int, rates: Vector) -> bool:
+        """Tell whether a probe does not slip but for round-off: what it does next its acceleration decides."""
+        return float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= self.rest[k]
+
+    def _stopped(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> Vector:
+        """Take the round-off from the speeds of what is closed, and from those of what does not slip."""
+        held = [3 * int(k) for k in np.flatnonzero(closed)]
+        held += [
+            3 * int(k) + j
+            for k in np.flatnonzero(closed)
+            for j in (1, 2)
+            if self._contact(self.keys[k]).friction is not None and self._is_at_rest(k, rates)
+        ]
+        if not np.any(rates[held]):
+            return rates
+        stopped = -np.linalg.lstsq(G[np.ix_(held, held)], rates[held], rcond=None)[0]
+        self.u = self.u + answers(self._without(self.u), (J[held].T @ stopped)[:, None])[:, 0]
+        rates = rates + G[:, held] @ stopped
+        rates[held] = 0.0
+        return rates
 
     def _is_crowded(self, key: Key, rate: float, acceleration: float) -> bool:
         """Tell whether a probe that has just parted comes back so soon that its impacts cannot be told apart."""
@@ -246,47 +270,34 @@ class _Event:
         flight = 2.0 * rate / -acceleration
         return flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
 
-    def _forces(
-        self, free: State, G: Matrix, rates: Vector, still: Vector, closed: np.ndarray
-    ) -> tuple[Vector, list[int], Matrix]:
-        """Return accelerations, and what each probe does with the direction of its slip."""
-        k = len(self.keys)
-        active = [i for i in range(k) if closed[i]]
+    def _forces(self, J: Matrix, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix]:
+        """Return accelerations, and what each probe does with the direction of its slip.
+
+        What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction,
+        those a moment later. Each round lets a probe more slip, and none stick again, so that they end.
+        """
+        k, free = len(self.keys), self._without(self.u)
+        _, G, b = self._problem(free)
+        active = [int(i) for i in np.flatnonzero(closed)]
         rows = [3 * i + j for i in active for j in range(3)]
-        b = self._free_accelerations(free)
         slips = np.full((len(active), 2), np.nan)
         mu = np.array([self._contact(self.keys[i]).static for i in active])
         begins: set[int] = set()
         for at, i in enumerate(active):
-            key, along = self.keys[i], rates[3 * i + 1 : 3 * i + 3]
-            contact, speed = self._contact(key), float(np.linalg.norm(along))
+            contact, along = self._contact(self.keys[i]), rates[3 * i + 1 : 3 * i + 3]
             if contact.friction is None:
                 slips[at] = 0.0
-            elif speed > (self.stopped if self.kind == STICK and key in self.concerned else still)[3 * i]:
-                slips[at] = along / speed
-                mu[at] = contact.friction_at(speed)
-            elif self.kind == SLIP and key in self.concerned:
-                begins.add(at)
-        if begins:
-            self._begin(begins, active, slips, mu)
+            elif not self._is_at_rest(i, rates):
+                speed = float(np.linalg.norm(along))
+                slips[at], mu[at] = along / speed, contact.friction_at(speed)
         problem = Cones(G[np.ix_(rows, rows)], b[rows], mu, np.zeros(len(active)), slips)
-        for _ in range(len(active) + 1):
+        while True:
             x = self._followed(problem, begins, active)
-            sticking = [at for at in range(len(active)) if np.isnan(problem.slips[at, 0])]
-            y = problem.G @ x + problem.b
-            biggest = float(np.abs(x).max(initial=0.0))
-            new = [
-                at
-                for at in sticking
-                if x[3 * at] > PRESSED * biggest
-                and np.hypot(*x[3 * at + 1 : 3 * at + 3]) >= problem.mu[at] * x[3 * at] * (1.0 - 1e-9)
-                and np.hypot(*y[3 * at + 1 : 3 * at + 3]) > PRESSED * float(np.abs(problem.b).max())
-            ]
+            new = _slipping(problem, x) or self._slipping_soon(problem, x, J, rows, active)
             if not new:
                 break
-            for at in new:
-                along = y[3 * at + 1 : 3 * at + 3]
-                problem.slips[at] = along / np.linalg.norm(along)
+            for at, along in new.items():
+                problem.slips[at] = along
                 problem.mu[at] = self._contact(self.keys[active[at]]).friction_at(0.0)
             begins |= set(new)
         forces = np.zeros(3 * k)
@@ -294,7 +305,7 @@ class _Event:
         statuses, kept = [OPEN] * k, np.zeros((k, 2))
         biggest = float(np.abs(x).max(initial=0.0))
         for at, i in enumerate(active):
-            if x[3 * at] <= PRESSED * biggest:
+            if x[3 * at] <= ROUND_OFF_OF_FORCES * biggest:
                 continue
             is_slip = not np.isnan(problem.slips[at, 0])
             statuses[i] = SLIPS if is_slip else STICKS
@@ -302,15 +313,27 @@ class _Event:
                 kept[i] = problem.slips[at]
         return b + G @ forces, statuses, kept
 
-    def _begin(self, begins: set[int], active: list[int], slips: Matrix, mu: Vector) -> None:
-        """Write in which direction a slip begins: against the friction that held until now."""
-        before = State(self.model, self.t, self.q, self.u, self.z)
-        held = {(force.contact, force.probe): force.friction for force in probe_forces(before)}
-        for at in begins:
-            key = self.keys[active[at]]
-            against = -(self.met[key].axes[1:] @ held[key])
-            slips[at] = against / np.linalg.norm(against)
-            mu[at] = self._contact(key).friction_at(0.0)
+    def _slipping_soon(
+        self, problem: Cones, x: Vector, J: Matrix, rows: list[int], active: list[int]
+    ) -> dict[int, Vector]:
+        """Return the directions in which begins to slip what is held by all that friction can hold."""
+        full = _at_limit(problem, x)
+        if not full:
+            return {}
+        free = self._without(self.u)
+        du = accelerations(free) + answers(free, (J[rows].T @ x)[:, None])[:, 0]
+        for share in AHEAD if self.span > 0.0 else ():
+            h = min(share * self.span, self.stop - self.t)
+            q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))
+            _, G, b = self._problem(State(self.model, self.t + h, q, self.u + h * du, free.z))
+            later = problem._replace(G=G[np.ix_(rows, rows)], b=b[rows])
+            found = solved(later, x)
+            if found is None:
+                continue
+            new = {at: along for at, along in _slipping(later, found).items() if at in full}
+            if new or not full & _at_limit(later, found):
+                return new
+        return {}
 
     def _followed(self, problem: Cones, begins: set[int], active: list[int]) -> Vector:
         """Return the forces, with the directions in which slips begin those of the accelerations that they lead to."""
@@ -346,12 +369,6 @@ class _Event:
         key = self.keys[number]
         return self._contact(key), key[1]
 
-    def _free_accelerations(self, free: State) -> Vector:
-        """Return the accelerations of all probes that take part if none touched, (3 k,)."""
-        rows, n = np.vstack([probe_jacobian(free, *key) for key in self.keys]), self.model.free_count
-        remainders = np.concatenate([meetings(free)[c][i].remainder for c, i in self.keys])
-        return rows[:, :n] @ accelerations(free) + rows[:, n:] @ free.driven_rates + remainders
-
     def _tell(self) -> None:
         """Note what the event is told as, contact by contact."""
         for c in sorted({key[0] for key in self.keys}):
@@ -359,7 +376,12 @@ class _Event:
             contact = self._contact(keys[0])
             was = [self.before[key] for key in keys]
             now = [contact.status(self._own(key))[key[1]] for key in keys]
-            if self.kind == TOUCH and any(key in self.concerned for key in keys):
+            struck = {key for key, is_struck in zip(self.keys, self.struck, strict=True) if is_struck}
+            if any(
+                key in struck or (key in self.concerned and self.kind == TOUCH and now[at] != OPEN)
+                for at, key in enumerate(keys)
+                if was[at] == OPEN
+            ):
                 self.happened.append((f"{contact.name} touch", self.t))
             if max(was) != OPEN and max(now) == OPEN:
                 self.happened.append((f"{contact.name} lift", self.t))
@@ -370,3 +392,23 @@ class _Event:
                 self.happened.append((f"{contact.name} slip", self.t))
             if STICKS in now and not slips and (slipped or max(was) == OPEN):
                 self.happened.append((f"{contact.name} stick", self.t))
+
+
+def _at_limit(problem: Cones, x: Vector) -> set[int]:
+    """Return the contacts that stick by all that their friction can hold."""
+    biggest = float(np.abs(x).max(initial=0.0))
+    return {
+        at
+        for at in range(len(problem.mu))
+        if np.isnan(problem.slips[at, 0])
+        and x[3 * at] > ROUND_OFF_OF_FORCES * biggest
+        and np.hypot(*x[3 * at + 1 : 3 * at + 3]) >= HOLDS * problem.mu[at] * x[3 * at]
+    }
+
+
+def _slipping(problem: Cones, x: Vector) -> dict[int, Vector]:
+    """Return the directions of the accelerations of what should stick and does not, by its number."""
+    y = problem.G @ x + problem.b
+    least = ROUND_OFF_OF_FORCES * float(np.abs(problem.b).max(initial=0.0))
+    found = {at: y[3 * at + 1 : 3 * at + 3] for at in sorted(_at_limit(problem, x))}
+    return {at: along / np.linalg.norm(along) for at, along in found.items() if np.linalg.norm(along) > least}

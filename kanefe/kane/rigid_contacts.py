@@ -15,16 +15,26 @@ import numpy as np
 from kanefe.contact.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.kane.assemble import held_accelerations, held_solver
-from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, meetings, motion_in_N, touching_rows
+from kanefe.kane.assemble import held_solver
+from kanefe.kane.constraints import force_rows, held_rows, meetings, motion_in_N, touching_rows
+from kanefe.kane.contact_shares import shared_forces
 from kanefe.kane.state import State, once
-from kanefe.storage.scipy_later import scipy
+from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
     from kanefe.contact.meeting import Meeting
 
-DEPENDENT = 1e-9
-"""Singular value of the rows of what touches, of the largest, below which forces can be shared in several ways."""
+
+ROUND_OFF_OF_GAPS = 1e-14
+"""Share of the scene's length: gaps that have no sign. The lowest bounces that are followed are a hundred times as
+high."""
+
+ROUND_OFF_OF_FORCES = 1e-9
+"""Share of the largest force below which a force has no sign: the residual to which the complementarity is solved."""
+
+STOPPED = 1e-7
+"""Share of the speeds with which a probe is moved, below which it does not slip: what decides then is its acceleration.
+So far, by `kanefe.contact.rigid_contact.STRAIGHT`, the direction of a slip is known that comes to its end."""
 
 
 class ProbeForce(NamedTuple):
@@ -59,7 +69,7 @@ def probe_forces(state: State) -> list[ProbeForce]:
     if not touching:
         return found
     numbers = {id(state.model.rigid_contact(k)): k for k in range(len(state.model.rigid_contacts))}
-    forces = _shared(state)
+    forces = shared_forces(state)
     at = len(held_rows(state)) - sum(len(rows) for _, _, rows in touching)
     for contact, i, rows in touching:
         own = forces[at : at + len(rows)]
@@ -72,38 +82,6 @@ def probe_forces(state: State) -> list[ProbeForce]:
             friction = own[1] * rows[1].found.axes[1] + own[2] * rows[2].found.axes[2]
             found.append(ProbeForce(numbers[id(contact)], i, STICKS, float(own[0]), friction, rows[0].found))
     return found
-
-
-def _shared(state: State) -> Vector:
-    """Return the multipliers; where rows depend on each other and some would pull, those of which the least is largest.
-
-    What the legs of a table carry is not determined by what is rigid: as long as there is a way in which none pulls, it
-    stands.
-    """
-    forces = held_accelerations(state)[1]
-    touching = touching_rows(state)
-    first = len(forces) - sum(len(rows) for _, _, rows in touching)
-    heads = first + np.cumsum([0, *(len(rows) for _, _, rows in touching[:-1])])
-    if len(heads) < 2 or forces[heads].min() >= 0.0:
-        return forces
-    pushed = force_rows(state)
-    P = constraint_rates(state).J if pushed is None else pushed
-    n = state.model.free_count
-    left, values, _ = np.linalg.svd(P[:, :n])
-    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
-    spare = left[:, rank:]
-    if not spare.shape[1]:
-        return forces
-    # the largest s with forces + spare c >= s at all heads
-    count = spare.shape[1]
-    scale = float(np.abs(forces).max())
-    best = scipy.optimize.linprog(
-        np.append(np.zeros(count), -1.0),
-        A_ub=np.hstack((-spare[heads], np.ones((len(heads), 1)))),
-        b_ub=forces[heads] / scale,
-        bounds=[(None, None)] * (count + 1),
-    )
-    return forces if best.x is None else forces + scale * spare @ best.x[:-1]
 
 
 @once
@@ -186,6 +164,25 @@ def margins(state: State) -> Margins:
             contact = state.model.rigid_contact(force.contact)
             found.reserves[key] = contact.static * force.normal - float(np.linalg.norm(force.friction))
     return found
+
+
+def rest_speed(state: State, number: int, i: int) -> float:
+    """Return the speed below which a probe of a rigid contact, by its number among them, does not slip, m/s."""
+    moved = np.abs(probe_jacobian(state, number, i)).max(axis=0)
+    return STOPPED * float(moved @ np.abs(state.full[: len(moved)]))
+
+
+def blurs(state: State) -> Margins:
+    """Return how far each margin of a state may be below zero by round-off, by the numbers of `margins`."""
+    found = margins(state)
+    least = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0)
+    return Margins(
+        dict.fromkeys(found.gaps, ROUND_OFF_OF_GAPS * scene_length(state.model)),
+        dict.fromkeys(found.normals, least),
+        dict.fromkeys(found.reserves, least),
+        # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
+        {key: 1.5 * rest_speed(state, *key) for key in found.slips},
+    )
 
 
 def check_determined(state: State) -> None:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.contact.cone import Cones, residual, solved
-from kanefe.contact.rigid_contact import EACH, OPEN, SLIPS, STICKS, TOLD
+from kanefe.contact.rigid_contact import AT_REST, EACH, OPEN, SLIPS, STICKS, TOLD
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
@@ -144,5 +144,5 @@ def _write(
         if contact.friction is not None and slip <= BARELY * fastest:
             contact.with_status(own, i, STICKS, met.place)
         else:
-            along = after[rows][1:] / slip @ met.axes[1:] @ A if slip > 0.0 else np.zeros(3)
+            along = AT_REST / slip * after[rows][1:] @ met.axes[1:] @ A if slip > 0.0 else np.zeros(3)
             contact.with_status(own, i, SLIPS, along)

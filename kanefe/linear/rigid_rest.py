@@ -20,9 +20,10 @@ from kanefe.contact.rigid_contact import NORMAL, OPEN, SLIPS, STICKS, RigidConta
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, meetings, touching_rows
+from kanefe.kane.constraints import held_rows, meetings, touching_rows
+from kanefe.kane.contact_shares import DEPENDENT, spare_forces
 from kanefe.kane.impacts import START, resolved
-from kanefe.kane.rigid_contacts import DEPENDENT, margins, probe_forces
+from kanefe.kane.rigid_contacts import margins, probe_forces
 from kanefe.kane.state import State
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.coming_to_rest import NoRest, found_or_fallen
@@ -274,14 +275,9 @@ def undetermined(state: State) -> tuple[str, ...]:
 
     What is told of them is of least norm, or what lets none pull.
     """
-    touching = touching_rows(state)
-    if not touching:
+    if not touching_rows(state):
         return ()
-    pushed = force_rows(state)
-    P = constraint_rates(state).J if pushed is None else pushed
-    left, values, _ = np.linalg.svd(P[:, : state.model.free_count])
-    rank = int(np.count_nonzero(values > DEPENDENT * values.max(initial=0.0)))
-    spare = left[:, rank:]
+    spare = spare_forces(state)
     totals: dict[str, Vector] = {}
     for number, (owner, row) in enumerate(held_rows(state)):
         if isinstance(owner, RigidContact) and getattr(row, "direction", None) == NORMAL:
