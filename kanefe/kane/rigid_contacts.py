@@ -15,17 +15,13 @@ import numpy as np
 from kanefe.contact.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.kane.assemble import held_accelerations, held_solver
-from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, meetings, motion_in_N, touching_rows
+from kanefe.kane.assemble import held_solver
+from kanefe.kane.constraints import force_rows, held_rows, meetings, motion_in_N, touching_rows
+from kanefe.kane.multipliers import multipliers
 from kanefe.kane.state import State, once
-from kanefe.storage.scipy_later import scipy
 
 if TYPE_CHECKING:
     from kanefe.contact.meeting import Meeting
-
-DEPENDENT = 1e-9
-"""Singular value of the rows of what touches, of the largest, below which forces can be shared in several ways."""
-
 
 class ProbeForce(NamedTuple):
     """What acts on a probe that touches.
@@ -59,7 +55,7 @@ def probe_forces(state: State) -> list[ProbeForce]:
     if not touching:
         return found
     numbers = {id(state.model.rigid_contact(k)): k for k in range(len(state.model.rigid_contacts))}
-    forces = _shared(state)
+    forces = multipliers(state)
     at = len(held_rows(state)) - sum(len(rows) for _, _, rows in touching)
     for contact, i, rows in touching:
         own = forces[at : at + len(rows)]
@@ -72,38 +68,6 @@ def probe_forces(state: State) -> list[ProbeForce]:
             friction = own[1] * rows[1].found.axes[1] + own[2] * rows[2].found.axes[2]
             found.append(ProbeForce(numbers[id(contact)], i, STICKS, float(own[0]), friction, rows[0].found))
     return found
-
-
-def _shared(state: State) -> Vector:
-    """Return the multipliers; where rows depend on each other and some would pull, those of which the least is largest.
-
-    What the legs of a table carry is not determined by what is rigid: as long as there is a way in which none pulls, it
-    stands.
-    """
-    forces = held_accelerations(state)[1]
-    touching = touching_rows(state)
-    first = len(forces) - sum(len(rows) for _, _, rows in touching)
-    heads = first + np.cumsum([0, *(len(rows) for _, _, rows in touching[:-1])])
-    if len(heads) < 2 or forces[heads].min() >= 0.0:
-        return forces
-    pushed = force_rows(state)
-    P = constraint_rates(state).J if pushed is None else pushed
-    n = state.model.free_count
-    left, values, _ = np.linalg.svd(P[:, :n])
-    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
-    spare = left[:, rank:]
-    if not spare.shape[1]:
-        return forces
-    # the largest s with forces + spare c >= s at all heads
-    count = spare.shape[1]
-    scale = float(np.abs(forces).max())
-    best = scipy.optimize.linprog(
-        np.append(np.zeros(count), -1.0),
-        A_ub=np.hstack((-spare[heads], np.ones((len(heads), 1)))),
-        b_ub=forces[heads] / scale,
-        bounds=[(None, None)] * (count + 1),
-    )
-    return forces if best.x is None else forces + scale * spare @ best.x[:-1]
 
 
 @once

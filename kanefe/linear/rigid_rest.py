@@ -22,7 +22,8 @@ from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, meetings, touching_rows
 from kanefe.kane.impacts import START, resolved
-from kanefe.kane.rigid_contacts import DEPENDENT, margins, probe_forces
+from kanefe.kane.multipliers import DEPENDENT
+from kanefe.kane.rigid_contacts import margins, probe_forces
 from kanefe.kane.state import State
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.coming_to_rest import NoRest, found_or_fallen
