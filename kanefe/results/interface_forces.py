@@ -58,9 +58,9 @@ def _of_carrier(run: RunChannels, body: str, interface: str) -> Matrix:
     terms = run.model.flexible_terms(body)
     frame = terms.body.interface(interface)
     components, forces = frame.fixed_components, run.residual_forces[:, _fixed_columns(run, body, frame)]
-    if sum(c >= 3 for c in components) in (0, 3):  # no slope is released, or none is held
-        return np.asarray(forces @ unit_wrenches(components, np.eye(3), frame.axes).T)
     slopes = run.read("deflection", body, interface)[:, 3:]
+    if not slopes.any() or max(components) < 3:  # the axes of its moments turn with released slopes
+        return np.asarray(forces @ unit_wrenches(components, np.eye(3), frame.axes).T)
     tangent = run.model.slopes.tangent
     wrenches = (unit_wrenches(components, tangent(theta), frame.axes) for theta in slopes)
     return np.array([wrench @ force for wrench, force in zip(wrenches, forces, strict=True)])
