@@ -199,7 +199,9 @@ class RunChannels:
         if isinstance(terms.free_moments, MassMoments):
             eta = self.trajectory.coordinates[:, terms.eta]
             return terms.free_moments.first_moments(eta) / float(terms.free_moments.mass)
-        return np.array([_local_centre(state, number) for state in self.views()])
+        # the frames of an unreduced body are without mass where nothing has to be in balance
+        states = (state for state, _ in self.acting_states()) if self.model.has_unreduced else self.views()
+        return np.array([_local_centre(state, number) for state in states])
 
     def _frame(self, body: str, interface: str) -> tuple[int, InterfaceFrame | None]:
         number = self.model.index(body)
