@@ -1,4 +1,4 @@
-"""Forces of constraints and rigid contacts: the one sharing of them that reactions, coupling forces and contacts tell."""
+"""Forces of constraints and rigid contacts: the one share of each that reactions and contacts tell."""
 
 from __future__ import annotations
 

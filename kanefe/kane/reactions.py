@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.frames import Vector, cross
 from kanefe.kane.active import loaded_frames
 from kanefe.kane.constraints import HeldWrench, marker_wrenches
-from kanefe.kane.interactions import load_wrenches
+from kanefe.kane.interactions import MarkerWrench, load_wrenches
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.multipliers import multipliers
 from kanefe.kane.state import State, once
@@ -54,7 +54,8 @@ def _sweep_inward(state: State, rates: Vector) -> list[Vector]:
     model, motions = state.model, state.motions
     pairs = zip(model.bodies, motions, strict=True)
     wrenches = [body_demand(state, body, frame, rates) for body, frame in pairs]
-    for one in (*held_wrenches(state), *load_wrenches(state)):
+    acting: list[HeldWrench | MarkerWrench] = [*held_wrenches(state), *load_wrenches(state)]
+    for one in acting:
         if one.marker.body >= 0:
             wrenches[one.marker.body] -= moved_wrench(one.wrench, one.frame, motions[one.marker.body])
     for number in reversed(range(len(model.bodies))):

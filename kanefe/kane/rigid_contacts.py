@@ -23,6 +23,7 @@ from kanefe.kane.state import State, once
 if TYPE_CHECKING:
     from kanefe.contact.meeting import Meeting
 
+
 class ProbeForce(NamedTuple):
     """What acts on a probe that touches.
 

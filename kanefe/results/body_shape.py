@@ -147,7 +147,8 @@ def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
             "elasticity": flexible.elasticity,
             "flexible": flexible,
             "neighbours": {
-                frame.name: model.sources[model.index(body.name), frame.name].neighbours for frame in flexible.interfaces
+                frame.name: model.sources[model.index(body.name), frame.name].neighbours
+                for frame in flexible.interfaces
             },
         }
     return BodyShape(

@@ -212,7 +212,9 @@ class RunChannels:
         names = ("position", "rotation", "velocity", "angular_velocity")
         frames = self._frames()
         width = {"rotation": 4}
-        kept = {(name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames}
+        kept: dict[Key, np.ndarray] = {
+            (name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames
+        }
         for i, state in enumerate(self.views()):
             for frame, motion in zip(frames, _frame_motions(state), strict=True):
                 kept["position", *frame][i] = motion.p_NoFo_N
@@ -229,7 +231,9 @@ class RunChannels:
         """Return the accelerations of every frame: a = V du + Z, alpha = W du + Y (Eq. 15, 16)."""
         frames = self._frames()
         names = ("acceleration", "angular_acceleration")
-        kept = {(name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames}
+        kept: dict[Key, np.ndarray] = {
+            (name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames
+        }
         for i, (state, du) in enumerate(self.acting_states()):
             rates = np.concatenate((du, state.driven_rates))
             for frame, motion in zip(frames, _frame_motions(state), strict=True):
@@ -315,7 +319,9 @@ class RunChannels:
         from kanefe.kane.rigid_contacts import told as told_of_rigid
 
         rigid, swept = self.model.rigid_contacts, self.swept
-        kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads}
+        kept: dict[Key, np.ndarray] = {
+            ("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads
+        }
         placed = self.views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)
         for row, state in enumerate(placed):
             for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):

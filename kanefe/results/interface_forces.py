@@ -91,7 +91,7 @@ def _of_loads_and_loops(run: RunChannels) -> dict[tuple[str, ...], Matrix]:
         for part, ends in sources.named.items():
             if ends[0].kind != BODY:
                 kept[QUANTITY, model.bodies[number].name, interface, part] = np.zeros((len(run.times), 6))
-                places |= {source: (number, interface, part) for source in ends}
+                places |= dict.fromkeys(ends, (number, interface, part))
     rigid = {model.loads[i].name for i in model.rigid_contacts}
     is_held = any(source.kind == LOOP or (source.kind == LOAD and source.name in rigid) for source in places)
     for row, state in enumerate(_states(run, is_held)):
@@ -130,9 +130,9 @@ def _known(state: SceneState, places: Places) -> Iterator[Acting]:
                 yield Acting(Source(LOAD, load.name, i), state.load_ends(number)[i].p, action.wrenches[i])
     for source, (number, _, _) in places.items():
         if source.kind == FORCE:
-            load, frame = state.model.bodies[number].loads[source.end]
+            given, frame = state.model.bodies[number].loads[source.end]
             at = state.placed(number, frame)
-            force, moment = load.wrench(state.time, at, state)
+            force, moment = given.wrench(state.time, at, state)
             yield Acting(source, at.p_NoFo_N, np.concatenate((at.A_NF @ force, at.A_NF @ moment)))
 
 

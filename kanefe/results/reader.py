@@ -218,7 +218,8 @@ class Reader:
         >>> body = beam_body(beam, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=2))
         >>> scene = kf.System()
         >>> arm = scene.add_flexible_body("arm", body)
-        >>> scene.add_spring("rope", arm.interface("tip"), scene.ground.frame(at=(1, 0, 1)), stiffness=100, rest_length=0.8)
+        >>> above = scene.ground.frame(at=(1, 0, 1))
+        >>> scene.add_spring("rope", arm.interface("tip"), above, stiffness=100.0, rest_length=0.8)
         >>> rest = kf.equilibrium(scene)
         >>> rest.coupling_force("arm", "tip", of="rope")[2].round(1)
         19.9
@@ -426,9 +427,7 @@ class Reader:
             quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
         )
 
-    def read(
-        self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None
-    ) -> np.ndarray:
+    def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.results.quantities` by its name; the methods above are the readable way.
 
         `of` is a part of a coupling force: see `coupling_force`.

@@ -68,7 +68,7 @@ def winch(scene, arm, p):
 
 
 def oleo(scene, arm, p):
-    above = scene.ground.frame(at=p + (0, 0, 1))  # gas of 981 kPa above the ambient pressure on 1e-4 m2
+    above = scene.ground.frame(at=p + np.array((0, 0, 1)))  # gas of 981 kPa above the ambient pressure on 1e-4 m2
     gas = {"area": 1e-4, "pressure": 981e3, "volume": 1e-4, "ambient": 0.0}
     scene.add(kf.Oleo("it", (above, arm.interface("tip")), **gas))
 
@@ -130,7 +130,7 @@ def driven(scene, arm, p):
 
 
 def loop(scene, arm, p):
-    scene.add_rigid_body("weight", 10.0, 0.01, at=p + (0.5, 0, 0), joint=kf.Free())
+    scene.add_rigid_body("weight", 10.0, 0.01, at=(p[0] + 0.5, *p[1:]), joint=kf.Free())
     scene.add_loop_joint("it", kf.Fixed, arm.interface("tip"), scene.body("weight").frame(at=(-0.5, 0, 0)))
 
 

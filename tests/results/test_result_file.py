@@ -102,9 +102,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
         status, events = result.status, {"floor": np.array([0.5])}
         controllers: ClassVar[dict[str, object]] = {}
         neighbours: ClassVar[dict[str, Neighbours]] = {"a/b": Neighbours((".",), ("c/d",)), "..": Neighbours((), ())}
-        bodies = (
-            dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", ".."), neighbours=neighbours),
-        )
+        bodies = (dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", ".."), neighbours=neighbours),)
 
         def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
             name = {"a/b": "root", "..": "tip"}.get(interface, "")

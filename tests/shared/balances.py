@@ -1,4 +1,4 @@
-"""What a run says acts on each body, put together in axes of the body about its origin: it must be what inertia takes."""
+"""What a run says acts on each body, in its axes about its origin: together it must be what inertia takes."""
 
 from __future__ import annotations
 

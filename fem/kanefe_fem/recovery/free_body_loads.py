@@ -12,7 +12,8 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
 from kanefe.kane.active import loaded_frames
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.interactions import load_wrenches
+from kanefe.kane.constraints import HeldWrench
+from kanefe.kane.interactions import MarkerWrench, load_wrenches
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.reactions import held_wrenches
 from kanefe.kane.state import State
@@ -80,7 +81,8 @@ class FreeBodyLoads:
     point_forces : ndarray, shape (T, P, 3)
         Gravity less mass times acceleration, N.
     nodal_forces : ndarray, shape (T, N)
-        Of interfaces, and of what acts at nodes, such as contacts and given forces, on the degrees of freedom of the nodes, N and N m.
+        Of interfaces, and of what acts at nodes, such as contacts and given forces, on the degrees of freedom of the
+        nodes, N and N m.
     """
 
     points: np.ndarray
@@ -165,7 +167,9 @@ def _forces_at_nodes(
 ) -> Iterator[tuple[int, int, np.ndarray]]:
     """Yield row, node, and force and moment about it in G (6,), of all that acts at nodes and not at interfaces."""
     run = result.run
-    if run is None or not (run.model.is_constrained or run.model.loads or run.model.bodies[run.model.index(name)].loads):
+    if run is None or not (
+        run.model.is_constrained or run.model.loads or run.model.bodies[run.model.index(name)].loads
+    ):
         return
     number = run.model.index(name)
     for row, frame in enumerate(frames):
@@ -185,7 +189,8 @@ def _forces_at_nodes(
 
 def _acting(state: State, number: int) -> Iterator[tuple[InterfaceFrame | None, FrameMotion, np.ndarray]]:
     """Yield interface or node, frame, and force and moment (6,) in it, of loads, loops and contacts on a body."""
-    for one in (*load_wrenches(state), *held_wrenches(state)):
+    acting: list[HeldWrench | MarkerWrench] = [*held_wrenches(state), *load_wrenches(state)]
+    for one in acting:
         if one.marker.body == number:
             yield one.marker.interface, one.frame, one.wrench
     terms = state.model.bodies[number]

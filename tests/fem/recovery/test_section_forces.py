@@ -100,7 +100,7 @@ def test_forces_at_nodes_and_interfaces_are_among_the_loads(at):
     end = body.interface("tip").position
     where = body.nodes[3] if at == "node" else end
     if at == "spring at the interface":
-        above = scene.ground.frame(at=end + (0, 0, 1))
+        above = scene.ground.frame(at=end + np.array((0, 0, 1)))
         scene.add_spring("spring", arm.interface("tip"), above, stiffness=50.0, rest_length=0.9)
     else:
         scene.add_force(arm.node(3) if at == "node" else arm.interface("tip"), (0.0, 0.0, 5.0))
