@@ -368,6 +368,11 @@ class Constraint:
     switch: int = -1
 
     @property
+    def ends(self) -> tuple[Marker, ...]:
+        """Its two ends; none of a coupler."""
+        return () if self.a is None or self.b is None else (self.a, self.b)
+
+    @property
     def title(self) -> str:
         """Kind, name and ends in words, for messages."""
         ends = "" if self.a is None or self.b is None else f" between {self.a.label} and {self.b.label}"

@@ -64,9 +64,9 @@ class Instant(Reader):
         """Coordinates q by name."""
         return dict(zip(self.model.coordinate_names(), self.q.tolist(), strict=True))
 
-    def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
+    def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity by its name, without the axis of times: see `Reader.read`."""
-        found: np.ndarray = self.history.read(quantity, name, interface)[0]
+        found: np.ndarray = self.history.read(quantity, name, interface, of)[0]
         return found
 
     def load_force(self, name: str, end: int = -1) -> np.ndarray:

@@ -152,22 +152,6 @@ def held_accelerations(state: State) -> tuple[Vector, Vector, float]:
     return *solver.solve(F[:n] - M[:n, n:] @ state.driven_rates, known), solver.weakest
 
 
-def constraint_forces(state: State, narrow: State) -> Vector:
-    """Return ``J^T lambda``, the generalised forces of the constraints, over the speeds that a state spans.
-
-    Parameters
-    ----------
-    state : State
-        Over whose speeds.
-    narrow : State
-        The same one over free and driven speeds, from which the multipliers come.
-    """
-    if not state.model.is_constrained:
-        return np.zeros(state.columns)
-    forces = force_rows(state)
-    return np.asarray((constraint_rates(state).J if forces is None else forces).T @ held_accelerations(narrow)[1])
-
-
 def constrained_solver(model: ModelData, M: Matrix, rates: Rates, forces: Matrix | None = None) -> ConstrainedSolver:
     """Return the solver for M and rows over the free speeds; an error names speeds that nothing has inertia along."""
     try:

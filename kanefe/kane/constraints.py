@@ -256,18 +256,36 @@ def _marker_rows(
     return entries, squares
 
 
-def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, FrameMotion, Vector]]:
-    """Return what the constraints exert on their markers: marker, its motion, and force and moment (6,) in its axes.
+class HeldWrench(NamedTuple):
+    """What a constraint or rigid contact exerts on one of its markers.
 
-    The moment is about the marker's origin. Constraint by constraint that holds: end a, then end b, summed over the
-    rows.
+    Attributes
+    ----------
+    constraint : Constraint or RigidContact
+    marker : Marker
+    frame : FrameMotion
+        Of the marker.
+    wrench : ndarray, shape (6,)
+        Force and moment about the marker's origin, in its axes.
+    """
+
+    constraint: Constraint | RigidContact
+    marker: Marker
+    frame: FrameMotion
+    wrench: Vector
+
+
+def marker_wrenches(state: State, multipliers: Vector) -> list[HeldWrench]:
+    """Return what the constraints exert on their markers.
+
+    Constraint by constraint that holds: end a, then end b, summed over the rows.
     """
     if not held_rows(state):
         return []
     from kanefe.constraints.rows import CouplerRow
     from kanefe.contact.rigid_contact import ContactRow
 
-    sums: dict[tuple[str, int], tuple[Marker, Vector]] = {}
+    sums: dict[tuple[int, int], HeldWrench] = {}
     for (constraint, row), multiplier in zip(held_rows(state), multipliers, strict=True):
         if isinstance(row, CouplerRow):
             continue
@@ -276,9 +294,10 @@ def marker_wrenches(state: State, multipliers: Vector) -> list[tuple[Marker, Fra
         for marker, force, moment in ((row.a, force_a, moment_a), (row.b, force_b, moment_b)):
             F = state.marker(marker)
             wrench = multiplier * np.concatenate((F.A_NF.T @ force, F.A_NF.T @ moment))
-            key = constraint.name, id(marker)
-            sums[key] = (marker, wrench + (sums[key][1] if key in sums else 0.0))
-    return [(marker, state.marker(marker), wrench) for marker, wrench in sums.values()]
+            key = id(constraint), id(marker)
+            before = sums[key].wrench if key in sums else 0.0
+            sums[key] = HeldWrench(constraint, marker, F, wrench + before)
+    return list(sums.values())
 
 
 class ConstrainedSolver:

@@ -69,6 +69,22 @@ def shared_forces(state: State) -> Vector:
     return _best(forces, spare, touching)
 
 
+def constraint_forces(state: State, narrow: State) -> Vector:
+    """Return ``J^T lambda``, the generalised forces of the constraints, over the speeds that a state spans.
+
+    Parameters
+    ----------
+    state : State
+        Over whose speeds.
+    narrow : State
+        The same one over free and driven speeds, from which the multipliers come.
+    """
+    if not state.model.is_constrained:
+        return np.zeros(state.columns)
+    forces = force_rows(state)
+    return np.asarray((constraint_rates(state).J if forces is None else forces).T @ shared_forces(narrow))
+
+
 def spare_forces(state: State) -> Matrix:
     """Return multipliers that together do nothing, (rows, ways)."""
     pushed = force_rows(state)

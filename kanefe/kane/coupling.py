@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.frames import Matrix, Vector, skew
-from kanefe.kane.assemble import constraint_forces, equations
+from kanefe.kane.assemble import equations
+from kanefe.kane.contact_shares import constraint_forces
 from kanefe.kane.kinematics import FrameMotion, interface_motion
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 

@@ -1,26 +1,20 @@
-"""Forces that do no work, from the balance of each body: joint reactions and forces on carrying interfaces.
+"""Forces that do no work, from the balance of each body: joint reactions, and forces of loops and rigid contacts.
 
 An inward sweep over Newton-Euler's equations, independent of the projected ones: the oracle of the coupling forces.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from kanefe.bodies.marker import Marker
 from kanefe.frames import Vector, cross
 from kanefe.kane.active import loaded_frames
-from kanefe.kane.assemble import held_accelerations
-from kanefe.kane.constraints import marker_wrenches
-from kanefe.kane.interactions import load_wrenches
+from kanefe.kane.constraints import HeldWrench, marker_wrenches
+from kanefe.kane.contact_shares import shared_forces
+from kanefe.kane.interactions import MarkerWrench, load_wrenches
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State, once
 from kanefe.tree.body_terms import BodyTerms
-
-if TYPE_CHECKING:
-    from kanefe.bodies.flexible import InterfaceFrame
 
 
 def joint_reactions(state: State, du: Vector) -> list[Vector]:
@@ -43,19 +37,16 @@ def loop_forces(state: State) -> dict[str, Vector]:
     Force (N) and moment (N m) about the origin of b's marker, in its axes; zero where it is switched off. Couplers of
     joint coordinates have no ends.
     """
-    at = {id(marker): wrench for marker, _, wrench in _loop_wrenches(state)}
-    return {c.name: at.get(id(c.b), np.zeros(6)) for c in state.model.constraints if c.b is not None}
-
-
-LoopWrench = tuple[Marker, FrameMotion, Vector]
+    at = {id(held.constraint): held.wrench for held in held_wrenches(state) if held.marker is held.constraint.ends[1]}
+    return {c.name: at.get(id(c), np.zeros(6)) for c in state.model.constraints if c.b is not None}
 
 
 @once
-def _loop_wrenches(state: State) -> list[LoopWrench]:
-    """Return what loop joints and rolling contacts exert on their markers."""
+def held_wrenches(state: State) -> list[HeldWrench]:
+    """Return what loop joints, rolling and rigid contacts exert on their markers."""
     if not state.model.is_constrained:
         return []
-    return marker_wrenches(state, held_accelerations(state)[1])
+    return marker_wrenches(state, shared_forces(state))
 
 
 def _sweep_inward(state: State, rates: Vector) -> list[Vector]:
@@ -63,30 +54,15 @@ def _sweep_inward(state: State, rates: Vector) -> list[Vector]:
     model, motions = state.model, state.motions
     pairs = zip(model.bodies, motions, strict=True)
     wrenches = [body_demand(state, body, frame, rates) for body, frame in pairs]
-    for marker, at, wrench in (*_loop_wrenches(state), *load_wrenches(state)):
-        if marker.body >= 0:
-            wrenches[marker.body] -= moved_wrench(wrench, at, motions[marker.body])
+    acting: list[HeldWrench | MarkerWrench] = [*held_wrenches(state), *load_wrenches(state)]
+    for one in acting:
+        if one.marker.body >= 0:
+            wrenches[one.marker.body] -= moved_wrench(one.wrench, one.frame, motions[one.marker.body])
     for number in reversed(range(len(model.bodies))):
         body = model.bodies[number]
         if body.parent >= 0:
             wrenches[body.parent] += moved_wrench(wrenches[number], motions[number], motions[body.parent])
     return wrenches
-
-
-def carried_wrench(state: State, number: int, interface: InterfaceFrame, du: Vector) -> Vector:
-    """Return the wrench (6,) on a flexible body from what its interface carries, about the interface, in axes of G."""
-    model, motions = state.model, state.motions
-    reactions = joint_reactions(state, du)
-    n = state.motion(number, interface)
-    total = np.zeros(6)
-    for child, body in enumerate(model.bodies):
-        if body.parent == number and body.parent_interface is not None and body.parent_interface.name == interface.name:
-            total -= moved_wrench(reactions[child], motions[child], n)
-    for marker, at, wrench in _loop_wrenches(state):
-        if marker.body == number and marker.interface is not None and marker.interface.name == interface.name:
-            total += moved_wrench(wrench, at, n)
-    A_Gn = motions[number].A_NF.T @ n.A_NF
-    return np.concatenate((A_Gn @ total[:3], A_Gn @ total[3:]))
 
 
 def body_demand(state: State, body: BodyTerms, frame: FrameMotion, rates: Vector) -> Vector:

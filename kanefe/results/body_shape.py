@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from kanefe.results.quantities import XYZ
 from kanefe.storage.scipy_later import sp
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.neighbours import Neighbours
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -54,6 +55,8 @@ class BodyShape:
         What stresses and section forces are recovered with.
     flexible : FlexibleBody or None
         The body itself, of a run in memory.
+    neighbours : mapping of str to Neighbours
+        What acts at each interface, by name.
     """
 
     name: str
@@ -75,6 +78,7 @@ class BodyShape:
     provenance: Mapping[str, Any]
     elasticity: Elasticity | None = None
     flexible: FlexibleBody | None = None
+    neighbours: Mapping[str, Neighbours] = field(default_factory=dict)
 
     @property
     def is_driven(self) -> bool:
@@ -142,6 +146,10 @@ def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
             "provenance": flexible.provenance,
             "elasticity": flexible.elasticity,
             "flexible": flexible,
+            "neighbours": {
+                frame.name: model.sources[model.index(body.name), frame.name].neighbours
+                for frame in flexible.interfaces
+            },
         }
     return BodyShape(
         name=body.name,

@@ -19,22 +19,22 @@ from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.coupling import recovered_forces
-from kanefe.kane.reactions import carried_wrench, joint_reactions, loop_forces
+from kanefe.kane.reactions import joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
+from kanefe.results.interface_forces import coupling_forces
 from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
-from kanefe.results.reactions import are_alone, moved_wrenches, reactions_of_states
+from kanefe.results.reactions import are_alone, reactions_of_states
 from kanefe.results.surface_outline import SurfaceOutline, outlines
-from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.route import RunSweeps
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kane.kinematics import FrameMotion
 
-Key = tuple[str, str, str]
-"""Quantity, body ("" for the whole scene), interface ("" for the body's own frame)."""
+Key = tuple[str, ...]
+"""Quantity, body ("" for the whole scene), interface ("" for the body's own frame), and of a part its name."""
 
 
 class Channels(Protocol):
@@ -63,8 +63,8 @@ class Channels(Protocol):
         """What the surfaces of the scene look like."""
         ...
 
-    def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
-        """Return a channel, time first; names are known to exist."""
+    def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
+        """Return a channel, or a part of a coupling force, time first; names are known to exist."""
         ...
 
 
@@ -101,11 +101,15 @@ class RunChannels:
         """What the surfaces of the scene look like."""
         return outlines(self.model)
 
-    def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
-        """Return a channel, time first."""
-        key = (quantity, body, interface)
+    def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
+        """Return a channel, or a part of a coupling force, time first."""
+        key: Key = (quantity, body, interface, of) if of else (quantity, body, interface)
         if key not in self._kept:
-            for new, array in getattr(self, _COMPUTE[quantity].__name__)(body, interface).items():
+            if quantity == "coupling_force":
+                found = coupling_forces(self, body, interface, of)
+            else:
+                found = getattr(self, _COMPUTE[quantity].__name__)(body, interface)
+            for new, array in found.items():
                 array.flags.writeable = False
                 self._kept[new] = array
         return self._kept[key]
@@ -114,8 +118,8 @@ class RunChannels:
         """Return du of the free speeds at all times, (T, free)."""
         if self._du is None:
             n, m = self.model.coordinate_count, self.model.free_count
-            if self._swept is not None:
-                self._du = self._swept.rates[:, n : n + m]
+            if self.swept is not None:
+                self._du = self.swept.rates[:, n : n + m]
             else:
                 self._du = np.array([self.model.route.evaluate(t, y).rates[n : n + m] for t, y in self._states()])
         return self._du
@@ -127,18 +131,19 @@ class RunChannels:
         return np.hstack((run.coordinates, run.speeds, run.internal))
 
     @cached_property
-    def _swept(self) -> RunSweeps | None:
+    def swept(self) -> RunSweeps | None:
+        """All states in one call of compiled sweeps, where the route has them."""
         return self.model.route.sweeps(self.times, self.states)
 
     def _states(self) -> list[tuple[float, np.ndarray]]:
         """Return times and states."""
         return list(zip(self.times.tolist(), self.states, strict=True))
 
-    def _views(self) -> Iterator[State]:
+    def views(self) -> Iterator[State]:
         """Yield a literal state at each time, in which all frames move as in the run."""
         return (self.model.route.view(t, y) for t, y in self._states())
 
-    def _acting(self) -> Iterator[tuple[State, np.ndarray]]:
+    def acting_states(self) -> Iterator[tuple[State, np.ndarray]]:
         """Yield a literal state at each time that is loaded as in the run too, and its accelerations."""
         return (
             self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self._accelerations(), strict=True)
@@ -146,9 +151,9 @@ class RunChannels:
 
     def _motions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return position, rotation and speeds of a frame; of every frame of the scene where each state is asked."""
-        if self._swept is None:
+        if self.swept is None:
             return self._literal_motions()
-        frame = self._swept.frame(*self._frame(body, interface))
+        frame = self.swept.frame(*self._frame(body, interface))
         return {
             ("position", body, interface): frame.position.copy(),
             ("velocity", body, interface): frame.velocity.copy(),
@@ -156,15 +161,15 @@ class RunChannels:
         }
 
     def _rotations(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        if self._swept is None:
+        if self.swept is None:
             return self._literal_motions()
-        return {("rotation", body, interface): self._swept.rotation(*self._frame(body, interface))}
+        return {("rotation", body, interface): self.swept.rotation(*self._frame(body, interface))}
 
     def _accelerated(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return the accelerations of a frame, or of every frame."""
-        if self._swept is None:
+        if self.swept is None:
             return self._literal_accelerations()
-        frame = self._swept.frame(*self._frame(body, interface), is_accelerated=True)
+        frame = self.swept.frame(*self._frame(body, interface), is_accelerated=True)
         if frame.acceleration is None or frame.angular_acceleration is None:
             raise TypeError("accelerations were asked for")
         return {
@@ -194,7 +199,9 @@ class RunChannels:
         if isinstance(terms.free_moments, MassMoments):
             eta = self.trajectory.coordinates[:, terms.eta]
             return terms.free_moments.first_moments(eta) / float(terms.free_moments.mass)
-        return np.array([_local_centre(state, number) for state in self._views()])
+        # the frames of an unreduced body are without mass where nothing has to be in balance
+        states = (state for state, _ in self.acting_states()) if self.model.has_unreduced else self.views()
+        return np.array([_local_centre(state, number) for state in states])
 
     def _frame(self, body: str, interface: str) -> tuple[int, InterfaceFrame | None]:
         number = self.model.index(body)
@@ -205,8 +212,10 @@ class RunChannels:
         names = ("position", "rotation", "velocity", "angular_velocity")
         frames = self._frames()
         width = {"rotation": 4}
-        kept = {(name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames}
-        for i, state in enumerate(self._views()):
+        kept: dict[Key, np.ndarray] = {
+            (name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames
+        }
+        for i, state in enumerate(self.views()):
             for frame, motion in zip(frames, _frame_motions(state), strict=True):
                 kept["position", *frame][i] = motion.p_NoFo_N
                 kept["rotation", *frame][i] = euler_parameters_from_matrix(motion.A_NF)
@@ -222,8 +231,10 @@ class RunChannels:
         """Return the accelerations of every frame: a = V du + Z, alpha = W du + Y (Eq. 15, 16)."""
         frames = self._frames()
         names = ("acceleration", "angular_acceleration")
-        kept = {(name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames}
-        for i, (state, du) in enumerate(self._acting()):
+        kept: dict[Key, np.ndarray] = {
+            (name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames
+        }
+        for i, (state, du) in enumerate(self.acting_states()):
             rates = np.concatenate((du, state.driven_rates))
             for frame, motion in zip(frames, _frame_motions(state), strict=True):
                 kept["acceleration", *frame][i] = motion.A_NF @ (motion.V @ rates + motion.Z)
@@ -262,8 +273,8 @@ class RunChannels:
     @cached_property
     def _balances(self) -> np.ndarray:
         """Kinetic, elastic and gravity energy, linear and angular momentum, (T, 9)."""
-        if self._swept is not None:
-            return self._swept.balances
+        if self.swept is not None:
+            return self.swept.balances
         route = self.model.route
         return np.array([np.concatenate((route.energy(t, y), *route.momenta(t, y))) for t, y in self._states()])
 
@@ -280,77 +291,38 @@ class RunChannels:
         return {("linear_momentum", "", ""): found[:, 3:6].copy(), ("angular_momentum", "", ""): found[:, 6:].copy()}
 
     def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        if self._swept is not None and are_alone(self.model):
-            wrenches = np.stack(reactions_of_states(self.model, self._swept, self.states), axis=1)
+        if self.swept is not None and are_alone(self.model):
+            wrenches = np.stack(reactions_of_states(self.model, self.swept, self.states), axis=1)
         else:
-            wrenches = np.array([joint_reactions(state, du) for state, du in self._acting()])
+            wrenches = np.array([joint_reactions(state, du) for state, du in self.acting_states()])
         return {("joint_reaction", b.name, ""): wrenches[:, i].copy() for i, b in enumerate(self.bodies)}
 
-    def _residuals(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return all driving forces, and the coupling forces of all interfaces with components fixed in G."""
-        forces = np.array([np.concatenate(recovered_forces(state, du)) for state, du in self._acting()])
+    @cached_property
+    def residual_forces(self) -> np.ndarray:
+        """Driving forces, and F_u of the components fixed in G, from the rows of their speeds, (T, driven + fixed)."""
+        return np.array([np.concatenate(recovered_forces(state, du)) for state, du in self.acting_states()])
+
+    def _drives(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        """Return all driving forces."""
         kept: dict[Key, np.ndarray] = {}
-        start = self.model.free_count
         for terms in self.model.bodies:
             if terms.is_driven:
-                driving = forces[:, terms.speeds[list(terms.driven)] - start]
+                driving = self.residual_forces[:, terms.speeds[list(terms.driven)] - self.model.free_count]
                 kept["driving_force", terms.name, ""] = driving[:, 0].copy() if driving.shape[1] == 1 else driving
-            if terms.flexible is None:
-                continue
-            for frame in terms.flexible.body.interfaces:
-                if frame.fixed_components:
-                    first = terms.flexible.fixed.start - terms.flexible.body.free_count - start
-                    along = np.kron(np.eye(2), frame.axes)  # F_u are along the axes of the interface
-                    wrench = self._carried(terms, frame) @ along
-                    wrench[:, frame.fixed_components] = forces[:, [first + column for column in frame.fixed_columns]]
-                    kept["coupling_force", terms.name, frame.name] = wrench @ along.T
         return kept
 
     def _loop_forces(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        forces = [loop_forces(state) for state, _ in self._acting()]
+        forces = [loop_forces(state) for state, _ in self.acting_states()]
         return {("loop_force", name, ""): np.array([force[name] for force in forces]) for name in self.loops}
-
-    def _coupling(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        terms = self.model.bodies[self.model.index(body)]
-        frame = self.model.flexible_terms(body).body.interface(interface)
-        if frame.fixed_components:
-            return self._residuals(body, interface)
-        return {("coupling_force", body, interface): self._carried(terms, frame)}
-
-    def _carried(self, terms: BodyTerms, frame: InterfaceFrame) -> np.ndarray:
-        """Return the wrench of what an interface carries (T, 6); nothing carried, nothing computed."""
-        number = self.model.index(terms.name)
-        held = [(b.parent, b.parent_interface) for b in self.model.bodies]
-        held += [(m.body, m.interface) for c in self.model.constraints for m in (c.a, c.b) if m is not None]
-        is_held = any(body == number and n is not None and n.name == frame.name for body, n in held)
-        if len(frame.fixed_components) == 6 or not is_held:
-            return np.zeros((len(self.times), 6))
-        if self._swept is not None and are_alone(self.model):
-            return self._carried_by_joints(self._swept, number, frame)
-        return np.array([self._carried_at(state, number, frame.name, du) for state, du in self._acting()])
-
-    def _carried_by_joints(self, swept: RunSweeps, number: int, frame: InterfaceFrame) -> np.ndarray:
-        """Return the wrench of the bodies that hang on an interface (T, 6), about the interface, in axes of G."""
-        n, total = swept.frame(number, frame), np.zeros((len(self.times), 6))
-        for child, body in enumerate(self.model.bodies):
-            if body.parent == number and body.parent_interface is not None and body.parent_interface.name == frame.name:
-                reaction = self.read("joint_reaction", body.name)
-                total -= moved_wrenches(reaction, swept.frame(child, None), n)
-        A_Gn = swept.frame(number, None).axes.transpose(0, 2, 1) @ n.axes
-        return np.concatenate(((A_Gn @ total[:, :3, None]), (A_Gn @ total[:, 3:, None])), axis=1)[..., 0]
-
-    def _carried_at(self, state: State, number: int, interface: str, du: np.ndarray) -> np.ndarray:
-        terms = state.model.bodies[number].flexible
-        if terms is None:
-            raise TypeError("an interface belongs to a flexible body")
-        return carried_wrench(state, number, terms.body.interface(interface), du)
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.kane.rigid_contacts import told as told_of_rigid
 
-        rigid, swept = self.model.rigid_contacts, self._swept
-        kept = {("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads}
-        placed = self._views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)
+        rigid, swept = self.model.rigid_contacts, self.swept
+        kept: dict[Key, np.ndarray] = {
+            ("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads
+        }
+        placed = self.views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)
         for row, state in enumerate(placed):
             for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
                 if i in rigid and isinstance(state, State):
@@ -396,8 +368,7 @@ _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = 
     **dict.fromkeys(ENERGIES, RunChannels._energies),
     "deflection": RunChannels._deflection,
     "joint_reaction": RunChannels._reactions,
-    "driving_force": RunChannels._residuals,
+    "driving_force": RunChannels._drives,
     "loop_force": RunChannels._loop_forces,
-    "coupling_force": RunChannels._coupling,
     "load": RunChannels._loads,
 }

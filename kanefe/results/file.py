@@ -33,9 +33,10 @@ from kanefe.results.reader import Reader
 from kanefe.results.surface_outline import SurfaceOutline
 from kanefe.storage.files import ready_path, write_whole
 from kanefe.storage.hdf5 import decode, encode
+from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
-VERSION = 6
+VERSION = 7
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -43,6 +44,9 @@ LARGEST_BASIS = 2**29
 
 LOGGED = {"times": "s", "reads": "by column", "drives": "by column"}
 """Arrays of the log of a controller, with units."""
+
+PARTED = "coupling_force"
+"""The quantity that has parts: see `Reader.neighbours`."""
 
 _SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
 
@@ -93,6 +97,10 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
     for quantity, body, interface in _saved(shapes, result, forces and result.has_forces):
         unit = result.units(quantity, body) if body else result.units(quantity)
         arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
+        if quantity == PARTED:
+            for part in _stored_parts(result.neighbours(body, interface)):
+                where = _location(quantity, body, interface, part)
+                arrays[where] = (result.read(quantity, body, interface, part), unit)
     data = encode(header, arrays)
     write_whole(path, lambda file: file.write(data))
 
@@ -165,24 +173,41 @@ class FileChannels:
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
         for where, array in arrays.items():
-            if where.rpartition("/")[2] in QUANTITIES and len(array) != len(self.times):
+            folder, _, last = where.rpartition("/")
+            if (last in QUANTITIES or folder.endswith(f"/parts of {PARTED}")) and len(array) != len(self.times):
                 raise ValueError(f"{where} has {len(array)} rows for {len(self.times)} times")
 
-    def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
-        """Return a channel, time first.
+    def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
+        """Return a channel, or a part of a coupling force, time first.
 
         Raises
         ------
         ModelError
             If it was not saved.
         """
-        where = _location(quantity, body, interface)
+        whole = self._array(quantity, body, interface)
+        if not of:
+            return whole
+        neighbours = next(shape for shape in self.bodies if shape.name == body).neighbours[interface]
+        parts = neighbours.parts(of, f"{interface!r} of {body!r}")
+        if not _stored_parts(neighbours):
+            return whole if parts else np.zeros_like(whole)
+        return sum((self._array(quantity, body, interface, part) for part in parts), np.zeros_like(whole))
+
+    def _array(self, quantity: str, body: str, interface: str, part: str = "") -> np.ndarray:
+        where = _location(quantity, body, interface, part)
         if where not in self._arrays:
             of = f" of {body!r}" + (f" at {interface!r}" if interface else "") if body else ""
             raise ModelError(
                 f"{quantity}{of} was not saved in {self.path}. Remedy: run the scene again and save with forces=True"
             )
         return self._arrays[where]
+
+
+def _stored_parts(neighbours: Neighbours) -> tuple[str, ...]:
+    """Return the parts of a coupling force that a file holds beside the whole: none where one is all."""
+    parts = neighbours.unknown + neighbours.known
+    return parts if len(parts) > 1 else ()
 
 
 def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[str, str, str]]:
@@ -197,8 +222,10 @@ def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[
     return [key for key in keys if forces or key[0] not in _SKIPPED_WITHOUT_FORCES]
 
 
-def _location(quantity: str, body: str, interface: str = "") -> str:
+def _location(quantity: str, body: str, interface: str = "", part: str = "") -> str:
     """Return the path of a channel in the file; names of any mesh group can stand in it."""
+    if part:
+        return f"{_folder(body)}/interfaces/{_safe(interface)}/parts of {quantity}/{_safe(part)}"
     if not body:
         return f"scene/{quantity}"
     if quantity in LOOPS or quantity in LOADS:
@@ -227,6 +254,7 @@ def _described(shape: BodyShape) -> dict[str, Any]:
         "speed_names": shape.speed_names,
         "mass": shape.mass,
         "interfaces": shape.interfaces,
+        "neighbours": {name: found._asdict() for name, found in shape.neighbours.items()},
         "components": shape.components,
         "cells": [block.kind for block in shape.cells],
         "is_orthonormal": shape.is_orthonormal,
@@ -284,6 +312,10 @@ def _shape(entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> BodyShape:
         cells=tuple(Cells(kind, arrays[f"{folder}/mesh/cells_{i}"]) for i, kind in enumerate(entry["cells"])),
         is_orthonormal=entry["is_orthonormal"],
         provenance=entry["provenance"],
+        neighbours={
+            name: Neighbours(tuple(found["unknown"]), tuple(found["known"]))
+            for name, found in entry["neighbours"].items()
+        },
         elasticity=_elasticity(f"{folder}/elasticity", arrays),
     )
 

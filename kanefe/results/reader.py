@@ -35,6 +35,7 @@ from kanefe.results.quantities import (
 )
 from kanefe.results.selection import Frames, frame_index, node_numbers
 from kanefe.results.surface_outline import SurfaceOutline
+from kanefe.tree.neighbours import Neighbours
 
 LARGEST_TABLE = 2**31
 """Bytes of nodal values above which a call asks for a choice of output times."""
@@ -184,13 +185,52 @@ class Reader:
         """Return translation (m) and slopes (rad) of an interface from its undeformed place in G, shape (T, 6)."""
         return self.read("deflection", name, interface)
 
-    def coupling_force(self, name: str, interface: str) -> np.ndarray:
+    def coupling_force(self, name: str, interface: str, of: str | None = None) -> np.ndarray:
         """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).
 
-        Where the interface is fixed in G, component by component, it is the force F_u of what carries the body
-        (Eq. 39), zero in components that the mesh does not have; where it moves, the force of what it carries.
+        All that its neighbours do to it there: the body that carries it, where the interface is fixed in G, and bodies
+        that hang on it, by their joints with what acts in them; loops, contacts, loads between frames and given forces
+        on the interface, frames of it and nodes of the mesh that move with it as one. The moment is about the
+        interface where it is, deformed. Loads elsewhere on the body, gravity among them, are not in it. So on each body
+        the coupling forces of all interfaces, the loads elsewhere and inertia are in balance.
+
+        Parameters
+        ----------
+        name, interface : str
+        of : str, optional
+            Only a part (Eq. 30): "F_u", what is unknown before the equations are solved, by joints, loops and rigid
+            contacts, in components that the mesh does not have zero of what carries it (Eq. 39); "F_k", what is known,
+            by all other loads; or what does it: a body, at the other end of the joint ("ground": the inertial frame), a
+            loop, a load between frames, or a given force or torque by its label as in `SceneState.load`. Where two
+            have one name, with "body", "loop", "load", "force" or "carrier" in front. See `neighbours`.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body, interface or part; the message says what there is.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> from kanefe_fem import Material, Rectangle, beam_body, straight_beam
+        >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
+        >>> beam = straight_beam(1.0, Rectangle(0.02, 0.02), steel, elements=4)
+        >>> body = beam_body(beam, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=2))
+        >>> scene = kf.System()
+        >>> arm = scene.add_flexible_body("arm", body)
+        >>> above = scene.ground.frame(at=(1, 0, 1))
+        >>> scene.add_spring("rope", arm.interface("tip"), above, stiffness=100.0, rest_length=0.8)
+        >>> rest = kf.equilibrium(scene)
+        >>> rest.coupling_force("arm", "tip", of="rope")[2].round(1)
+        19.9
+        >>> rest.neighbours("arm", "root")
+        Neighbours(unknown=('ground',), known=())
         """
-        return self.read("coupling_force", name, interface)
+        return self.read("coupling_force", name, interface, of)
+
+    def neighbours(self, name: str, interface: str) -> Neighbours:
+        """Return the names of what acts at an interface, `unknown` and `known`: parts that `coupling_force` takes."""
+        return self.body(name).neighbours[self._interface(self._flexible(name), "coupling_force", interface)]
 
     def joint_reaction(self, name: str) -> np.ndarray:
         """Return force (N) and moment (N m) of a body's joint on it, shape (T, 6).
@@ -387,8 +427,10 @@ class Reader:
             quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
         )
 
-    def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
+    def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.results.quantities` by its name; the methods above are the readable way.
+
+        `of` is a part of a coupling force: see `coupling_force`.
 
         Raises
         ------
@@ -398,6 +440,8 @@ class Reader:
         """
         if quantity not in QUANTITIES:
             raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
+        if of is not None and quantity != "coupling_force":
+            raise ModelError(f"of={of!r}: {quantity} has no parts. Remedy: leave it out")
         if quantity in OF_SCENE or (quantity in CENTRES and not name):
             return self._channels.read(quantity)
         if quantity in LOOPS:
@@ -418,11 +462,19 @@ class Reader:
             raise ModelError(f"the joint of body {name!r} is not driven by a motion. Driven are: {driven}")
         if interface is not None and quantity not in MOTIONS and quantity not in INTERFACES:
             raise ModelError(f"{quantity} takes a body and no interface, {interface!r} was given")
-        if interface is None and quantity in INTERFACES:
-            raise ModelError(f"{quantity} of {name!r} needs an interface, one of: {_listed(shape)}")
-        if interface is not None and interface not in shape.interfaces:
-            raise ModelError(f"body {name!r} has no interface called {interface!r}. It has: {_listed(shape)}")
+        if interface is not None or quantity in INTERFACES:
+            self._interface(shape, quantity, interface)
+        if of is not None and interface is not None:
+            shape.neighbours[interface].parts(of, f"{interface!r} of {name!r}")
+            return self._channels.read(quantity, name, interface, of)
         return self._channels.read(quantity, name, interface or "")
+
+    def _interface(self, shape: BodyShape, quantity: str, interface: str | None) -> str:
+        if interface is None:
+            raise ModelError(f"{quantity} of {shape.name!r} needs an interface, one of: {_listed(shape)}")
+        if interface not in shape.interfaces:
+            raise ModelError(f"body {shape.name!r} has no interface called {interface!r}. It has: {_listed(shape)}")
+        return interface
 
     def _flexible(self, name: str) -> BodyShape:
         shape = self.body(name)

@@ -15,6 +15,7 @@ import pytest
 import kanefe as kf
 from disk_faults import full_disk
 from kanefe.results import file as result_file
+from kanefe.tree.neighbours import Neighbours
 from result_scenes import pendulum, robot, turntable
 
 
@@ -100,11 +101,13 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
         times, statistics, has_forces, loops, loads, surfaces = result.times, result.statistics, True, (), {}, ()
         status, events = result.status, {"floor": np.array([0.5])}
         controllers: ClassVar[dict[str, object]] = {}
-        bodies = (dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", "..")),)
+        neighbours: ClassVar[dict[str, Neighbours]] = {"a/b": Neighbours((".",), ("c/d",)), "..": Neighbours((), ())}
+        bodies = (dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", ".."), neighbours=neighbours),)
 
-        def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
+        def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
             name = {"a/b": "root", "..": "tip"}.get(interface, "")
-            return result._channels.read(quantity, "arm" if body else "", name)
+            values = result._channels.read(quantity, "arm" if body else "", name)
+            return {"": 1.0, ".": 3.0, "c/d": -2.0}[of] * values
 
     renamed = kf.Result.from_channels(Renamed())
     renamed.save(tmp_path / "run.h5")
@@ -112,6 +115,10 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
     (name,) = loaded.bodies
     assert loaded.interfaces(name) == ("a/b", "..")
     np.testing.assert_array_equal(loaded.coupling_force(name, "a/b"), result.coupling_force("arm", "root"))
+    assert loaded.neighbours(name, "a/b") == renamed.neighbours(name, "a/b")
+    for of, share in ((".", 3.0), ("c/d", -2.0), ("F_u", 3.0), ("F_k", -2.0)):
+        force = loaded.coupling_force(name, "a/b", of)
+        np.testing.assert_array_equal(force, share * result.coupling_force("arm", "root"))
     np.testing.assert_array_equal(loaded.position(name, ".."), result.position("arm", "tip"))
     assert loaded.body(name).provenance == {"log": "x" * 100_000, "count": 3, "sizes": [0, 1]}
 
@@ -155,7 +162,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with h5py.File(saved, "r+") as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 6"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 7"):
         kf.load_result(saved)
 
 

@@ -44,8 +44,8 @@ def test_channels_are_those_of_the_literal_route(name: str, monkeypatch: pytest.
     model = SCENES[name]()
     run = wandering(model)
     swept, literal = RunChannels(model, run), RunChannels(model, run)
-    assert swept._swept is not None
-    monkeypatch.setattr(literal, "_swept", None)
+    assert swept.swept is not None
+    monkeypatch.setattr(literal, "swept", None)
     keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
     keys += [(q, s.name, n) for s in swept.bodies for n in ("", *s.interfaces) for q in MOTIONS]
     keys += [("load", load, "") for load in swept.loads]
@@ -73,8 +73,8 @@ def test_contacts_of_patches_and_driven_bodies_are_told_alike(monkeypatch: pytes
     result = scene.simulate((0.0, 0.05), output_step=0.01)
     model_of = result.run.model
     swept, literal = (RunChannels(model_of, result.run.trajectory) for _ in range(2))
-    assert swept._swept is not None
-    monkeypatch.setattr(literal, "_swept", None)
+    assert swept.swept is not None
+    monkeypatch.setattr(literal, "swept", None)
     for name in swept.loads:
         found, expected = swept.read("load", name), literal.read("load", name)
         assert np.abs(expected).max() > 1e-3
@@ -140,7 +140,7 @@ def test_reactions_of_all_states_are_those_of_each(name: str, monkeypatch: pytes
         run.coordinates[:, model.flexible_terms("arm").eta] *= 0.05
     swept, literal = RunChannels(model, run), RunChannels(model, run)
     assert are_alone(model)
-    monkeypatch.setattr(literal, "_swept", None)
+    monkeypatch.setattr(literal, "swept", None)
     keys = [("joint_reaction", shape.name, "") for shape in swept.bodies]
     keys += [("coupling_force", shape.name, n) for shape in swept.bodies for n in shape.interfaces]
     for key in keys:

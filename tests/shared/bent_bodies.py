@@ -42,7 +42,12 @@ def bent(body: kf.FlexibleBody, seed: int = 0, strength: float = 1.0) -> kf.Flex
     for frame in body.interfaces:
         moved = A + np.einsum("b,abij->aij", frame.position, B)
         turned = np.einsum("ab,bij->aij", rng.standard_normal((3, 3)), A) / np.ptp(body.nodes, axis=0).max()
-        frames.append(replace(frame, quadratic=np.concatenate((moved, turned))))
+        quadratic = np.concatenate((moved, turned))
+        # what is fixed in G stays where it is, as in bodies with stiffening="full"
+        along = np.kron(np.eye(2), frame.axes)
+        own = np.tensordot(along.T, quadratic, axes=1)
+        own[list(frame.fixed_components)] = 0.0
+        frames.append(replace(frame, quadratic=np.tensordot(along, own, axes=1)))
     patterns = tuple(
         replace(p, quadratic_first=p.measure * A + np.einsum("b,abij->aij", p.first, B)) for p in body.load_patterns
     )

@@ -163,7 +163,7 @@ def test_accelerations_are_those_of_the_dense_body(build, monkeypatch):
 
 CHANNELS = (
     ("position", "velocity", "acceleration", "rotation", "angular_velocity", "angular_acceleration"),
-    ("joint_reaction", "coupling_force", "driving_force", "loop_force", "deflection"),
+    ("center_of_mass", "joint_reaction", "coupling_force", "driving_force", "loop_force", "deflection"),
     ("kinetic_energy", "elastic_energy", "gravity_energy", "linear_momentum", "angular_momentum"),
 )
 
@@ -201,7 +201,7 @@ def places(result: Result, quantity: str) -> list[tuple[str, str | None]]:
         return [(name, None) for name in result.bodies if result.body(name).is_driven]
     own = [(name, None) for name in result.bodies]
     seen = [(name, interface) for name in result.bodies for interface in result.interfaces(name)]
-    if quantity == "joint_reaction":
+    if quantity in ("joint_reaction", "center_of_mass"):
         return own
     return seen if quantity in ("coupling_force", "deflection") else own + seen
 

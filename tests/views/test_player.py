@@ -303,7 +303,7 @@ def test_a_place_that_is_no_number_is_refused(tmp_path):
         def __getattr__(self, name: str) -> object:
             return getattr(pendulum()._channels, name)
 
-        def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
+        def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
             values = np.array(pendulum()._channels.read(quantity, body, interface))
             if quantity == "position":
                 values[10] = np.nan

@@ -10,10 +10,15 @@ import numpy as np
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.kane.active import loaded_frames
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.interactions import load_wrenches
+from kanefe.kane.constraints import HeldWrench
+from kanefe.kane.interactions import MarkerWrench, load_wrenches
+from kanefe.kane.kinematics import FrameMotion
+from kanefe.kane.reactions import held_wrenches
 from kanefe.kane.state import State
 from kanefe.results.reader import Reader
+from kanefe.tree.neighbours import interface_at
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.properties import ElementProperties
 
@@ -76,7 +81,8 @@ class FreeBodyLoads:
     point_forces : ndarray, shape (T, P, 3)
         Gravity less mass times acceleration, N.
     nodal_forces : ndarray, shape (T, N)
-        Of interfaces, and of loads at nodes such as contacts, on the degrees of freedom of the nodes, N and N m.
+        Of interfaces, and of what acts at nodes, such as contacts and given forces, on the degrees of freedom of the
+        nodes, N and N m.
     """
 
     points: np.ndarray
@@ -91,7 +97,7 @@ def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLo
     ------
     ModelError
         If the result was read from a file, an interface has several nodes, or the forces are not in balance, because
-        loads of the scene act on the body elsewhere.
+        distributed loads act on the body.
     """
     body = result.body(name).flexible
     if result.run is None or body is None:
@@ -159,25 +165,38 @@ def inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.nda
 def _forces_at_nodes(
     result: Reader, name: str, body: FlexibleBody, frames: np.ndarray
 ) -> Iterator[tuple[int, int, np.ndarray]]:
-    """Yield row, node, and force and moment about it in G (6,), of loads between frames that act at nodes: contacts."""
+    """Yield row, node, and force and moment about it in G (6,), of all that acts at nodes and not at interfaces."""
     run = result.run
-    if run is None or not run.model.loads:
+    if run is None or not (
+        run.model.is_constrained or run.model.loads or run.model.bodies[run.model.index(name)].loads
+    ):
         return
-    number, named = run.model.index(name), {frame.name for frame in body.interfaces}
+    number = run.model.index(name)
     for row, frame in enumerate(frames):
         trajectory = run.trajectory
         q, u, z = trajectory.coordinates[frame], trajectory.speeds[frame], trajectory.internal[frame]
         state = State(run.model, run.times[frame], q, u, z)
-        A_NG = state.motion(number, None).A_NF
-        for acting in load_wrenches(state):
-            marker = acting.marker
-            if marker.body != number or marker.interface is None or marker.interface.name in named:
+        G = state.motion(number, None)
+        for at, placed, wrench in _acting(state, number):
+            if at is None or interface_at(body, at) is not None:
                 continue
-            force, moment = acting.wrench[:3], acting.wrench[3:]
-            to_G = A_NG.T @ acting.frame.A_NF
-            arm = acting.frame.p_NoFo_N - state.motion(number, marker.interface).p_NoFo_N
-            at_node = np.concatenate((to_G @ force, to_G @ moment + np.cross(A_NG.T @ arm, to_G @ force)))
-            yield row, int(np.linalg.norm(body.nodes - marker.interface.position, axis=1).argmin()), at_node
+            to_G = G.A_NF.T @ placed.A_NF
+            force, moment = to_G @ wrench[:3], to_G @ wrench[3:]
+            arm = G.A_NF.T @ (placed.p_NoFo_N - state.motion(number, at).p_NoFo_N)
+            node = int(np.linalg.norm(body.nodes - at.position, axis=1).argmin())
+            yield row, node, np.concatenate((force, moment + np.cross(arm, force)))
+
+
+def _acting(state: State, number: int) -> Iterator[tuple[InterfaceFrame | None, FrameMotion, np.ndarray]]:
+    """Yield interface or node, frame, and force and moment (6,) in it, of loads, loops and contacts on a body."""
+    acting: list[HeldWrench | MarkerWrench] = [*held_wrenches(state), *load_wrenches(state)]
+    for one in acting:
+        if one.marker.body == number:
+            yield one.marker.interface, one.frame, one.wrench
+    terms = state.model.bodies[number]
+    given = zip(loaded_frames(state, terms, state.motion(number, None)), terms.loads, strict=True)
+    for (load, placed), (_, at) in given:
+        yield at, placed, np.concatenate(load.wrench(state.t, placed, state))
 
 
 def _node_of(name: str, body: FlexibleBody, frame: InterfaceFrame) -> int:
@@ -201,5 +220,5 @@ def _check_balance(name: str, wrench: np.ndarray, scale: np.ndarray) -> None:
     if worst > BALANCE and abs(wrench).max() > 0.0:
         raise ModelError(
             f"gravity, inertia and the forces at interfaces and nodes of {name!r} are not in balance (by {worst:.1e} "
-            "of them): other loads act on it. Remedy: inertia=False, or put those loads on interfaces that carry a body"
+            "of them): distributed loads act on it. Remedy: inertia=False, or put those loads on interfaces and nodes"
         )

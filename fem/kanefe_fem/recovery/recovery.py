@@ -246,15 +246,15 @@ class Recovery:
         stations : int
             Equally spaced stations of each element, both ends included.
         inertia : bool
-            Solve for the static deflection under the loads of each instant (gravity, inertia and the forces at the
-            interfaces) instead of taking that of the kept modes: the mode-acceleration method, exact in statics
-            whatever the modes.
+            Solve for the static deflection under the loads of each instant (gravity, inertia and what acts at
+            interfaces and nodes) instead of taking that of the kept modes: the mode-acceleration method, exact in
+            statics whatever the modes.
 
         Raises
         ------
         ModelError
-            If the body is not made of beams; with `inertia` also if other loads act on it, the result was read from a
-            file, or an interface has several nodes.
+            If the body is not made of beams; with `inertia` also if distributed loads act on it, the result was
+            read from a file, or an interface has several nodes.
         """
         from kanefe_fem.recovery.section_forces import section_forces
 

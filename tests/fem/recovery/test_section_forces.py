@@ -78,13 +78,39 @@ def test_static_loads_at_the_tip_of_a_bent_frame():
     np.testing.assert_allclose(np.hypot(forces["My"], forces["Mz"])[0, 2], [load * b, 0.0], atol=1e-7)
 
 
-def test_an_inner_load_that_is_not_at_an_interface_is_noticed():
+def test_a_distributed_load_is_noticed():
     scene = kf.System()
-    arm = scene.add_flexible_body("arm", beam_arm())
-    scene.add_force(arm.node(3), (0.0, 5.0, 0.0))
+    nodes = np.linspace((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 4)
+    elements = np.column_stack((range(3), range(1, 4)))
+    steel = Material(E=210e9, nu=0.3, rho=7850.0)
+    model = beam_model(nodes, elements, Rectangle(0.02, 0.02), steel, lines={"all": [0, 1, 2]}, groups={"root": [0]})
+    body = beam_body(model, {"root": "clamped"}, kf.CraigBampton(modes=3), lines=["all"])
+    arm = scene.add_flexible_body("arm", body)
+    scene.add_line_load(arm, "all", (0.0, 5.0, 0.0))
     result = scene.simulate((0.0, 0.02), output_step=0.02, method="generalised-alpha")
-    with pytest.raises(kf.ModelError, match=r"not in balance.*inertia=False"):
+    with pytest.raises(kf.ModelError, match=r"not in balance.*distributed loads.*inertia=False"):
         recover(result, "arm").section_forces(inertia=True)
+
+
+@pytest.mark.parametrize("at", ["node", "interface", "spring at the interface"])
+def test_forces_at_nodes_and_interfaces_are_among_the_loads(at):
+    scene = kf.System()
+    body = beam_arm()
+    arm = scene.add_flexible_body("arm", body)
+    end = body.interface("tip").position
+    where = body.nodes[3] if at == "node" else end
+    if at == "spring at the interface":
+        above = scene.ground.frame(at=end + np.array((0, 0, 1)))
+        scene.add_spring("spring", arm.interface("tip"), above, stiffness=50.0, rest_length=0.9)
+    else:
+        scene.add_force(arm.node(3) if at == "node" else arm.interface("tip"), (0.0, 0.0, 5.0))
+    rest = kf.equilibrium(scene)
+    forces = recover(rest, "arm").section_forces(inertia=True)
+    lift = rest.load_force("spring", 0)[2] if "spring" in at else 5.0
+    assert lift > 4.0
+    # of the clamp; the arm sags across x alone, so that the lever stays
+    assert abs(forces["My"][0, 0, 0]) == pytest.approx(lift * where[0], rel=1e-6)
+    assert rest.coupling_force("arm", "root")[2] == pytest.approx(-lift, rel=1e-6)
 
 
 def test_the_force_of_a_contact_is_among_the_loads():

@@ -1,0 +1,147 @@
+"""Coupling forces of a run: what acts on a flexible body at an interface, whole and by what it comes from (Eq. 30)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector, cross, rotation_matrix
+from kanefe.kane.coupling import unit_wrenches
+from kanefe.kane.reactions import held_wrenches
+from kanefe.kane.state import State
+from kanefe.results.placed_states import placed_states
+from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, Source
+from kanefe.tree.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.results.channels import RunChannels
+    from kanefe.tree.body_terms import BodyTerms
+
+PartKey = tuple[str, str, str, str]
+"""Quantity, body, interface and name of the part."""
+
+QUANTITY = "coupling_force"
+
+Places = dict[Source, tuple[int, str, str]]
+"""Number of the body, name of the interface, and name of the part, of what acts there."""
+
+
+class Acting(NamedTuple):
+    """What acts at a state: force and moment (6,) about a point in N, in components of N."""
+
+    source: Source
+    point: Vector
+    wrench: Vector
+
+
+def coupling_forces(run: RunChannels, body: str, interface: str, of: str) -> dict[tuple[str, ...], Matrix]:
+    """Return a part of the coupling force at an interface, (T, 6), and what comes with it; "" is the whole.
+
+    About the interface where it is, in axes of G: see `kanefe.results.reader.Reader.coupling_force`.
+    """
+    sources = run.model.sources[run.model.index(body), interface]
+    parts = sources.neighbours.parts(of, f"{interface!r} of {body!r}")
+    key = (QUANTITY, body, interface, of) if of else (QUANTITY, body, interface)
+    if parts != (of,):
+        return {key: sum((run.read(QUANTITY, body, interface, part) for part in parts), np.zeros((len(run.times), 6)))}
+    first = sources.named[of][0]
+    if first.kind != BODY:
+        return _of_loads_and_loops(run)
+    return {key: _of_carrier(run, body, interface) if first.end == 0 else _of_carried(run, body, interface, first.name)}
+
+
+def _of_carrier(run: RunChannels, body: str, interface: str) -> Matrix:
+    """Return F_u of the components fixed in G, along the axes that they hold: see `unit_wrenches`."""
+    terms = run.model.flexible_terms(body)
+    frame = terms.body.interface(interface)
+    components, forces = frame.fixed_components, run.residual_forces[:, _fixed_columns(run, body, frame)]
+    slopes = run.read("deflection", body, interface)[:, 3:]
+    if not slopes.any() or max(components) < 3:  # the axes of its moments turn with released slopes
+        return np.asarray(forces @ unit_wrenches(components, np.eye(3), frame.axes).T)
+    tangent = run.model.slopes.tangent
+    wrenches = (unit_wrenches(components, tangent(theta), frame.axes) for theta in slopes)
+    return np.array([wrench @ force for wrench, force in zip(wrenches, forces, strict=True)])
+
+
+def _fixed_columns(run: RunChannels, body: str, frame: InterfaceFrame) -> list[int]:
+    terms = run.model.flexible_terms(body)
+    first = terms.fixed.start - terms.body.free_count - run.model.free_count
+    return [first + column for column in frame.fixed_columns]
+
+
+def _of_carried(run: RunChannels, body: str, interface: str, child: str) -> Matrix:
+    """Return the reaction of a body that hangs on an interface, reversed, about the interface."""
+    reaction = -run.read("joint_reaction", child)
+    axes, own = (np.array([rotation_matrix(e) for e in run.read("rotation", name)]) for name in (child, body))
+    force, moment = ((axes @ part[:, :, None])[:, :, 0] for part in (reaction[:, :3], reaction[:, 3:]))
+    arm = run.read("position", child) - run.read("position", body, interface)
+    moment = moment + cross(arm, force)
+    return np.hstack([(part[:, None, :] @ own)[:, 0] for part in (force, moment)])
+
+
+def _of_loads_and_loops(run: RunChannels) -> dict[tuple[str, ...], Matrix]:
+    """Return what loops, contacts, loads and given forces do at all interfaces: they come out of the same states."""
+    model = run.model
+    places: Places = {}
+    kept: dict[tuple[str, ...], Matrix] = {}
+    for (number, interface), sources in model.sources.items():
+        for part, ends in sources.named.items():
+            if ends[0].kind != BODY:
+                kept[QUANTITY, model.bodies[number].name, interface, part] = np.zeros((len(run.times), 6))
+                places |= dict.fromkeys(ends, (number, interface, part))
+    rigid = {model.loads[i].name for i in model.rigid_contacts}
+    is_held = any(source.kind == LOOP or (source.kind == LOAD and source.name in rigid) for source in places)
+    for row, state in enumerate(_states(run, is_held)):
+        for one in (*_known(state, places), *(_held(state) if is_held and isinstance(state, State) else ())):
+            if one.source not in places:
+                continue
+            number, interface, part = places[one.source]
+            terms, A_NG = state.model.bodies[number], state.frames[number].A_NF
+            arm = one.point - state.placed(number, _interface(terms, interface)).p_NoFo_N
+            moment = one.wrench[3:] + cross(arm, one.wrench[:3])
+            own = np.concatenate((one.wrench[:3] @ A_NG, moment @ A_NG))
+            kept[QUANTITY, terms.name, interface, part][row] += own
+    return kept
+
+
+def _states(run: RunChannels, is_held: bool) -> Iterator[SceneState]:
+    """Return the states, as cheap as will do: forces that hold need partial velocities, loads need places."""
+    if is_held:
+        return (state for state, _ in run.acting_states())
+    if run.swept is not None:
+        return placed_states(run.model, run.trajectory, run.swept)
+    return run.views()
+
+
+def _interface(body: BodyTerms, name: str) -> InterfaceFrame:
+    return next(n for n in body.interfaces if n.name == name)
+
+
+def _known(state: SceneState, places: Places) -> Iterator[Acting]:
+    """Yield what loads between frames and given forces do at interfaces; others are not asked."""
+    for number, load in enumerate(state.model.loads):
+        ends = [i for i in range(len(load.ends)) if Source(LOAD, load.name, i) in places]
+        if ends:
+            action = state.action(number)
+            for i in ends:
+                yield Acting(Source(LOAD, load.name, i), state.load_ends(number)[i].p, action.wrenches[i])
+    for source, (number, _, _) in places.items():
+        if source.kind == FORCE:
+            given, frame = state.model.bodies[number].loads[source.end]
+            at = state.placed(number, frame)
+            force, moment = given.wrench(state.time, at, state)
+            yield Acting(source, at.p_NoFo_N, np.concatenate((at.A_NF @ force, at.A_NF @ moment)))
+
+
+def _held(state: State) -> Iterator[Acting]:
+    """Yield what loops and rigid contacts do at their ends."""
+    loops = {id(constraint) for constraint in state.model.constraints}
+    for one in held_wrenches(state):
+        end = next(i for i, marker in enumerate(one.constraint.ends) if marker is one.marker)
+        A = one.frame.A_NF
+        wrench = np.concatenate((A @ one.wrench[:3], A @ one.wrench[3:]))
+        source = Source(LOOP if id(one.constraint) in loops else LOAD, one.constraint.name, end)
+        yield Acting(source, one.frame.p_NoFo_N, wrench)

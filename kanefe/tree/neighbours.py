@@ -1,0 +1,175 @@
+"""What acts on flexible bodies at their interfaces, by name: carriers and what is carried, loops, loads, given forces.
+
+The paper has known forces and unknown coupling forces at the nodes, ``F_n = F_k + F_u`` (Eq. 30). Unknown is what the
+equations find: forces of joints, loops and rigid contacts. Known is what a place, a speed and a time give.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from kanefe.bodies.marker import CoordinateMarker
+from kanefe.errors import ModelError
+from kanefe.tree.load_names import named_loads
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+    from kanefe.bodies.marker import Marker
+    from kanefe.tree.model_data import ModelData
+
+F_U, F_K = "F_u", "F_k"
+"""All that is unknown at an interface, and all that is known."""
+
+BODY, LOOP, LOAD, FORCE = "body", "loop", "load", "force"
+"""Kinds of sources: bodies by their joints, constraints, loads between frames, and given forces and torques."""
+
+GROUND = "ground"
+
+MOVES_ALONG = 1e-9
+"""Share of the motion of an interface by which that of a node may differ from it, moved as a rigid body moves."""
+
+
+class Source(NamedTuple):
+    """What acts at an interface.
+
+    Attributes
+    ----------
+    kind, name : str
+    end : int
+        Which end of it is there; of given forces their number among those of the body, and of bodies 0 of what
+        carries and 1 of what is carried.
+    """
+
+    kind: str
+    name: str
+    end: int
+
+
+class Neighbours(NamedTuple):
+    """Names of what acts at an interface.
+
+    Attributes
+    ----------
+    unknown, known : tuple of str
+    """
+
+    unknown: tuple[str, ...]
+    known: tuple[str, ...]
+
+    def parts(self, of: str, where: str) -> tuple[str, ...]:
+        """Return the names that a part is the sum of; "" is the whole.
+
+        Raises
+        ------
+        ModelError
+            If there is no such part; the message lists those there are.
+        """
+        everything = self.unknown + self.known
+        for group, names in (("", everything), (F_U, self.unknown), (F_K, self.known)):
+            if of == group:
+                return names
+        if of not in everything:
+            there = ", ".join(map(repr, (F_U, F_K, *everything)))
+            raise ModelError(f"of={of!r}: nothing called so acts at {where}. Remedy: one of {there}")
+        return (of,)
+
+
+class Sources(NamedTuple):
+    """What acts at an interface, ends of one source under one name.
+
+    Attributes
+    ----------
+    neighbours : Neighbours
+    named : dict of str to tuple of Source
+    """
+
+    neighbours: Neighbours
+    named: dict[str, tuple[Source, ...]]
+
+
+def interface_at(body: FlexibleBody, frame: InterfaceFrame) -> InterfaceFrame | None:
+    """Return the interface that a frame of a body is, or as a part of which it moves: a node of a rigid patch."""
+    for n in body.interfaces:
+        if n is frame:
+            return n
+    found = next((n for n in body.interfaces if _moves_along(n, frame)), None)
+    if found is None or not len(body.components) or not isinstance(body.basis, np.ndarray):
+        return found
+    farthest = body.node_frame(int(np.linalg.norm(body.nodes - found.position, axis=1).argmax()))
+    return None if _moves_along(found, farthest) else found  # a body that moves as one has no part that is the patch
+
+
+def _moves_along(n: InterfaceFrame, frame: InterfaceFrame) -> bool:
+    motion, turns = n.motion[:3], n.motion[3:]
+    carried = motion + np.cross(turns, frame.position - n.position, axis=0) if len(turns) else motion
+    size = float(np.abs(n.motion).max(initial=0.0))
+    return size > 0.0 and bool(np.abs(frame.motion[:3] - carried).max(initial=0.0) <= MOVES_ALONG * size)
+
+
+def sources_of(model: ModelData) -> dict[tuple[int, str], Sources]:
+    """Return what acts at each interface of a scene, by the number of the body and the name of the interface."""
+    unknown: dict[tuple[int, str], list[Source]] = {}
+    known: dict[tuple[int, str], list[Source]] = {}
+    for number, body in enumerate(model.bodies):
+        for n in body.interfaces:
+            unknown[number, n.name], known[number, n.name] = [], []
+            if n.fixed_components:
+                carrier = model.bodies[body.parent].name if body.parent >= 0 else GROUND
+                unknown[number, n.name].append(Source(BODY, carrier, 0))
+    for body in model.bodies:
+        if body.parent_interface is not None:
+            place = _place(model, body.parent, body.parent_interface)
+            if place is not None:
+                unknown[place].append(Source(BODY, body.name, 1))
+    for source, marker, is_known in _between(model):
+        place = None if marker.interface is None else _place(model, marker.body, marker.interface)
+        if place is not None and not isinstance(marker, CoordinateMarker):
+            (known if is_known else unknown)[place].append(source)
+    labels = {id(load): label for label, load in named_loads(model).items()} if known else {}
+    for number, body in enumerate(model.bodies):
+        for i, (load, frame) in enumerate(body.loads):
+            place = None if frame is None else _place(model, number, frame)
+            if place is not None:
+                known[place].append(Source(FORCE, labels[id(load)], i))
+    return {place: _named(unknown[place], known[place]) for place in unknown}
+
+
+def _between(model: ModelData) -> Iterator[tuple[Source, Marker, bool]]:
+    for constraint in model.constraints:
+        for end, marker in enumerate(constraint.ends):
+            yield Source(LOOP, constraint.name, end), marker, False
+    for number, load in enumerate(model.loads):
+        for end, marker in enumerate(load.ends):
+            yield Source(LOAD, load.name, end), marker, number not in model.rigid_contacts
+
+
+def _place(model: ModelData, number: int, frame: InterfaceFrame) -> tuple[int, str] | None:
+    terms = model.bodies[number].flexible
+    found = None if terms is None else interface_at(terms.body, frame)
+    return None if found is None else (number, found.name)
+
+
+def _named(unknown: list[Source], known: list[Source]) -> Sources:
+    """Return sources by name; with its kind in front where a name is that of several, or of a group."""
+    sides: dict[str, set[tuple[str, str]]] = {F_U: {("", "")}, F_K: {("", "")}}
+    for source in (*unknown, *known):
+        sides.setdefault(source.name, set()).add(_owner(source))
+    named: dict[str, tuple[Source, ...]] = {}
+    groups: list[tuple[str, ...]] = []
+    for sources in (unknown, known):
+        labels = []
+        for source in sources:
+            label = source.name if len(sides[source.name]) == 1 else f"{_owner(source)[0]} {source.name}"
+            named[label] = (*named.get(label, ()), source)
+            labels.append(label)
+        groups.append(tuple(dict.fromkeys(labels)))
+    return Sources(Neighbours(*groups), named)
+
+
+def _owner(source: Source) -> tuple[str, str]:
+    """Return kind and name; the ground that carries is no body."""
+    is_ground = source.kind == BODY and source.end == 0 and source.name == GROUND
+    return "carrier" if is_ground else source.kind, source.name
