@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError, SimulationError, SimulationWarning
+from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import warn_of_missed
@@ -25,6 +25,7 @@ from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
 from kanefe.linear.state import at_rest, rested_states, started_model
 from kanefe.scene.targets import Named
+from kanefe.tree.bending import Bending, worst_bending
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
@@ -73,7 +74,14 @@ class Equilibrium(Instant):
                 told[body.flexible.eta] = [
                     f"  {body.name}: {len(eta)} modal coordinates, the largest eta {at}: {eta[at]:.6g}"
                 ]
+        bending = self.bending
+        told += [f"  bending inside bodies: {bending}"] if bending is not None else []
         return "\n".join([*lines, *told, *self._told_of_contacts()])
+
+    @property
+    def bending(self) -> Bending | None:
+        """The largest rotation inside a flexible body: of the one that is nearest to its reach, or farthest beyond."""
+        return worst_bending(self.model, np.array([self.time]), self.q[None])
 
     @property
     def carrying(self) -> dict[str, float]:
@@ -153,7 +161,8 @@ def equilibrium(
     Warns
     -----
     AccuracyWarning
-        If the modes of a body miss much of how gravity, spin or tractions deform it.
+        If the modes of a body miss much of how gravity, spin or tractions deform it, or if it is bent beyond the reach
+        of its kinematics.
 
     Examples
     --------
@@ -166,6 +175,8 @@ def equilibrium(
     """
     found = balanced(scene, t=t, start=start, speeds=speeds, find=find, steady=steady)
     warn_of_missed(found, "equilibrium")
+    if (bending := found.bending) is not None and bending.is_too_far:
+        warnings.warn(f"equilibrium: {bending.remark}", AccuracyWarning, stacklevel=2)
     return found
 
 
