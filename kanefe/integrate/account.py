@@ -1,4 +1,4 @@
-"""What a run is to be judged by: its balance of energy, and how far linear bodies were bent."""
+"""What a run is to be judged by: its balance of energy, and how far its bodies were bent."""
 
 from __future__ import annotations
 
@@ -14,26 +14,23 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning
 from kanefe.integrate.status import UNFIT
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.tree.scales import displacement_scales, scene_length
+from kanefe.tree.bending import Bending, worst_bending
+from kanefe.tree.scales import scene_length
 
 NOTED = 0.01
 """Of the energy: what a run misses at least for a warning."""
-
-BENT = 0.5
-"""Of its length: deflections of a body above which a linear one says little."""
-
 
 ROUND_OFF = 1e-15
 """Of the energy, weight included, that a scene has or might have: what moved less than that has not moved."""
 
 
 def accounted(model: Model, run: Trajectory) -> Trajectory:
-    """Return a run with "energy_balance" and "deflection" in its statistics; warn of what is far off.
+    """Return a run with "energy_balance" and "bending" in its statistics; warn of what is far off.
 
     "energy_balance": what is missing at the end, J, and its share of the largest energy of motion and deformation, or
-    that was exchanged. "deflection": the name of the body that is bent the most, and by how much of its length.
+    that was exchanged. "bending": the `Bending` of the body that is nearest to its reach, or farthest beyond.
     """
-    found = {"energy_balance": _balance(model, run), "deflection": _deflection(model, run)}
+    found = {"energy_balance": _balance(model, run), "bending": worst_bending(model, run.times, run.coordinates)}
     # lists, as files give them back
     of_run = replace(run, statistics=run.statistics | {name: list(told) for name, told in found.items() if told})
     for text in remarks(of_run.statistics):
@@ -51,12 +48,8 @@ def remarks(statistics: Mapping[str, Any]) -> list[str]:
             f"{statistics['method']} {'lost' if missing < 0.0 else 'gained'} {share:.2g} of the energy, which does not "
             f"fit rtol={rtol:g}. Remedy: a smaller rtol"
         )
-    name, bent = statistics.get("deflection", ("", 0.0))
-    if bent > BENT:
-        found.append(
-            f"body {name!r} deflects by {bent:.3g} of its length, and a linear body holds to about a tenth of it. "
-            "Remedy: check what drives it; a chain of several bodies where it is truly so soft"
-        )
+    if "bending" in statistics and (bending := Bending(*statistics["bending"])).is_too_far:
+        found.append(bending.remark)
     return found
 
 
@@ -84,16 +77,6 @@ def _balance(model: Model, run: Trajectory) -> tuple[float, float] | None:
     if not (scale > least and math.isfinite(scale) and math.isfinite(balance[-1])):
         return None
     return float(balance[-1]), float(abs(balance[-1]) / scale)
-
-
-def _deflection(model: Model, run: Trajectory) -> tuple[str, float] | None:
-    """Return the body that is bent the most, and by how much: as the amplitude of all its coordinates."""
-    scales, worst = displacement_scales(model), ("", 0.0)
-    for body in model.bodies:
-        if body.flexible is not None:
-            bent = run.coordinates[:, body.flexible.eta] / scales[body.flexible.speeds]
-            worst = max(worst, (body.name, float(np.sqrt(np.square(bent).sum(axis=1)).max())), key=lambda pair: pair[1])
-    return worst if worst[1] > 0.0 else None
 
 
 def _weight(model: Model) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 
 from kanefe.errors import SimulationError
 from kanefe.integrate.clock import OF_USER
+from kanefe.tree.bending import Bending
 
 Kind = Literal["finished", "stopped", "failed"]
 
@@ -133,6 +134,9 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         rtol = statistics.get("rtol")
         unfit = f", more than fits rtol {rtol:g}" if rtol is not None and share > UNFIT * rtol else ""
         lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
+    if "bending" in statistics:
+        bending = Bending(*statistics["bending"])
+        lines.append(f"  bending {bending}{', beyond its reach' if bending.is_too_far else ''}")
     if events:
         lines.append("  events  " + _counted(events))
     return "\n".join(lines)

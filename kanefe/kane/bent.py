@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from kanefe.bodies.inner_rotations import inner_rotations
 from kanefe.bodies.unreduced import UnreducedBody
-from kanefe.fe_model.model import ROTATIONS
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.bending import LEAST
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import ModelData
-
-LEAST = 0.1
-"""Share of its inertia at rest that a motion keeps: below, the equations are those of no body."""
-
 
 def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     """Return, with a remedy, which body is bent so far that a motion has lost its inertia; empty: none is.
@@ -47,7 +44,7 @@ def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     own = [float(np.linalg.norm(sizes[terms.speeds])) for _, terms in stiffened]
     name, terms = stiffened[int(np.argmax(own))]
     return (
-        f"flexible body {name!r} is bent by {_bending(terms, q[terms.eta])}, farther than its stiffening holds: there "
+        f"flexible body {name!r} is bent by {_size(terms, q[terms.eta])}, farther than its stiffening holds: there "
         f"is a motion with {100 * shares[0]:.2g} % of its inertia at rest. Remedy: cut {name!r} into several flexible "
         "bodies in a chain, so that each bends less; or fewer modes; or stiffening='none' where nothing pulls it "
         "straight"
@@ -59,15 +56,10 @@ def _free_mass(model: ModelData, t: float, q: Vector, u: Vector) -> Matrix:
     return mass_matrix(State(model, t, q, u))[:n, :n]
 
 
-def _bending(terms: FlexibleTerms, eta: Vector) -> str:
-    """Return how far a body is bent: the largest slope, or the largest displacement where nothing has one."""
-    body = terms.body
-    slopes = [np.linalg.norm(frame.moved(eta)[0][3:]) for frame in body.interfaces]
-    at = [i for i, component in enumerate(body.components) if component in ROTATIONS]
-    if at:
-        nodal = (body.basis[:, : body.free_count] @ eta).reshape(len(body.nodes), -1)[:, at]
-        slopes.append(np.linalg.norm(nodal, axis=1).max())
-    if max(slopes, default=0.0) > 0.0:
-        return f"slopes of {max(slopes):.2g} rad"
-    largest = np.linalg.norm(body.node_displacements(eta), axis=1).max()
-    return f"{100 * largest / np.ptp(body.nodes, axis=0).max():.2g} % of its length"
+def _size(terms: FlexibleTerms, eta: Vector) -> str:
+    inner = inner_rotations(terms.body)
+    if inner is None:
+        return "nothing"
+    place, turned = inner.largest(eta)
+    size = np.linalg.norm(turned)
+    return f"{size:.2g} of its length" if inner.of_displacements else f"slopes of {size:.2g} rad at {place}"

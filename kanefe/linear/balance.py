@@ -123,7 +123,7 @@ class BalanceSearch:
             z, du, _ = self._step(q, u, settles)
             if not (z.any() or du.any()):
                 break
-            if _length(self.model, z) < STILL and not du.any() and count - improved > LAST_DIGITS:
+            if step_length(self.model, z) < STILL and not du.any() and count - improved > LAST_DIGITS:
                 break
             self.iterations += 1
             q_new, u_new, now = self._advanced(q, u, z, du, settles)
@@ -145,7 +145,7 @@ class BalanceSearch:
             z, du, unresisted = self._step(q, u, False)
             if du.any() or unresisted > BALANCED:
                 return None
-            if _length(self.model, z) < STILL:
+            if step_length(self.model, z) < STILL:
                 return q, u
             q, u = self._closed(self.model.advance(q, z), u)
         return None
@@ -170,18 +170,18 @@ class BalanceSearch:
             size = float(np.abs(H).max(initial=0.0))
             shift = -1.5 * lowest if settles and lowest < -1e-9 * size else 0.0
             H = H + shift * np.eye(len(H))
-            x = _solved(H, residual)
+            x = solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
                 # against the forces: a curvature that is below zero, but too small beside stiff modes to be seen above
                 H = H - 2.0 * along / float(x @ x) * np.eye(len(H))
-                x = _solved(H, residual)
+                x = solved(H, residual)
             p = inverse.T @ x
             return P.z @ p, P.du @ p, _unresisted(H, x, residual)
         columns = P.ddu[np.ix_(lead, kept)]
         if len(self.found):
             columns = np.hstack((columns, small.along_speeds.ddu[np.ix_(lead, self.found)]))
         H = -inverse @ M @ columns
-        x = _solved(H, residual)
+        x = solved(H, residual)
         z, du = P.z[:, kept] @ x[: len(kept)], P.du[:, kept] @ x[: len(kept)]
         du[self.found] += x[len(kept) :]
         return z, du, _unresisted(H, x, residual)
@@ -191,7 +191,7 @@ class BalanceSearch:
 
         Too far to settle: where the forces push back harder than they pushed on. Else: where accelerations are larger.
         """
-        share = self._longest / max(_length(self.model, z), self._longest)
+        share = self._longest / max(step_length(self.model, z), self._longest)
         before, pushed = self._size(q, u, z)
         for _ in range(LARGEST_HALVINGS):
             q_new, u_new = self._closed(self.model.advance(q, share * z), u + share * du)
@@ -221,7 +221,7 @@ class BalanceSearch:
         )
 
 
-def _length(model: Model, z: Vector) -> float:
+def step_length(model: Model, z: Vector) -> float:
     """Return how far a tangent goes where it goes farthest, in rad or scene lengths."""
     return DIFFERENCE_STEP / float(tangent_steps(model, z[:, None])[0]) if z.any() else 0.0
 
@@ -239,7 +239,7 @@ def _unresisted(H: Matrix, x: Vector, right: Vector) -> float:
     return float(np.linalg.norm(right - H @ x)) / max(float(np.linalg.norm(right)), 1e-300)
 
 
-def _solved(H: Matrix, right: Vector) -> Vector:
+def solved(H: Matrix, right: Vector) -> Vector:
     """Return the least x of ``H x = right`` with rows and columns scaled alike; what nothing resists stays."""
     if not H.size:
         return np.zeros(H.shape[1])

@@ -17,11 +17,13 @@ from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import warn_of_missed
 from kanefe.linear.azimuth import CONSTANT
+from kanefe.linear.eigenvalues import growth_noise
 from kanefe.linear.equilibria import balanced
 from kanefe.linear.floquet_modes import FloquetModes, floquet
 from kanefe.linear.linearisation import Linearisation, linearised
 from kanefe.linear.modes import Modes, modes_of
 from kanefe.linear.state import model_of
+from kanefe.linear.unsettled import warn_of_imbalance
 
 if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
@@ -73,7 +75,7 @@ class Campbell:
 
     @property
     def frequencies(self) -> np.ndarray:
-        """abs(Im lambda) / 2 pi, Hz, shape (S, modes)."""
+        """Damped frequencies, abs(Im lambda) / 2 pi, Hz, shape (S, modes)."""
         return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
 
     @property
@@ -85,8 +87,8 @@ class Campbell:
     @property
     def grows(self) -> np.ndarray:
         """Whether each mode grows, shape (S, modes)."""
-        noise = np.array([1e-9 * np.abs(m.eigenvalues).max(initial=0.0) for m in self.modes])
-        return np.asarray(self.eigenvalues.real > noise[:, None])
+        pairs = zip(self.eigenvalues, self.modes, strict=True)
+        return np.array([values.real > growth_noise(values, m.eigenvalues) for values, m in pairs])
 
     def critical_speeds(self, order: float = 1.0) -> list[tuple[float, int]]:
         """Return the speeds (rad/s) at which a mode has `order` times the frequency of rotation, with its column.
@@ -176,7 +178,8 @@ def campbell(
     modes : int
         How many modes are followed: those of lowest frequency at the first speed, rigid motions left out.
     balance : bool
-        Linearise about the steady state at each speed; False: about the start of each scene.
+        Linearise about the steady state at each speed; False: about the start of each scene, with an
+        `UnsettledWarning` where that is not in balance.
 
     Raises
     ------
@@ -236,7 +239,9 @@ def _modes_over_speed(
     fastest = float(at[np.abs(at).argmax()])
     if fastest != 0.0:
         lin = state(fastest, False)
-        if balance:
+        if not balance:
+            warn_of_imbalance(lin.imbalance, f"campbell at {fastest:.6g} rad/s")
+        else:
             warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
         if lin.change > CONSTANT:
             return of_periodic

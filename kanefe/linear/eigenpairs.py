@@ -11,19 +11,18 @@ NOTHING = 1e-16
 """Column of which all entries, of the largest of all, are below it: a root of it is a frequency of round-off."""
 
 
-def eigenpairs(A: np.ndarray, positions: int) -> tuple[np.ndarray, np.ndarray]:
+def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
     """Return the eigenvalues of a state matrix, 1/s, and its shapes as columns.
 
-    States are so many positions, then speeds. LAPACK balances matrices, by factors without bounds where a column is
+    Scaled by weights of its states, see `rate_weights`. LAPACK balances matrices, by factors without bounds where a column is
     nearly nothing, such as what is left of a torque that is just starting; shapes are lost in its round-off then.
 
     Examples
     --------
-    >>> values, _ = eigenpairs(np.array(((0.0, 1.0), (-4.0, 0.0))), 1)
+    >>> values, _ = eigenpairs(np.array(((0.0, 1.0), (-4.0, 0.0))), np.array((2.0, 1.0)))
     >>> np.abs(values)
     array([2., 2.])
     """
-    weights = rate_weights(A, positions)
     scaled = weights[:, None] * A / weights[None, :]
     largest = np.abs(scaled).max(axis=0, initial=0.0)
     scaled[:, largest <= NOTHING * largest.max(initial=0.0)] = 0.0

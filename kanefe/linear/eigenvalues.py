@@ -6,6 +6,14 @@ import numpy as np
 
 from kanefe.frames import Vector
 
+GROWTH, ROUND_OFF = 1e-9, 1e-13
+"""Growth or decay that is none: of the eigenvalue, and of the largest eigenvalue of all."""
+
+
+def growth_noise(values: np.ndarray, of_all: np.ndarray) -> np.ndarray:
+    """Return the growth or decay (1/s) of each eigenvalue that is round-off, beside all that there are."""
+    return np.asarray(np.maximum(GROWTH * np.abs(values), ROUND_OFF * np.abs(of_all).max(initial=0.0)))
+
 
 class OfEigenvalues:
     """Modes that vibrate with ``exp(lambda t)``.
@@ -23,7 +31,7 @@ class OfEigenvalues:
 
     @property
     def frequencies(self) -> Vector:
-        """Frequencies at which the modes oscillate, abs(Im lambda) / 2 pi, Hz."""
+        """Damped frequencies, at which the modes oscillate, abs(Im lambda) / 2 pi, Hz; zero of what does not."""
         return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
 
     @property
@@ -38,9 +46,8 @@ class OfEigenvalues:
         return np.asarray(~self.is_rigid & (self.eigenvalues.real > self._noise))
 
     @property
-    def _noise(self) -> float:
-        """Decay or growth that is round-off, 1/s."""
-        return 1e-9 * float(np.abs(self.eigenvalues).max(initial=0.0))
+    def _noise(self) -> np.ndarray:
+        return growth_noise(self.eigenvalues, self.eigenvalues)
 
     @property
     def is_stable(self) -> bool:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError, SimulationError, SimulationWarning
+from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import warn_of_missed
@@ -22,9 +23,11 @@ from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.coming_to_rest import found_or_fallen
 from kanefe.linear.feeling import felt, is_put_down
 from kanefe.linear.imbalance import Imbalance
+from kanefe.linear.other_rest import OtherRest, OtherRestWarning, other_rest
 from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
 from kanefe.linear.state import at_rest, rested_states, started_model
 from kanefe.scene.targets import Named
+from kanefe.tree.bending import Bending, worst_bending
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
@@ -56,9 +59,11 @@ class Equilibrium(Instant):
     iterations : int
     """
 
-    def __init__(self, model: Model, time: float, state: Vector, imbalance: Imbalance, iterations: int) -> None:
+    def __init__(
+        self, model: Model, time: float, state: Vector, imbalance: Imbalance, iterations: int, begun: Model
+    ) -> None:
         super().__init__(model, time, state)
-        self.imbalance, self.iterations = imbalance, iterations
+        self.imbalance, self.iterations, self._begun = imbalance, iterations, begun
 
     def __str__(self) -> str:
         left = "nothing is left free to move"
@@ -73,7 +78,22 @@ class Equilibrium(Instant):
                 told[body.flexible.eta] = [
                     f"  {body.name}: {len(eta)} modal coordinates, the largest eta {at}: {eta[at]:.6g}"
                 ]
-        return "\n".join([*lines, *told, *self._told_of_contacts()])
+        bending = self.bending
+        told += [f"  bending inside bodies: {bending}"] if bending is not None else []
+        other = [f"  {self.other_rest}"] if self.other_rest is not None else []
+        return "\n".join([*lines, *told, *self._told_of_contacts(), *other])
+
+    @property
+    def bending(self) -> Bending | None:
+        """The largest rotation inside a flexible body: of the one that is nearest to its reach, or farthest beyond."""
+        return worst_bending(self.model, np.array([self.time]), self.q[None])
+
+    @cached_property
+    def other_rest(self) -> OtherRest | None:
+        """Another rest on contacts that is near, if the one that was found is close to tipping, or has lifted some."""
+        if not self.contacts:
+            return None
+        return other_rest(self.model, self.time, self.q, self.u, self._begun)
 
     @property
     def carrying(self) -> dict[str, float]:
@@ -153,7 +173,10 @@ def equilibrium(
     Warns
     -----
     AccuracyWarning
-        If the modes of a body miss much of how gravity, spin or tractions deform it.
+        If the modes of a body miss much of how gravity, spin or tractions deform it, or if it is bent beyond the reach
+        of its kinematics.
+    OtherRestWarning
+        If contacts that touched at the start have lifted, or the rest is near to tipping off those that carry least.
 
     Examples
     --------
@@ -166,6 +189,10 @@ def equilibrium(
     """
     found = balanced(scene, t=t, start=start, speeds=speeds, find=find, steady=steady)
     warn_of_missed(found, "equilibrium")
+    if found.other_rest is not None:
+        warnings.warn(f"equilibrium: {found.other_rest}", OtherRestWarning, stacklevel=2)
+    if (bending := found.bending) is not None and bending.is_too_far:
+        warnings.warn(f"equilibrium: {bending.remark}", AccuracyWarning, stacklevel=2)
     return found
 
 
@@ -183,6 +210,7 @@ def balanced(
         warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
         falling, time, y = started_model(scene, t, start, "equilibrium")
     model, q = at_rest(falling, time, y), falling.parts(y)[0]
+    begun = replace(model, initial_coordinates=q)
     if model.constraints and start is None:
         q = project_positions(model, time, q)
     u, found = _given_speeds(model, speeds or {}, find)
@@ -215,7 +243,7 @@ def balanced(
         _check_steady(model, time, *state)
     z = rested_states(model, time, np.concatenate((*state, model.initial_states)))
     y = np.concatenate((*state, z))
-    return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations)
+    return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun)
 
 
 def _on_contacts(

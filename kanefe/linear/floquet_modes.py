@@ -13,7 +13,6 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.linear.eigenvalues import OfEigenvalues
 from kanefe.linear.hill import hill_motions
-from kanefe.linear.modes import RIGID
 from kanefe.linear.periodic_motion import motion_around
 from kanefe.linear.shapes import body_masses
 from kanefe.linear.small_motions import SmallMotions
@@ -23,6 +22,9 @@ from kanefe.linear.tangents import tangent_names
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.linear.state import Freezable
+
+RIGID = 1e-7
+"""Eigenvalue, of the largest, that counts as zero: one that is double is known to the root of round-off only."""
 
 TOLD_SHARE = 0.005
 """Of a mode, from which on ``print`` tells a harmonic."""

@@ -25,6 +25,7 @@ from kanefe.linear.small_motions import Directions, SmallMotions
 from kanefe.linear.state import Freezable, model_in_state
 from kanefe.linear.state_space import StateSpace
 from kanefe.linear.tangents import tangent_names
+from kanefe.linear.unsettled import warn_of_imbalance
 from kanefe.scene.targets import Named
 
 if TYPE_CHECKING:
@@ -173,7 +174,8 @@ def linearise(
         s; default: the time of the state, or zero.
     start : state, optional
         The state to linearise about, as `kanefe.System.simulate` takes it; default: the start of the scene, with bodies
-        that stiffen as deformed as their motion there asks. For small motions about rest use `equilibrium`.
+        that stiffen as deformed as their motion there asks. For small motions about rest:
+        ``kf.equilibrium(scene).linearise()``.
     inputs : str, sequence or mapping of str, optional
         ``"force body x"``, ``"torque body/interface z'"``, ``"motor body"``, ``"gravity z"``, ``"load <label>"``, or
         ``"drive body"``, the acceleration of a driven coordinate, whose position and rate are then states too. ``x`` is
@@ -194,6 +196,9 @@ def linearise(
     -----
     AccuracyWarning
         If the modes of a body miss much of how gravity, spin or tractions deform it there.
+    UnsettledWarning
+        If the state is not in balance, such as a start from which the scene falls or sags: it tells by what force, and
+        of how much. Steady motion, and what moves freely, is in balance.
 
     Notes
     -----
@@ -212,6 +217,7 @@ def linearise(
     0.6105
     """
     found = linearised(scene, t, start, inputs, outputs)
+    warn_of_imbalance(found.imbalance, "linearise")
     if is_known(found.model):
         warn_of_missed(Instant(found.model, found.time, _rested(found.small)), "linearise")
     return found

@@ -9,14 +9,15 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
-from kanefe.linear.eigenpairs import eigenpairs
+from kanefe.linear.eigenpairs import eigenpairs, rate_weights
 from kanefe.linear.eigenvalues import OfEigenvalues
 from kanefe.linear.shapes import Shapes
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state_space import StateSpace
+from kanefe.linear.unresisted import Unresisted
 
-RIGID = 1e-7
-"""Eigenvalue, of the largest, that counts as zero: one that is double is known to the root of round-off only."""
+ROUND_OFF = 1e-14
+"""Imaginary part, of the largest eigenvalue, of one that is real."""
 
 SYMMETRIC = 1e-10
 """Asymmetry of the stiffness and size of the factor of the rates, of their largest entries, that count as none."""
@@ -51,7 +52,7 @@ class Modes(OfEigenvalues, Shapes):
 
     @property
     def natural_frequencies(self) -> Vector:
-        """``|lambda| / 2 pi``, Hz: the frequencies without damping, where damping is proportional."""
+        """``|lambda| / 2 pi``, Hz: undamped frequencies where damping is proportional; `frequencies` are the damped."""
         return np.asarray(np.abs(self.eigenvalues) / (2.0 * np.pi))
 
     @property
@@ -84,7 +85,7 @@ class Modes(OfEigenvalues, Shapes):
             elif value.imag == 0.0:
                 kind = (f"{value.real:.4g} 1/s", "")
             else:
-                damping = 100 * self.damping_ratios[i] if abs(value.real) > self._noise else 0.0
+                damping = 100 * self.damping_ratios[i] if abs(value.real) > self._noise[i] else 0.0
                 kind = (f"{self.frequencies[i]:.6g} Hz", f"{damping:.3g} %")
             rows.append((str(i), *kind, self.describe(i) + (" (unstable)" if self.grows[i] else "")))
         return modes_card(self.eigenvalues, self.grows, rows)
@@ -102,7 +103,7 @@ class Modes(OfEigenvalues, Shapes):
                 word = "diverges" if value.real > 0.0 else "decays"
                 kind = f"{word:>14}  {'':>11}  {f'{value.real:.4g} 1/s':>11}"
             else:
-                damping = 100 * self.damping_ratios[i] if abs(value.real) > noise else 0.0
+                damping = 100 * self.damping_ratios[i] if abs(value.real) > noise[i] else 0.0
                 kind = f"{self.frequencies[i]:14.6g}  {value.imag:11.6g}  {damping:11.4g}"
             lines.append(f"{i:4d}  {kind}  {self.describe(i)}{'  (unstable)' if self.grows[i] else ''}")
         return "\n".join(lines)
@@ -111,65 +112,90 @@ class Modes(OfEigenvalues, Shapes):
 def modes_of(linearisation: StateSpace) -> Modes:
     """Return the modes of a linearised scene, its driven coordinates held.
 
-    Where nothing damps or gyrates and the stiffness is symmetric, they come from the symmetric problem, which keeps
-    low frequencies beside high ones to more digits.
+    What nothing resists is found by rank and taken out, so that it is not mixed up with low frequencies. Where nothing
+    damps or gyrates and the stiffness is symmetric, the rest comes from the symmetric problem, which keeps low
+    frequencies beside high ones to more digits.
     """
     small, drives = linearisation.small, len(linearisation.small.drives)
-    p, r = len(small.positions.leading), len(small.speeds.leading)
-    kept = np.r_[: p - drives, p : p + r - drives]
-    A = linearisation.A[np.ix_(kept, kept)]
-    if small.is_holonomic:
-        held = slice(0, p - drives)
-        M, K = linearisation.mass[held, held], linearisation.stiffness[held, held]
-        factor = (linearisation.damping + linearisation.gyroscopic)[held, held]
-        scale = 1.0 / np.sqrt(np.diag(M))
-        K_1, C_1 = K * np.outer(scale, scale), factor * np.outer(scale, scale)
-        size = np.abs(K_1).max(initial=0.0)
-        if np.abs(K_1 - K_1.T).max(initial=0.0) <= SYMMETRIC * size and not np.any(
-            np.abs(C_1) > SYMMETRIC * np.sqrt(size)
-        ):
-            return _undamped(linearisation, M, 0.5 * (K + K.T), scale)
-    return _general(linearisation, A, p - drives)
+    A = linearisation.undriven
+    free = linearisation.unresisted
+    rest = _symmetric(linearisation, A, free) if small.is_holonomic else None
+    values, vectors = rest or _general(A, free, len(small.positions.leading) - drives)
+    still = free.motions[:, : free.still]
+    return _sorted(
+        linearisation,
+        np.concatenate((np.zeros(still.shape[1]), values)),
+        np.hstack((still, vectors)),
+        np.arange(still.shape[1] + len(values)) < still.shape[1],
+    )
 
 
-def _undamped(linearisation: StateSpace, M: Matrix, K: Matrix, scale: Vector) -> Modes:
-    squares, z = scipy.linalg.eigh(K * np.outer(scale, scale), M * np.outer(scale, scale))
-    z = scale[:, None] * z
+def _symmetric(linearisation: StateSpace, A: Matrix, free: Unresisted) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return eigenvalues and vectors of what is resisted, if it is that of a symmetric stiffness alone."""
+    p = len(A) // 2
+    M, K = linearisation.mass[:p, :p], linearisation.stiffness[:p, :p]
+    factor = (linearisation.damping + linearisation.gyroscopic)[:p, :p]
+    scale = 1.0 / np.sqrt(np.diag(M))
+    K_1, C_1 = K * np.outer(scale, scale), factor * np.outer(scale, scale)
+    size = np.abs(K_1).max(initial=0.0)
+    if np.abs(K_1 - K_1.T).max(initial=0.0) > SYMMETRIC * size or np.any(np.abs(C_1) > SYMMETRIC * np.sqrt(size)):
+        return None
+    led = free.leading[: free.still]
+    Z, others = free.motions[:p, : free.still], np.setdiff1d(np.arange(p), led)
+    # across the motions that nothing resists: K there is that of the other coordinates
+    V = np.eye(p)[:, others] - Z @ np.linalg.solve(Z.T @ M @ Z, Z.T @ M[:, others])
+    squares, z = _squares(0.5 * (K + K.T)[np.ix_(others, others)], V.T @ M @ V)
+    values, vectors = [], []
     # a motion that is unstable at rest grows, and decays when time runs backwards: both are listed
-    is_rigid = np.abs(squares) <= RIGID**2 * np.abs(squares).max(initial=0.0)
-    values, vectors, rigid = [], [], []
-    a11 = linearisation.A[: len(M), : len(M)]
-    for square, shape, still in zip(squares, z.T, is_rigid, strict=True):
-        root = 0.0 if still else np.sqrt(complex(-square))
-        for value in (root, -root) if square < 0.0 and not still else (root,):
-            values.append(complex(value))
-            vectors.append(np.concatenate((shape, value * shape - a11 @ shape)))
-            rigid.append(still)
-    return _sorted(linearisation, np.array(values), np.array(vectors).T, np.array(rigid, dtype=bool))
+    for square, shape in zip(squares, (V @ z).T, strict=True):
+        root = complex(np.sqrt(complex(-square)))
+        for value in (root, -root) if square < 0.0 else (root,):
+            values.append(value)
+            vectors.append(np.concatenate((shape, value * shape - A[:p, :p] @ shape)))
+    return np.array(values), np.array(vectors).T.reshape(2 * p, -1)
 
 
-def _general(linearisation: StateSpace, A: Matrix, p: int) -> Modes:
-    values, vectors = eigenpairs(A, p)
-    largest = np.abs(values).max(initial=0.0)
-    is_rigid = np.abs(values) <= RIGID * largest
-    noise = 1e-12 * largest
+def _squares(K: Matrix, M: Matrix) -> tuple[Vector, Matrix]:
+    """Return the squares of frequencies and the shapes, ``K z = square M z``.
+
+    Of a positive definite stiffness by factors of both, ``L_K^-1 L_M``, whose singular values are 1 / frequency: squares
+    of frequencies have half as many digits beside much larger ones.
+    """
+    if not K.size:
+        return np.zeros(0), K
+    scale = 1.0 / np.sqrt(np.diag(M))
+    M = M * np.outer(scale, scale)
+    stiff = 1.0 / np.sqrt(np.maximum(np.diag(K), 1e-300))
+    try:
+        L_K = np.linalg.cholesky(K * np.outer(stiff, stiff)) / stiff[:, None]
+    except np.linalg.LinAlgError:
+        squares, z = scipy.linalg.eigh(K * np.outer(scale, scale), M)
+        return squares, scale[:, None] * z
+    L_M = np.linalg.cholesky(M) / scale[:, None]
+    left, periods, _ = np.linalg.svd(scipy.linalg.solve_triangular(L_K, L_M, lower=True))
+    return 1.0 / periods**2, scipy.linalg.solve_triangular(L_K, left, lower=True, trans="T")
+
+
+def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return eigenvalues and vectors of what is resisted: of each conjugate pair one."""
+    led = free.leading
+    others = np.setdiff1d(np.arange(len(A)), led)
+    Z = free.motions[others]
+    rest = A[np.ix_(others, others)] - Z @ A[np.ix_(led, others)]
+    values, shapes = eigenpairs(rest, rate_weights(A, p)[others])
+    noise = ROUND_OFF * np.abs(values).max(initial=0.0)
     is_real = np.abs(values.imag) <= noise
     values = np.where(is_real, values.real, values)
-    kept = np.flatnonzero(~is_rigid & (is_real | (values.imag > 0.0)))
-    zeros = np.flatnonzero(is_rigid)
-    chosen = np.concatenate((_distinct(vectors[:p, zeros], zeros), kept)).astype(int)
-    found = np.where(is_rigid, 0.0, values)[chosen]
-    return _sorted(linearisation, found, vectors[:, chosen], is_rigid[chosen])
-
-
-def _distinct(shapes: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-    """Return those numbers whose shapes do not depend on others: a motion that nothing resists counts twice as zero."""
-    if not len(numbers):
-        return numbers
-    size = np.linalg.norm(shapes, axis=0)
-    _, triangle, order = scipy.linalg.qr(shapes / np.where(size > 0.0, size, 1.0), mode="economic", pivoting=True)
-    pivots = np.abs(np.diag(triangle))
-    return np.asarray(numbers[order[: np.count_nonzero(pivots > 1e-4)]])
+    kept = is_real | (values.imag > 0.0)
+    values, shapes = values[kept], shapes[:, kept]
+    # what nothing resists goes along
+    along = A[np.ix_(led, led)] + A[np.ix_(led, others)] @ Z
+    pushed = A[np.ix_(led, others)] @ shapes
+    moved = [np.linalg.solve(value * np.eye(len(led)) - along, push) for value, push in zip(values, pushed.T, strict=True)]
+    vectors = np.zeros((len(A), len(values)), dtype=complex)
+    vectors[led] = np.reshape(moved, (len(values), len(led))).T
+    vectors[others] = shapes + Z @ vectors[led]
+    return values, vectors
 
 
 def _sorted(linearisation: StateSpace, values: np.ndarray, vectors: np.ndarray, is_rigid: np.ndarray) -> Modes:

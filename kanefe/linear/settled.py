@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from kanefe.bodies.unreduced import UnreducedBody
@@ -16,20 +14,13 @@ SETTLED = 1e-9
 """Step, of the elastic coordinates, after which they rest; Newton's steps end some digits below."""
 
 
-class UnsettledWarning(UserWarning):
-    """Small motions about a start at which a body that stiffens is not stretched as its motion asks."""
-
-
 def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
-    """Return q with bodies that stiffen deformed as they are in balance with the motion of the scene.
+    """Return q with bodies that stiffen deformed as they are in balance with the motion of the scene, if it is found.
 
     What stiffens a body is the load that it carries. A blade that is let go without its stretch carries none: its
     points fly apart for now, and it bends as if it did not spin.
 
-    Warns
-    -----
-    UnsettledWarning
-        If they cannot be brought there: Newton's method does not end, or the scene has loops.
+    As it was, if they cannot be brought there: Newton's method does not end, or the scene has loops.
     """
     bodies = [body.flexible for body in model.bodies if body.flexible is not None]
     bodies = [
@@ -55,10 +46,4 @@ def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
             break
         if np.abs(step).max() <= SETTLED * np.abs(found[at]).max():
             return found
-    warnings.warn(
-        "linearise: the start is no balance, and what stiffens flexible bodies is the load that they carry in balance. "
-        "Remedy: kanefe.equilibrium(scene).linearise()",
-        UnsettledWarning,
-        stacklevel=4,
-    )
     return q

@@ -73,6 +73,8 @@ class SmallMotions:
         Of z and of du; without rolling they lead alike.
     G : ndarray, shape (n, n)
         n: free speeds and drives.
+    columns : ndarray of int, shape (n,)
+        Their numbers among all speeds.
     """
 
     def __init__(self, model: Model, t: float, q: Vector, u: Vector, drives: Sequence[Drive] = ()) -> None:
@@ -83,7 +85,7 @@ class SmallMotions:
         self.G = np.zeros((self.size, self.size))
         self.G[:n, :n] = turning(model, u)
         self.derivatives = Derivatives(model, t, q, u)
-        self._columns = np.concatenate(
+        self.columns = np.concatenate(
             (np.arange(n), [model.bodies[d.body].speeds[d.coordinate] for d in drives])
         ).astype(int)
         rates, of_places = self._rows(q, u)
@@ -108,7 +110,7 @@ class SmallMotions:
     def mass(self) -> Matrix:
         """Return M_sys over free speeds and drives."""
         M = mass_matrix(State(self.model, self.t, self.q, self.u))
-        return M[np.ix_(self._columns, self._columns)]
+        return M[np.ix_(self.columns, self.columns)]
 
     def moved(self, along: Directions, column: int, h: float) -> Moved:
         """Return the state at h along a direction."""
@@ -128,7 +130,7 @@ class SmallMotions:
         """Return the rows of the constraints over free speeds and drives, and the numbers of the holonomic ones."""
         model = self.model if model is None else model
         state = State(model, self.t, q, u)
-        return constraint_rates(state).over(self._columns), place_rows(state)
+        return constraint_rates(state).over(self.columns), place_rows(state)
 
     def _open_rates(self, state: Moved) -> Vector:
         """Return J u of all speeds, those of all drives included, as it is at a state beside."""

@@ -19,7 +19,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.linear.eigenpairs import eigenpairs
+from kanefe.linear.eigenpairs import eigenpairs, rate_weights
 from kanefe.linear.load_path import LoadPath, load_path
 from kanefe.linear.shapes import Shapes
 from kanefe.linear.small_motions import SmallMotions
@@ -177,7 +177,7 @@ def _growing(path: LoadPath, factor: float) -> tuple[complex, np.ndarray] | None
     p = len(path.K)
     rates = np.linalg.solve(path.M, np.hstack((path.K + factor * path.dK, path.C)))
     A = np.block([[np.zeros((p, p)), np.eye(p)], [-rates[:, :p], -rates[:, p:]]])
-    values, vectors = eigenpairs(A, p)
+    values, vectors = eigenpairs(A, rate_weights(A, p))
     shares = values.real / np.maximum(np.abs(values), 1e-300)
     # of a mode at rest, with an eigenvalue of round-off, the share means nothing
     noise = 1e-13 * np.abs(values).max(initial=0.0)

@@ -10,8 +10,11 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
+from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import turning
+from kanefe.linear.unresisted import Unresisted, unresisted
+from kanefe.linear.unsettled import TOLD, unsettled
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +67,34 @@ class StateSpace:
         return (
             f"small motions about t = {self.time:g} s: {len(self.A)} states; A, B, C, D are arrays\n"
             f"  inputs   {listed(self.input_names)}\n  outputs  {listed(self.output_names)}"
+            + (f"\n  out of balance: {self.imbalance}" if self.imbalance.ratio > TOLD else "")
         )
 
     @property
     def position_count(self) -> int:
         """Number of tangent coordinates p; the rest of x are speeds."""
         return self.small.positions.N.shape[1]
+
+    @cached_property
+    def undriven(self) -> Matrix:
+        """A without the states of driven coordinates."""
+        drives, small = len(self.small.drives), self.small
+        p, r = len(small.positions.leading), len(small.speeds.leading)
+        kept = np.r_[: p - drives, p : p + r - drives]
+        return self.A[np.ix_(kept, kept)]
+
+    @cached_property
+    def unresisted(self) -> Unresisted:
+        """Motions of the undriven states that nothing resists."""
+        return unresisted(self.small, self.undriven)
+
+    @cached_property
+    def imbalance(self) -> Imbalance:
+        """What is out of balance in the state, where it is worst; what moves on freely at a steady rate is not.
+
+        `Imbalance.ratio` compares it with the forces that act there; below 1e-9 it is round-off.
+        """
+        return unsettled(self.small, self.unresisted)
 
     @property
     def is_exact(self) -> bool:

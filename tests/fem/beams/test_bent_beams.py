@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 
 import kanefe as kf
 from kanefe.kane.bent import bent_too_far
-from kanefe.linear.settled import UnsettledWarning
+from kanefe.linear.unsettled import UnsettledWarning
 from kanefe.tree.stiffening_check import StiffeningWarning
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 

@@ -1,0 +1,144 @@
+"""Motions that nothing resists: neither elastic nor geometric stiffness, gravity nor loads.
+
+They are a matter of rank, not of low frequencies. Small motions ``M a = F x`` stand still for ever, or drift, where
+
+    T dx/dt = X x,   X = [[A_11, A_12], [M A_21, M A_22]],   T = [[1, 0], [0, M]]
+
+leaves them in the null space of X, or leads them there: ``X x = T c`` with c found before. Each entry of X is a sum, of
+which the sizes of the parts are known, and with them its round-off: rows and columns are scaled so that the largest
+parts in each are one, and what is left of a sum is compared with these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.state import State
+from kanefe.linear.eigenpairs import rate_weights
+from kanefe.linear.imbalance import force_sizes
+from kanefe.linear.small_motions import SmallMotions
+from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
+
+NOTHING = {True: 1e-11, False: 1e-9}
+"""Singular value of scaled sums of parts of size one that is round-off: where derivatives are exact, and where not."""
+
+LEAST = 1e-20
+"""Stiffness, of that of the fastest entry over the same masses, that is always looked at as nothing: times `NOTHING` it
+has a frequency that is round-off of the highest."""
+
+ALIKE = 1e-6
+"""Place of a unit motion that is none, and rate of its places below which it stands still."""
+
+SCALINGS = 30
+"""Rounds in which rows and columns are scaled; a few do."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unresisted:
+    """Motions that nothing resists: places that stay as they are, and speeds that go on.
+
+    Attributes
+    ----------
+    motions : ndarray, shape (states, k)
+        Basis: each moves one of the leading states by one, and none of the others.
+    leading : ndarray of int, shape (k,)
+    still : int
+        How many of the first ones are displacements that stay where they are: the rigid motions.
+    drifts : ndarray, shape (speeds, d)
+        Speeds that nothing resists, and with which nothing else has to move.
+    """
+
+    motions: Matrix
+    leading: np.ndarray
+    still: int
+    drifts: Matrix
+
+
+def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
+    """Return what nothing resists, driven coordinates held.
+
+    Parameters
+    ----------
+    small : SmallMotions
+    A : ndarray, shape (states, states)
+        Its state matrix, without the states of drives.
+    """
+    drives = len(small.drives)
+    p, r = len(small.positions.leading) - drives, len(small.speeds.leading) - drives
+    mass, Z, N = small.mass(), small.along_positions.z[:, :p], small.speeds.N[:, :r]
+    M = N.T @ mass @ N
+    rates, speeds = rate_weights(A, p)[:p], np.sqrt(np.diag(M))
+    places = rates * np.sqrt(np.abs(np.einsum("ik,ij,jk->k", Z, mass, Z)))
+    T = scipy.linalg.block_diag(np.eye(p), M)
+    X, sizes = T @ A, np.abs(T) @ np.abs(A)
+    sizes[p:] += _of_loads(small, Z, N) + LEAST * rates.max(initial=0.0) * np.outer(speeds, np.concatenate((places, speeds)))
+    found = np.zeros((p + r, 0))
+    while True:
+        wider = np.hstack((sizes, np.abs(T) @ np.abs(found)))
+        null = _null_space(np.hstack((X, T @ found)), wider, NOTHING[small.derivatives.is_exact])[: p + r]
+        if null.shape[1] == found.shape[1]:
+            break
+        found = null
+    weights = np.concatenate((places, speeds))
+    found = np.linalg.qr(weights[:, None] * found)[0] / weights[:, None]
+    return _led(found, (places / rates)[:, None] * (A[:p] @ found), weights)
+
+
+def _led(found: Matrix, moving: Matrix, weights: Vector) -> Unresisted:
+    """Return motions by which states lead that are large in them, by their weights: first those that stand still.
+
+    `moving` are the rates of their places, of unit motions.
+    """
+    p, count = len(moving), found.shape[1]
+    if not count:
+        return Unresisted(found, np.zeros(0, dtype=int), 0, found[p:])
+    _, values, right = np.linalg.svd(weights[:p, None] * found[:p])
+    drifts = found[p:] @ right[int(np.count_nonzero(values > ALIKE)) :].T
+    _, values, right = np.linalg.svd(moving)
+    still = count - int(np.count_nonzero(values > ALIKE))
+    basis = weights[:, None] * (found @ right[::-1].T)
+    leading = _pivots(basis[:p, :still])
+    rest = basis[:, still:] - basis[:, :still] @ np.linalg.solve(basis[leading, :still], basis[leading, still:])
+    leading = np.concatenate((leading, _pivots(rest)))
+    basis = basis / weights[:, None]
+    return Unresisted(basis @ np.linalg.inv(basis[leading]), leading, still, drifts)
+
+
+def _pivots(basis: Matrix) -> np.ndarray:
+    """Return the rows that tell vectors apart best, one for each column."""
+    if not basis.size:
+        return np.zeros(0, dtype=int)
+    return np.asarray(scipy.linalg.qr(basis.T, mode="r", pivoting=True)[1][: basis.shape[1]])
+
+
+def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
+    """Return by how much the forces that act may change with each state, (r, states): what they are the round-off of.
+
+    By large displacements they change by their own sizes, and likewise by speeds as large as those there are.
+    """
+    model, n = small.model, small.model.free_count
+    state = State(model, small.t, small.q, small.u)
+    forces = np.abs(N).T @ force_sizes(state)[small.columns]
+    of_places, of_speeds = (DIFFERENCE_STEP / tangent_steps(model, along[:n]) for along in (Z, N))
+    driven = model.driven_speeds(small.t)[0] if model.driven_count else np.zeros(0)
+    fastest = float(np.abs(driven).max(initial=0.0))
+    if small.u.any():
+        fastest = max(fastest, DIFFERENCE_STEP / float(tangent_steps(model, small.u[:, None])[0]))
+    return np.outer(forces, np.concatenate((of_places, of_speeds / fastest if fastest else 0.0 * of_speeds)))
+
+
+def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
+    """Return a basis of the null space of sums whose parts are known in size, (columns, k)."""
+    rows, columns = np.ones(X.shape[0]), np.ones(X.shape[1])
+    for _ in range(SCALINGS):
+        scaled = rows[:, None] * sizes * columns
+        by_row, by_column = scaled.max(axis=1, initial=0.0), scaled.max(axis=0, initial=0.0)
+        rows /= np.sqrt(np.where(by_row > 0.0, by_row, 1.0))
+        columns /= np.sqrt(np.where(by_column > 0.0, by_column, 1.0))
+    _, values, right = np.linalg.svd(rows[:, None] * X * columns)
+    rank = int(np.count_nonzero(values > tolerance))
+    return np.asarray(columns[:, None] * right[rank:].T)

@@ -1,0 +1,47 @@
+"""Whether a scene is linearised where it is in balance, and by how much it is not.
+
+Small motions go with the stiffness that loads make in balance: a column that carries its weight is softer than one that
+is about to. What is left over accelerates the scene away from the state, and its small motions change as it goes.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from kanefe.linear.imbalance import Imbalance, worst_imbalance
+from kanefe.linear.small_motions import SmallMotions
+from kanefe.linear.unresisted import Unresisted
+
+TOLD = 1e-3
+"""Force left over, of those that act in the same motion, from which on it is told: it is missing, by about as much, in
+the stiffness that they make."""
+
+
+class UnsettledWarning(UserWarning):
+    """Small motions about a state that is not in balance."""
+
+
+def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
+    """Return what is out of balance, less what accelerates motions that nothing resists: these change nothing."""
+    model, n = small.model, small.model.free_count
+    N = small.speeds.N[:, : len(free.drifts)]
+    leading = small.speeds.leading[: len(free.drifts)]
+    M = N.T @ small.mass() @ N
+    du, drifts = small.du[leading], free.drifts
+    if drifts.shape[1]:
+        du = du - drifts @ np.linalg.solve(drifts.T @ M @ drifts, drifts.T @ M @ du)
+    return worst_imbalance(model, small.t, small.q, small.u, N[:n] @ du, N[:n], leading)
+
+
+def warn_of_imbalance(found: Imbalance, what: str) -> None:
+    """Warn of a state that is not in balance; `what` names the analysis."""
+    if found.ratio > TOLD:
+        warnings.warn(
+            f"{what}: the state is not in balance: {found} is left over, {found.ratio:.2g} of the forces that act "
+            "there, and the stiffness that loads make is missing with it. Remedy: "
+            "kanefe.equilibrium(scene).linearise(), which finds the balance first",
+            UnsettledWarning,
+            stacklevel=3,
+        )

@@ -1,0 +1,119 @@
+"""How far flexible bodies are bent, and whether that is within the reach of their kinematics.
+
+Linear: points move along straight lines, so that a piece turned by theta is too long by theta^2 / 2, and forces keep the
+levers of the straight body. Stiffened: displacements are right to the second order, and their inertia to the first: from
+some rotation on there is a motion that has lost its inertia, the sooner the more modes there are.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.bodies.inner_rotations import InnerRotations, inner_rotations
+from kanefe.bodies.unreduced import UnreducedBody
+from kanefe.frames import Matrix, Vector
+from kanefe.storage.scipy_later import scipy
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import largest_extent
+
+FARTHEST = 0.2
+"""Rotation in rad at which a piece of a body is 2 % too long, and a cantilever under a force at its tip 1.4 % too soft."""
+
+LEAST = 0.1
+"""Share of its inertia at rest that a motion keeps: below, the equations are those of no body."""
+
+
+class Bending(NamedTuple):
+    """The largest rotation inside a body, against its mesh frame.
+
+    Attributes
+    ----------
+    body : str
+    rotation : float
+        rad; where `of_displacements`, the largest displacement over the length of the body.
+    reach : float
+        Up to which its kinematics hold, likewise.
+    place : str
+        Where in the body.
+    time : float
+        s.
+    displacement : float
+        The largest in the body at that time, m.
+    of_displacements : bool
+        Whether nothing is known of rotations in the body.
+    """
+
+    body: str
+    rotation: float
+    reach: float
+    place: str
+    time: float
+    displacement: float
+    of_displacements: bool
+
+    @property
+    def is_too_far(self) -> bool:
+        """Whether the body is bent beyond its reach."""
+        return self.rotation > self.reach
+
+    def __str__(self) -> str:
+        size = f"{self.rotation:.3g} of its length" if self.of_displacements else f"{self.rotation:.3g} rad"
+        return f"{self.body!r} by {size} at {self.place}, t = {self.time:.6g} s, and {self.displacement:.3g} m at most"
+
+    @property
+    def remark(self) -> str:
+        """What to say of a body that is bent too far, with a remedy."""
+        unit = "of its length" if self.of_displacements else "rad"
+        return (
+            f"a flexible body is bent beyond its reach, {self}; its kinematics hold to about {self.reach:.2g} {unit}. "
+            "Remedy: check what drives it; where it is truly so soft, a chain of several bodies, each of which bends less"
+        )
+
+
+def bendings(model: ModelData, times: Vector, coordinates: Matrix) -> list[Bending]:
+    """Return for each flexible body how far it is bent where it is bent most, of states q (T, coordinates)."""
+    found = []
+    for body in model.bodies:
+        inner = inner_rotations(body.flexible.body) if body.flexible is not None else None
+        if body.flexible is None or inner is None:
+            continue
+        etas = coordinates[:, body.flexible.eta]
+        row = inner.worst_row(etas)
+        eta, flexible = etas[row], body.flexible.body
+        place, turned = inner.largest(eta)
+        rotation = float(np.linalg.norm(turned))
+        if rotation > 0.0 and np.isfinite(rotation):
+            moved = float(np.linalg.norm(flexible.node_displacements(eta), axis=1).max())
+            reach = _reach(flexible, eta, turned, inner)
+            time = float(times[row])
+            found.append(Bending(body.name, rotation, reach, place, time, moved, inner.of_displacements))
+    return found
+
+
+def worst_bending(model: ModelData, times: Vector, coordinates: Matrix) -> Bending | None:
+    """Return how far the body is bent that is nearest to its reach, or farthest beyond."""
+    return max(bendings(model, times, coordinates), key=lambda one: one.rotation / one.reach, default=None)
+
+
+def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotations) -> float:
+    """Return the rotation to which the kinematics of a body hold that is bent in this shape.
+
+    Stiffened: on a hinge at the origin of G, about the axis of the rotation, a motion has kept `LEAST` of its inertia.
+    """
+    if isinstance(body, UnreducedBody) or body.moments.quadratic_first is None or inner.of_displacements:
+        return FARTHEST
+    rotation = float(np.linalg.norm(turned))
+    moments, none = body.moments.leading(body.free_count), np.zeros(body.free_count)
+    hinged = np.zeros((6 + body.free_count, 1 + body.free_count))
+    hinged[3:6, 0] = turned / rotation
+    hinged[6:, 1:] = np.eye(body.free_count)
+    bent, straight = (hinged.T @ moments.terms(x, none, np.zeros(3))[0] @ hinged for x in (eta, none))
+    try:
+        lost = 1.0 - float(scipy.linalg.eigvalsh(bent, straight)[0])
+    except np.linalg.LinAlgError:  # no inertia about this axis
+        return FARTHEST
+    # what is lost grows with the square of the rotation
+    return min(FARTHEST, rotation * float(np.sqrt((1.0 - LEAST) / max(lost, 1e-300))))
