@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.integrate.sampling import ControllerLog
-from kanefe.integrate.status import RunStatus
+from kanefe.integrate.status import RunStatus, summary
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.quantities import (
     CENTRES,
@@ -35,7 +35,8 @@ from kanefe.storage.files import ready_path, write_whole
 from kanefe.storage.hdf5 import decode, encode
 
 FORMAT = "kanefe result"
-VERSION = 6
+VERSION = 7
+"""In 6 there was no digest."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -43,6 +44,18 @@ LARGEST_BASIS = 2**29
 
 LOGGED = {"times": "s", "reads": "by column", "drives": "by column"}
 """Arrays of the log of a controller, with units."""
+
+PARTS = {
+    "statistics": dict,
+    "status": dict,
+    "events": dict,
+    "controllers": dict,
+    "bodies": list,
+    "loops": list,
+    "loads": dict,
+    "surfaces": list,
+}
+"""Attributes of a file that are json, and what each holds."""
 
 _SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
 
@@ -118,7 +131,7 @@ def read_channels(path: str | Path) -> FileChannels:
         )
     try:
         return FileChannels(path, header, arrays)
-    except (KeyError, ValueError, TypeError) as error:
+    except (KeyError, ValueError, TypeError, AttributeError, IndexError, RecursionError) as error:
         raise FileError(f"{path} lacks parts of a result ({error!r}). Remedy: save the result again") from error
 
 
@@ -138,35 +151,56 @@ class FileChannels:
     def __init__(self, path: Path, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
         self.path = path
         self.times = arrays["times"]
-        self.statistics: dict[str, Any] = json.loads(header["statistics"])
-        self.status = RunStatus(**json.loads(header["status"]))
-        self.events: Mapping[str, np.ndarray] = {
-            name: np.array(times) for name, times in json.loads(header["events"]).items()
-        }
+        told = {name: json.loads(text) for name, text in header.items() if name in PARTS}
+        for name, kind in PARTS.items():
+            if not isinstance(told[name], kind):
+                raise ValueError(f"{name} is no {kind.__name__}")
+        self.statistics: dict[str, Any] = told["statistics"]
+        self.status = RunStatus(**told["status"])
+        self.events: Mapping[str, np.ndarray] = {name: np.array(times) for name, times in told["events"].items()}
+        summary(self.status, self.statistics, self.events)
         self.controllers: Mapping[str, ControllerLog] = {
             name: ControllerLog(
                 **{part: arrays[f"controllers/{_safe(name)}/{part}"] for part in LOGGED},
                 read_names=tuple(names["read_names"]),
                 drive_names=tuple(names["drive_names"]),
             )
-            for name, names in json.loads(header["controllers"]).items()
+            for name, names in told["controllers"].items()
         }
-        self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
-        self.loops = tuple(json.loads(header["loops"]))
-        self.loads: Mapping[str, tuple[str, ...]] = {
-            name: tuple(columns) for name, columns in json.loads(header["loads"]).items()
-        }
+        self.bodies = tuple(_shape(entry, arrays) for entry in told["bodies"])
+        self.loops = tuple(told["loops"])
+        self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in told["loads"].items()}
         self.surfaces = tuple(
             SurfaceOutline(
                 **entry, vertices=arrays[f"surfaces/{i}/vertices"], triangles=arrays[f"surfaces/{i}/triangles"]
             )
-            for i, entry in enumerate(json.loads(header["surfaces"]))
+            for i, entry in enumerate(told["surfaces"])
         )
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
-        for where, array in arrays.items():
-            if where.rpartition("/")[2] in QUANTITIES and len(array) != len(self.times):
+        self._check_arrays()
+
+    def _check_arrays(self) -> None:
+        """Raise a ValueError unless the times rise and each channel has a row of its numbers for each of them."""
+        if self.times.ndim != 1 or self.times.dtype != float or not np.all(np.isfinite(self.times)):
+            raise ValueError(f"times are not finite numbers in a row, but {self.times.dtype} {self.times.shape}")
+        if not len(self.times) or np.any(np.diff(self.times) < 0.0):
+            raise ValueError("times do not rise")
+        reader = Reader(self)
+        for quantity, body, interface in _saved(list(self.bodies), reader, True):
+            where = _location(quantity, body, interface)
+            if where not in self._arrays and quantity in _SKIPPED_WITHOUT_FORCES:
+                continue
+            array = self._arrays[where]
+            width = sum(len(columns) or 1 for _, _, columns in reader.parts(quantity, body))
+            if array.ndim and len(array) != len(self.times):
                 raise ValueError(f"{where} has {len(array)} rows for {len(self.times)} times")
+            if (
+                array.dtype != float
+                or array.shape not in {array.shape[:1], (*array.shape[:1], width)}
+                or (array.ndim != 2 and width != 1)
+            ):
+                raise ValueError(f"{where} is {array.dtype} {array.shape}, and should have {width} numbers a time")
 
     def read(self, quantity: str, body: str = "", interface: str = "") -> np.ndarray:
         """Return a channel, time first.
