@@ -27,7 +27,6 @@ from kanefe.results.quantities import (
     MODES,
     MOTIONS,
     OF_SCENE,
-    QUANTITIES,
 )
 from kanefe.results.reader import Reader
 from kanefe.results.surface_outline import SurfaceOutline

@@ -16,7 +16,6 @@ from typing import BinaryIO
 
 from kanefe.errors import FileError
 
-
 LARGEST_SHARE = 0.5
 """Of the memory that a process may use: a file above it that is read whole would fill the rest with what it says."""
 
