@@ -2,7 +2,7 @@
 
 Each is kept in a file of its own, named by a digest of all it is made from. Files are put in place as a whole, so
 that any number of processes can write and read at once, and one that is killed leaves at most a file of no name, which
-is thrown away later. Opening a body costs milliseconds, whatever its mesh: see `kanefe.storage.array_file`.
+is thrown away later. Opening a body costs little more than comparing its checksums: see `kanefe.storage.array_file`.
 
 A model serves the bodies that differ from the one it was assembled for in what is done with its matrices only: their
 interfaces, reduction, and damping. It takes about a kilobyte for each degree of freedom.
@@ -40,6 +40,9 @@ Kept = TypeVar("Kept")
 DEFAULT_GB = 10.0
 LEFT_OVER = 24 * 3600.0
 """Age in s of an unfinished file from which it counts as left by a process that was killed."""
+
+FRESH = 60.0
+"""Age in s of the last use from which the next one is noted: until then a process need not look at the file again."""
 
 
 class CacheWarning(UserWarning):
@@ -186,7 +189,8 @@ def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
             path.unlink()
         return None
     with contextlib.suppress(OSError):  # a cache that can be read only
-        os.utime(path)
+        if time.time() - path.stat().st_mtime > FRESH:
+            os.utime(path)
     return found
 
 

@@ -18,6 +18,7 @@ from kanefe.integrate.choice import Choice
 from kanefe.integrate.events import Event
 from kanefe.storage.array_file import open_arrays, write_arrays
 from kanefe.storage.digest import Unhashable, digest_of_scene
+from kanefe.storage.files import regular_file
 from kanefe.storage.object_file import DAMAGE
 
 FORMAT = "kanefe checkpoint"
@@ -150,9 +151,9 @@ def read_checkpoint(path: str | Path, of: Identity) -> Progress:
         If the file is not there, damaged, or of another scene, other options or another version; the message says
         which options.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise FileError(f"there is no checkpoint {path}. Remedy: check the path, or leave resume= out to begin anew")
+    path = regular_file(
+        path, kind="checkpoint", remedy="check the path, or leave resume= out to begin anew", whole=False
+    )
     try:
         text, arrays = open_arrays(path)
         header = json.loads(text)

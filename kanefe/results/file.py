@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.integrate.sampling import ControllerLog
-from kanefe.integrate.status import RunStatus
+from kanefe.integrate.status import RunStatus, summary
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.quantities import (
     CENTRES,
@@ -27,7 +27,6 @@ from kanefe.results.quantities import (
     MODES,
     MOTIONS,
     OF_SCENE,
-    QUANTITIES,
 )
 from kanefe.results.reader import Reader
 from kanefe.results.surface_outline import SurfaceOutline
@@ -37,6 +36,7 @@ from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
 VERSION = 7
+"""In 6 there was no digest, and coupling forces had no parts."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -47,6 +47,18 @@ LOGGED = {"times": "s", "reads": "by column", "drives": "by column"}
 
 PARTED = "coupling_force"
 """The quantity that has parts: see `Reader.neighbours`."""
+
+PARTS = {
+    "statistics": dict,
+    "status": dict,
+    "events": dict,
+    "controllers": dict,
+    "bodies": list,
+    "loops": list,
+    "loads": dict,
+    "surfaces": list,
+}
+"""Attributes of a file that are json, and what each holds."""
 
 _SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
 
@@ -126,7 +138,7 @@ def read_channels(path: str | Path) -> FileChannels:
         )
     try:
         return FileChannels(path, header, arrays)
-    except (KeyError, ValueError, TypeError) as error:
+    except (KeyError, ValueError, TypeError, AttributeError, IndexError, RecursionError) as error:
         raise FileError(f"{path} lacks parts of a result ({error!r}). Remedy: save the result again") from error
 
 
@@ -146,36 +158,62 @@ class FileChannels:
     def __init__(self, path: Path, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
         self.path = path
         self.times = arrays["times"]
-        self.statistics: dict[str, Any] = json.loads(header["statistics"])
-        self.status = RunStatus(**json.loads(header["status"]))
-        self.events: Mapping[str, np.ndarray] = {
-            name: np.array(times) for name, times in json.loads(header["events"]).items()
-        }
+        told = {name: json.loads(text) for name, text in header.items() if name in PARTS}
+        for name, kind in PARTS.items():
+            if not isinstance(told[name], kind):
+                raise ValueError(f"{name} is no {kind.__name__}")
+        self.statistics: dict[str, Any] = told["statistics"]
+        self.status = RunStatus(**told["status"])
+        self.events: Mapping[str, np.ndarray] = {name: np.array(times) for name, times in told["events"].items()}
+        summary(self.status, self.statistics, self.events)
         self.controllers: Mapping[str, ControllerLog] = {
             name: ControllerLog(
                 **{part: arrays[f"controllers/{_safe(name)}/{part}"] for part in LOGGED},
                 read_names=tuple(names["read_names"]),
                 drive_names=tuple(names["drive_names"]),
             )
-            for name, names in json.loads(header["controllers"]).items()
+            for name, names in told["controllers"].items()
         }
-        self.bodies = tuple(_shape(entry, arrays) for entry in json.loads(header["bodies"]))
-        self.loops = tuple(json.loads(header["loops"]))
-        self.loads: Mapping[str, tuple[str, ...]] = {
-            name: tuple(columns) for name, columns in json.loads(header["loads"]).items()
-        }
+        self.bodies = tuple(_shape(entry, arrays) for entry in told["bodies"])
+        self.loops = tuple(told["loops"])
+        self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in told["loads"].items()}
         self.surfaces = tuple(
             SurfaceOutline(
                 **entry, vertices=arrays[f"surfaces/{i}/vertices"], triangles=arrays[f"surfaces/{i}/triangles"]
             )
-            for i, entry in enumerate(json.loads(header["surfaces"]))
+            for i, entry in enumerate(told["surfaces"])
         )
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
-        for where, array in arrays.items():
-            folder, _, last = where.rpartition("/")
-            if (last in QUANTITIES or folder.endswith(f"/parts of {PARTED}")) and len(array) != len(self.times):
-                raise ValueError(f"{where} has {len(array)} rows for {len(self.times)} times")
+        self._check_arrays()
+
+    def _check_arrays(self) -> None:
+        """Raise a ValueError unless the times rise and each channel has a row of its numbers for each of them."""
+        if self.times.ndim != 1 or self.times.dtype != float or not np.all(np.isfinite(self.times)):
+            raise ValueError(f"times are not finite numbers in a row, but {self.times.dtype} {self.times.shape}")
+        if not len(self.times) or np.any(np.diff(self.times) < 0.0):
+            raise ValueError("times do not rise")
+        reader = Reader(self)
+        for quantity, body, interface in _saved(list(self.bodies), reader, True):
+            where = _location(quantity, body, interface)
+            if where not in self._arrays and quantity in _SKIPPED_WITHOUT_FORCES:
+                continue
+            width = sum(len(columns) or 1 for _, _, columns in reader.parts(quantity, body))
+            self._check_array(where, width)
+            if quantity == PARTED:
+                for part in _stored_parts(reader.neighbours(body, interface)):
+                    self._check_array(_location(quantity, body, interface, part), width)
+
+    def _check_array(self, where: str, width: int) -> None:
+        array = self._arrays[where]
+        if array.ndim and len(array) != len(self.times):
+            raise ValueError(f"{where} has {len(array)} rows for {len(self.times)} times")
+        if (
+            array.dtype != float
+            or array.shape not in {array.shape[:1], (*array.shape[:1], width)}
+            or (array.ndim != 2 and width != 1)
+        ):
+            raise ValueError(f"{where} is {array.dtype} {array.shape}, and should have {width} numbers a time")
 
     def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
         """Return a channel, or a part of a coupling force, time first.

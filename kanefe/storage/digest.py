@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dis
 import hashlib
+import sys
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from functools import partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from sysconfig import get_path
 from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
@@ -34,7 +35,8 @@ def digest(**parts: Any) -> str:
     ----------
     **parts
         Numbers, texts, arrays, sparse matrices, paths (their content), dataclasses, and sequences and mappings of
-        them. A function counts by its code, its defaults, and the values it takes from around it.
+        them. A function counts by its code, its defaults, and the values it takes from around it, those of modules
+        that are not installed too; a class of the user by its name, its methods and its plain attributes.
 
     Raises
     ------
@@ -112,6 +114,7 @@ class _Hasher:
         self._takes_objects = takes_objects
         self._looks_into_packages = looks_into_packages
         self._objects: list[Any] = []
+        self._classes: list[type] = []
 
     def hexdigest(self) -> str:
         return self._hash.hexdigest()[:32]
@@ -149,7 +152,7 @@ class _Hasher:
         elif isinstance(value, (set, frozenset)):
             self.feed(sorted(digest(item=item) for item in value), where)
         elif is_dataclass(value) and not isinstance(value, type):
-            self._text(_name(type(value)))
+            self._class(type(value), where)
             for f in fields(value):
                 if not f.compare:  # made from the others, or how they came about
                     continue
@@ -174,7 +177,9 @@ class _Hasher:
                 self._hash.update(piece)
 
     def _callable(self, value: Any, where: str) -> None:
-        if isinstance(value, (type, np.ufunc)):
+        if isinstance(value, type):
+            self._class(value, where)
+        elif isinstance(value, np.ufunc):
             self._text(f"named {_name(value)}")
         elif isinstance(value, BuiltinFunctionType):
             self._text(f"named {value.__name__}")
@@ -182,7 +187,7 @@ class _Hasher:
         elif isinstance(value, ModuleType):
             self._text(f"module {value.__name__}")
         elif isinstance(value, partial):
-            self.feed((value.func, value.args, value.keywords), where)
+            self.feed((value.func, value.args, dict(sorted(value.keywords.items()))), where)
         elif isinstance(value, MethodType):
             self.feed((value.__func__, value.__self__), where)
         elif isinstance(value, FunctionType):
@@ -211,13 +216,35 @@ class _Hasher:
         for name in sorted(_global_names(function.__code__)):
             if name in function.__globals__:
                 self.feed(name, where)
-                self.feed(function.__globals__[name], f"{where}: {name}")
+                self._global(function.__globals__[name], _attribute_names(function.__code__), f"{where}: {name}")
+
+    def _global(self, value: Any, asked: set[str], where: str) -> None:
+        """Take in what a function has from its module; of a module of the user what the function may ask it for."""
+        self.feed(value, where)
+        if isinstance(value, ModuleType) and not _is_of_a_package(value.__name__, getattr(value, "__file__", None)):
+            for name in sorted(asked & set(vars(value))):
+                self.feed(name, where)
+                self._global(vars(value)[name], asked - {name}, f"{where}.{name}")
+
+    def _class(self, cls: type, where: str) -> None:
+        """Take in a class: by its name, and one of the user by what is written in it, too."""
+        self._text(f"class {_name(cls)}")
+        if cls in self._classes or _is_of_a_package(cls.__module__, _file_of(cls.__module__)):
+            return
+        self._classes.append(cls)
+        for name, member in sorted(vars(cls).items()):
+            for part in _written(name, member):
+                self.feed(name, where)
+                self.feed(part, f"{where}: {cls.__name__}.{name}")
+        for base in cls.__bases__:
+            self._class(base, where)
 
     def _object(self, value: Any, attributes: dict[str, Any], where: str) -> None:
         known = next((i for i, other in enumerate(self._objects) if other is value), None)
-        self._text(f"object {_name(type(value))}" if known is None else f"object {known} again")
+        self._text("object" if known is None else f"object {known} again")
         if known is None:
             self._objects.append(value)
+            self._class(type(value), where)
             self.feed(attributes, where)
 
     def _code(self, code: CodeType, where: str) -> None:
@@ -233,10 +260,36 @@ class _Hasher:
 
 def _is_installed(function: FunctionType) -> bool:
     """Return whether a function is of a package that was installed, of Python itself, or of this one."""
-    if (function.__module__ or "").partition(".")[0] in OWN:
+    return _is_of_a_package(function.__module__ or "", function.__code__.co_filename)
+
+
+@cache
+def _is_of_a_package(module: str, file: str | None) -> bool:
+    """Return whether a module is of a package that was installed, of Python itself, or of this one."""
+    if module.partition(".")[0] in OWN:
         return True
-    path = Path(function.__code__.co_filename)
+    if file is None:  # built in, or typed in
+        return module in sys.builtin_module_names
+    path = Path(file)
     return bool({"site-packages", "dist-packages"} & set(path.parts)) or path.is_relative_to(get_path("stdlib"))
+
+
+def _file_of(module: str) -> str | None:
+    return getattr(sys.modules.get(module), "__file__", None)
+
+
+def _written(name: str, member: Any) -> list[Any]:
+    """Return what of a member of a class was written in it: functions, and plain values; not what Python adds."""
+    if isinstance(member, (staticmethod, classmethod)):
+        member = member.__func__
+    if isinstance(member, property):
+        return [part for part in (member.fget, member.fset, member.fdel) if part is not None]
+    if isinstance(member, cached_property):
+        member = member.func
+    if isinstance(member, FunctionType):
+        return [] if member.__code__.co_filename == "<string>" else [member]  # of dataclasses: made from the fields
+    is_plain = isinstance(member, (bool, int, float, complex, bytes, str, tuple, np.ndarray)) and name[:2] != "__"
+    return [member] if is_plain else []
 
 
 def _global_names(code: CodeType) -> set[str]:
@@ -245,6 +298,15 @@ def _global_names(code: CodeType) -> set[str]:
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             names |= _global_names(constant)
+    return names
+
+
+def _attribute_names(code: CodeType) -> set[str]:
+    """Return the names of attributes that a function and those inside it ask for."""
+    names = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            names |= _attribute_names(constant)
     return names
 
 

@@ -1,4 +1,4 @@
-"""Files that are there as a whole or not at all.
+"""Files that are there as a whole or not at all, and what is read as a file.
 
 Where kanefe keeps what can be made again: compiled kernels and flexible bodies.
 """
@@ -6,6 +6,7 @@ Where kanefe keeps what can be made again: compiled kernels and flexible bodies.
 from __future__ import annotations
 
 import os
+import stat
 import sys
 import tempfile
 from collections.abc import Callable
@@ -14,6 +15,74 @@ from pathlib import Path
 from typing import BinaryIO
 
 from kanefe.errors import FileError
+
+LARGEST_SHARE = 0.5
+"""Of the memory that a process may use: a file above it that is read whole would fill the rest with what it says."""
+
+_NO_FILES = {
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def regular_file(
+    path: str | Path, what: str = "", *, kind: str = "file", remedy: str = "check the path", whole: bool = True
+) -> Path:
+    """Return the path of a file that ends, and that fits into memory: what all readers of files ask first.
+
+    Parameters
+    ----------
+    path : path
+    what : str
+        That it holds, for messages: "for the nodes".
+    kind : str
+        What it is called in messages.
+    remedy : str
+        Of a file that is not there.
+    whole : bool
+        Whether it is read whole, and not mapped.
+
+    Raises
+    ------
+    FileError
+        If it is not there, a folder, a device, a pipe or a socket, or larger than memory takes.
+    """
+    path = Path(path)
+    called = f"{path} {what}".rstrip()
+    try:
+        status = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        raise FileError(f"there is no {kind} {called}. Remedy: {remedy}") from None
+    except (OSError, ValueError) as error:  # a link to itself, a folder that may not be entered, a name with \0
+        raise FileError(f"cannot read the {kind} {called}: {error}. Remedy: {remedy}") from error
+    if stat.S_ISDIR(status.st_mode):
+        raise FileError(f"there is no {kind} {called}: it is a folder. Remedy: the file in it")
+    if not stat.S_ISREG(status.st_mode):
+        found = _NO_FILES.get(stat.S_IFMT(status.st_mode), "no file")
+        raise FileError(
+            f"{called} is {found}, which may never end. Remedy: put what it gives into a file, and give that"
+        )
+    if whole and status.st_size > LARGEST_SHARE * usable_memory():
+        raise FileError(
+            f"{called} has {status.st_size / 2**30:.3g} GiB, of which {LARGEST_SHARE * usable_memory() / 2**30:.3g} "
+            "can be read here. Remedy: check that it is what it should be, or a machine with more memory"
+        )
+    return path
+
+
+def usable_memory() -> float:
+    """Return the bytes that this process can have at most: of the machine, or of its own limit."""
+    found = float("inf")
+    if hasattr(os, "sysconf"):
+        found = float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY:
+            found = min(found, float(limit))
+    return found
 
 
 def ready_path(path: str | Path) -> Path:

@@ -1,23 +1,39 @@
-"""The door to h5py: named arrays with units to HDF5 and back."""
+"""The door to h5py: named arrays with units to HDF5 and back.
+
+A file begins with a block of text that HDF5 leaves to its writer: a digest of all bytes that follow. It is compared
+before HDF5 looks at them, so that no damage is ever read, nor makes HDF5 itself crash. Each array has the checksum of
+HDF5 besides, by which other programs that read the file see its damage.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kanefe.errors import FileError, MissingDependency
+from kanefe.storage.files import regular_file
 
 SMALLEST_COMPRESSED = 1024
 """Numbers in an array below which compression costs more than it saves."""
 
 MOST_COMPRESSED = 1100
 """Times that an array can be larger than its bytes in the file: deflate makes at most 1032 of one."""
+
+
+HEAD = 512
+"""Bytes ahead of HDF5's own, the least that it allows."""
+
+PIECE = 1 << 20
+
+DEEPEST = 32
+"""Groups in groups; the house writes five."""
 
 
 def come_first() -> None:
@@ -46,13 +62,17 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     h5py = _h5py("Result.save")
     buffer = io.BytesIO()
     # "v110" keeps attributes above 64 KiB, such as a long provenance, which older layouts refuse
-    with h5py.File(buffer, "w", libver=("v110", "v110")) as file:
+    with h5py.File(buffer, "w", libver=("v110", "v110"), userblock_size=HEAD) as file:
         for name, value in header.items():
             file.attrs[name] = value if isinstance(value, (str, int)) else json.dumps(value, default=_plain)
         for path, (array, unit) in arrays.items():
-            packed = {"compression": "gzip", "shuffle": True} if array.size >= SMALLEST_COMPRESSED else {}
+            packed: dict[str, Any] = {"fletcher32": True} if array.size and array.ndim else {}  # others have no chunks
+            if array.size >= SMALLEST_COMPRESSED:
+                packed |= {"compression": "gzip", "shuffle": True}
             file.create_dataset(path, data=array, **packed).attrs["unit"] = unit
-    return buffer.getbuffer()
+    data = buffer.getbuffer()
+    data[:HEAD] = _head(hashlib.sha256(data[HEAD:]).hexdigest())
+    return data
 
 
 def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -66,26 +86,59 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         If h5py is not installed.
     """
     h5py = _h5py("kanefe.load_result")
-    if path.is_dir():
-        raise FileError(f"{path} is a folder. Remedy: the file in it that Result.save wrote")
-    if not path.is_file():
-        raise FileError(f"there is no file {path}. Remedy: check the path")
-    arrays: dict[str, np.ndarray] = {}
-
-    def collect(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset):
-            if item.nbytes > MOST_COMPRESSED * (item.id.get_storage_size() + SMALLEST_COMPRESSED):
-                raise ValueError(f"{name} claims {item.nbytes:.3g} bytes, which the file does not hold")
-            arrays[name] = np.asarray(item[()])
-            arrays[name].flags.writeable = False
-
+    path = regular_file(path)
     try:
+        _compare_digest(path)
         with h5py.File(path, "r") as file:
-            header = dict(file.attrs)
-            file.visititems(collect)
-    except (OSError, RuntimeError, KeyError, ValueError) as error:
-        raise FileError(f"{path} is truncated or is no HDF5 file ({error}). Remedy: save the result again") from error
-    return header, arrays
+            return dict(file.attrs), dict(_arrays(h5py, file, "", 0))
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
+        raise FileError(
+            f"{path} is truncated or is no HDF5 file of this kanefe: {error}. Remedy: save the result again"
+        ) from error
+
+
+def _head(digest: str) -> bytes:
+    """Return the block of text at the head of a file."""
+    text = f"kanefe HDF5: the SHA-256 of all bytes behind these {HEAD} is {digest}\n"
+    return text.encode().ljust(HEAD, b" ")
+
+
+def _compare_digest(path: Path) -> None:
+    """Raise a ValueError if the bytes of a file are not those that were written."""
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+        while piece := file.read(PIECE):
+            found.update(piece)
+    if not head.startswith(_head("")[:20]):
+        raise ValueError("it has no digest of its content at its head: another program wrote it, or an older kanefe")
+    if head != _head(found.hexdigest()):
+        raise ValueError("its content is not what its digest is of: it was damaged, cut, or changed after it was saved")
+
+
+def _arrays(h5py: Any, group: Any, place: str, depth: int) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the arrays of a group and of those in it, by path; links and what lies in other files are refused."""
+    if depth > DEEPEST:
+        raise ValueError(f"{place} is a group in more than {DEEPEST} others")
+    for name in group:
+        where = f"{place}{name}"
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise ValueError(f"{where} is a link")
+        item = group[name]
+        if isinstance(item, h5py.Group):
+            yield from _arrays(h5py, item, f"{where}/", depth + 1)
+            continue
+        if not isinstance(item, h5py.Dataset):
+            raise ValueError(f"{where} is no array")
+        if item.is_virtual or item.external:
+            raise ValueError(f"{where} lies in another file")
+        if item.shape is None or item.dtype.kind not in "biufS":
+            raise ValueError(f"{where} is not of numbers, but of {item.dtype}")
+        if item.nbytes > MOST_COMPRESSED * (item.id.get_storage_size() + SMALLEST_COMPRESSED):
+            raise ValueError(f"{where} claims {item.nbytes:.3g} bytes, which the file does not hold")
+        array = np.asarray(item[()])
+        array.flags.writeable = False
+        yield where, array
 
 
 def _h5py(needed_by: str) -> Any:

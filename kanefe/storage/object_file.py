@@ -12,6 +12,7 @@ from typing import Any
 
 from kanefe.errors import FileError
 from kanefe.storage.array_file import open_arrays, read_header, write_arrays
+from kanefe.storage.files import regular_file
 from kanefe.storage.serialise import OtherVersion, decoded, encoded
 
 
@@ -51,7 +52,8 @@ DAMAGE = (
     AttributeError,
     ImportError,
     EOFError,
-    NotImplementedError,
+    OverflowError,
+    RuntimeError,  # of zipfile: encrypted; RecursionError: a header of brackets; NotImplementedError
     zipfile.BadZipFile,
     zlib.error,
     struct.error,
@@ -82,9 +84,8 @@ def read_object(path: str | Path, kind: FileKind) -> Any:
     FileError
         If the file is not there, truncated, or of another format or version.
     """
-    path, key = Path(path), kind.key
-    if not path.is_file():
-        raise FileError(f"there is no file {path}. Remedy: check the path, or make the {key} again and save it")
+    key = kind.key
+    path = regular_file(path, remedy=f"check the path, or make the {key} again and save it", whole=False)
     try:
         header = _checked(read_header(path), path, kind)
         _, arrays = open_arrays(path)
@@ -104,12 +105,12 @@ def read_object(path: str | Path, kind: FileKind) -> Any:
 
 def _checked(text: str, path: Path, kind: FileKind) -> dict[str, Any]:
     """Return the header of a file of this kind and version."""
-    header: dict[str, Any] = json.loads(text)
-    if header.get("format") != kind.format:
+    header = json.loads(text)
+    if not isinstance(header, dict) or header.get("format") != kind.format:
         raise FileError(f"{path} is no saved {kind.name}. Remedy: give the file that {kind.writer} wrote")
     if header.get("version") != kind.version:
         raise FileError(
             f"{path} has format version {header.get('version')}, this kanefe reads version {kind.version}. "
             f"Remedy: make the {kind.key} again with this version"
         )
-    return header
+    return dict(header)

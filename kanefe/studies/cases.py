@@ -18,6 +18,9 @@ COLUMNS = ("case", "key", "status", "reason", "simulated", "warnings", "wall", "
 
 KEY_DIGITS = 16
 
+MOST_VALUES = 1_000_000
+"""Of a parameter, and rows of a table: what goes on is a generator without an end, or a mistake."""
+
 
 @dataclass(frozen=True)
 class Cases:
@@ -133,11 +136,22 @@ def _axis(name: str, values: Any) -> tuple[Any, ...]:
     if isinstance(values, Mapping):
         raise ModelError(f"the values of {name} are a mapping. Remedy: a sequence of them")
     single = isinstance(values, (str, bytes)) or not isinstance(values, Iterable)
-    found = tuple(plain(value, name) for value in ([values] if single else values))
+    found = tuple(plain(value, name) for value in ([values] if single else bounded(values, f"the values of {name}")))
     if not found:
         raise ModelError(f"{name} has no values. Remedy: at least one")
     _check_twice([json.dumps(value) for value in found], f"{name} has the value {{}} twice")
     return found
+
+
+def bounded(values: Iterable[Any], what: str) -> Iterator[Any]:
+    """Yield values; raise a ModelError instead of going on for ever."""
+    for number, value in enumerate(values):
+        if number == MOST_VALUES:
+            raise ModelError(
+                f"{what} are more than {MOST_VALUES}: {type(values).__name__} may have no end. Remedy: as many as are "
+                "to be run, such as list(itertools.islice(values, 100))"
+            )
+        yield value
 
 
 def _rows(table: Any) -> tuple[dict[str, Any], ...]:
@@ -148,7 +162,7 @@ def _rows(table: Any) -> tuple[dict[str, Any], ...]:
     if isinstance(table, (str, bytes, Mapping)) or not isinstance(table, Iterable):
         raise ModelError("table must be a sequence of mappings, a row a case, or a DataFrame")
     rows: list[dict[str, Any]] = []
-    for number, row in enumerate(table):
+    for number, row in enumerate(bounded(table, "the rows of the table")):
         if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
             raise ModelError(f"row {number} of the table is no mapping of names to values")
         rows.append({name: plain(value, f"{name} in row {number} of the table") for name, value in row.items()})

@@ -165,7 +165,8 @@ class ProcessPool:
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Return the future of one of the processes."""
-        return self._executor.submit(function, *arguments)
+        with _without_file_that_is_none():
+            return self._executor.submit(function, *arguments)
 
     def renew(self) -> bool:
         """Start other processes: with one, all of them are gone."""
@@ -184,6 +185,27 @@ class ProcessPool:
 
     def _made(self) -> ProcessPoolExecutor:
         return ProcessPoolExecutor(self.workers, mp_context=get_context("spawn"), initializer=_begin_worker)
+
+
+def _script() -> str | None:
+    """Return the file of the script that asks; None of what is typed in, or comes by a pipe."""
+    path = getattr(sys.modules.get("__main__"), "__file__", None)
+    return None if path is None or path.startswith("<") else str(path)
+
+
+@contextmanager
+def _without_file_that_is_none() -> Iterator[None]:
+    """Keep workers from importing what was piped into Python, which calls its file "<stdin>"."""
+    main = sys.modules.get("__main__")
+    path = getattr(main, "__file__", None)
+    if path is None or _script() is not None:
+        yield
+        return
+    del main.__file__  # type: ignore[union-attr]
+    try:
+        yield
+    finally:
+        main.__file__ = path  # type: ignore[union-attr]
 
 
 def _begin_worker() -> None:
@@ -207,8 +229,7 @@ def check_main_can_be_imported() -> None:
     ModelError
         If the script calls from outside ``if __name__ == "__main__":``.
     """
-    main = sys.modules.get("__main__")
-    path = getattr(main, "__file__", None)
+    main, path = sys.modules.get("__main__"), _script()
     if main is None or path is None or not Path(path).is_file():
         return
     frame: FrameType | None = sys._getframe()
@@ -242,7 +263,7 @@ def pickled(work: Work, by_value: bool) -> bytes:
     ModelError
         If it cannot be sent; the message names what.
     """
-    is_typed_in = getattr(sys.modules.get("__main__"), "__file__", None) is None
+    is_typed_in = _script() is None
     dumps: Callable[[Any], bytes] = pickle.dumps
     if by_value or is_typed_in:
         dumps = dumps_by_value() or pickle.dumps

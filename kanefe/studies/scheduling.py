@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import Any
 
+from kanefe.storage.sealed import sealed
 from kanefe.studies.pools import Pool, told
 from kanefe.studies.work import Case, Done, Work, failed_row, ready, run_block, stamp
 
@@ -136,8 +136,11 @@ class Scheduler:
         if block.deaths + 1 < TRIES:
             self._suspects.extend(Block([case], 1) for each in lost for case in each.cases)
             return []
-        reason = "its worker process died, and another one that had nothing but this case: out of memory, or a crash"
-        return [Done(f"{json.dumps(failed_row(block.cases[0], reason))}\n", 1, 1, 0.0)]
+        reason = (
+            "its worker process died, and another one that had nothing but this case: out of memory, a crash, or code "
+            "that did not heed most_seconds="
+        )
+        return [Done(f"{sealed(failed_row(block.cases[0], reason))}\n", 1, 1, 0.0)]
 
 
 def _is_done(future: Any) -> bool:

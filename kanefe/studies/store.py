@@ -7,7 +7,8 @@
     spare           room that is given up for the last rows when the disk is full
 
 A line is written when its case is done, so that a process that is killed loses none; a last line without its end is
-left out. Of lines with the same key the last counts.
+left out. Each line, and the header, end with a checksum of themselves: a damaged line is told and left out, its case
+counts as not run. Of lines with the same key the last counts.
 """
 
 from __future__ import annotations
@@ -15,14 +16,17 @@ from __future__ import annotations
 import json
 import os
 import time
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from kanefe.errors import FileError
-from kanefe.storage.files import write_whole
+from kanefe.errors import FileError, SimulationWarning
+from kanefe.storage.files import regular_file, write_whole
+from kanefe.storage.sealed import sealed, unsealed
 
-FORMAT, VERSION = "kanefe study", 1
+FORMAT, VERSION = "kanefe study", 2
+"""In 1 there were no checksums."""
 
 HEADER, ROWS, SPARE = "study.json", "rows", "spare"
 
@@ -31,6 +35,9 @@ SPARE_BYTES = 1 << 20
 
 SECONDS_TO_DISK = 1.0
 """At most so long a row waits in the memory of the operating system, which a kill does not touch, a power cut does."""
+
+NEEDED = ("key", "parameters", "outputs", "status", "reason", "simulated", "warnings", "wall", "cpu", "worker")
+"""Of a row."""
 
 SAME = ("identity", "kanefe", "build", "outputs", "options")
 """Of a header: what may not differ between a store and what is run into it. Parameters may: cases are added."""
@@ -61,9 +68,14 @@ class Store:
                 self.check_same(header)
         elif self.folder.is_dir() and any(self.folder.iterdir()):
             raise FileError(f"{self.folder} holds something else than a study. Remedy: a folder of its own")
-        text = json.dumps({"format": FORMAT, "version": VERSION, **header}, indent=1)
+        text = sealed({"format": FORMAT, "version": VERSION, **header})
         write_whole(path, lambda file: file.write(text.encode()))
-        (self.folder / ROWS).mkdir(exist_ok=True)
+        try:
+            (self.folder / ROWS).mkdir(exist_ok=True)
+        except OSError as error:
+            raise FileError(
+                f"cannot make the folder {self.folder / ROWS}: {error.strerror}. Remedy: another folder for the study"
+            ) from error
         if not (self.folder / SPARE).exists():
             write_whole(self.folder / SPARE, lambda file: file.write(bytes(SPARE_BYTES)))
 
@@ -76,26 +88,47 @@ class Store:
             If there is none, or one of another format.
         """
         path = self.folder / HEADER
+        if not os.path.lexists(path):
+            raise FileError(f"{self.folder} holds no study. Remedy: check the path")
         try:
-            header: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise FileError(f"{self.folder} holds no study. Remedy: check the path") from None
-        except (OSError, ValueError) as error:
-            raise FileError(f"{path} cannot be read ({error}). Remedy: run the study into another folder") from error
-        if not isinstance(header, dict) or (header.get("format"), header.get("version")) != (FORMAT, VERSION):
+            header = unsealed(regular_file(path).read_bytes())
+        except (OSError, ValueError, RecursionError) as error:
+            if isinstance(error, FileError):
+                raise
+            raise FileError(
+                f"{path} cannot be read: {error}. It is damaged, or of another version of kanefe. Remedy: the version "
+                "that wrote it, or run the study into another folder"
+            ) from error
+        if (header.get("format"), header.get("version")) != (FORMAT, VERSION):
             raise FileError(f"{path} is not of a study that this kanefe reads. Remedy: the version that wrote it")
         return header
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield all rows there are, in the order in which they were written, one at a time."""
+        """Yield all rows there are, in the order in which they were written, one at a time.
+
+        Raises
+        ------
+        FileError
+            If a file of rows cannot be read.
+
+        Warns
+        -----
+        SimulationWarning
+            Of lines that are not what was written.
+        """
         for path in sorted((self.folder / ROWS).glob("*.jsonl")):
-            with path.open("rb") as file:
-                for line in file:
-                    if line.endswith(b"\n"):
+            with regular_file(path, whole=False).open("rb") as file:
+                for number, line in enumerate(file, 1):
+                    if line.endswith(b"\n"):  # else a kill or a full disk has cut it
                         try:
-                            yield json.loads(line)
-                        except ValueError:
-                            continue  # cut by a full disk, with the next run's line behind it
+                            yield _row(line)
+                        except (ValueError, RecursionError) as error:
+                            warnings.warn(
+                                f"line {number} of {path} is left out: {error}. Its case counts as not run. Remedy: "
+                                "run the study again into this store, which runs that case again",
+                                SimulationWarning,
+                                stacklevel=2,
+                            )
 
     def writer(self) -> RowWriter:
         """Return what adds rows, in a file of its own."""
@@ -114,6 +147,15 @@ class Store:
         raise FileError(
             f"{self.folder} holds another study: it differs in {what}. Remedy: another folder, or what it was made with"
         )
+
+
+def _row(line: bytes) -> dict[str, Any]:
+    """Return the row of a line; raise a ValueError if it is none."""
+    row = unsealed(line)
+    missing = [name for name in NEEDED if name not in row]
+    if missing:
+        raise ValueError(f"it is no row of a study, without {', '.join(missing)}")
+    return row
 
 
 def _said(name: str, there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import inspect
 import platform
+import re
 import tempfile
+import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +24,8 @@ from kanefe.studies.progress import progress_bar
 from kanefe.studies.scheduling import Scheduler
 from kanefe.studies.store import Store
 from kanefe.studies.table import StudyTable
-from kanefe.studies.work import OF_SCREENED, SCREENED, Case, Work, stamp
+from kanefe.studies.time_limit import TimeIsUp, within
+from kanefe.studies.work import OF_SCREENED, SCREENED, Case, Work, exit_told, stamp
 
 if TYPE_CHECKING:
     from kanefe.result import Result
@@ -163,6 +168,7 @@ class Study:
         store: str | Path | None = None,
         *,
         workers: int | None = None,
+        most_seconds: float | None = None,
         retry_failed: bool = False,
         progress: bool | None = None,
     ) -> StudyTable:
@@ -182,6 +188,11 @@ class Study:
             Folder of the study. Default: one that is gone with the table.
         workers : int, optional
             How many cases run at once, where the executor does not say.
+        most_seconds : float, optional
+            That a case may take, from the call of build to its outputs, s: one that goes on fails, and its row says so.
+            ``simulate={"most_seconds": ...}`` stops runs earlier, with what they have. In threads (of
+            `concurrent.futures` and of Dask's workers) such a case is left behind and takes its processor until the
+            process ends; compiled code can be ended with "processes" only. Default: no limit.
         retry_failed : bool
             Run those again that failed.
         progress : bool, optional
@@ -194,7 +205,7 @@ class Study:
         Raises
         ------
         ModelError
-            If build raises, or it or outputs cannot be sent to other processes.
+            If build raises, takes longer than `most_seconds`, or it or outputs cannot be sent to other processes.
         FileError
             If the store is of another study, or cannot be written.
         SimulationError
@@ -209,6 +220,7 @@ class Study:
         --------
         ``table = study.run(executor=Client(cluster), store="study/")``
         """
+        check_seconds(most_seconds)
         folder = None if store is not None else tempfile.TemporaryDirectory(prefix="kanefe_study_")
         where = Store(folder.name if folder is not None else store or "")
         where.begin(self._header())
@@ -217,8 +229,8 @@ class Study:
         left = [number for number in range(len(self)) if self.key(number) not in done]
         if left:
             if not done:
-                self._try_first(left[0])
-            self._run(where, left, executor, workers, progress)
+                self._try_first(left[0], most_seconds)
+            self._run(where, left, executor, workers, most_seconds, progress)
         return table
 
     def table(self, store: str | Path) -> StudyTable:
@@ -247,10 +259,17 @@ class Study:
         return self._work.result(parameters, progress=None)
 
     def _run(
-        self, store: Store, left: Sequence[int], executor: Any, workers: int | None, progress: bool | None
+        self,
+        store: Store,
+        left: Sequence[int],
+        executor: Any,
+        workers: int | None,
+        most_seconds: float | None,
+        progress: bool | None,
     ) -> None:
         with pool_of(executor, workers, len(left)) as pool:
-            work = pickled(self._work, pool.by_value) if pool.pickles else self._work
+            task = replace(self._work, most_seconds=most_seconds)
+            work = pickled(task, pool.by_value) if pool.pickles else task
             cases = (Case(number, self.key(number), self.cases[number]) for number in left)
             scheduler = Scheduler(pool, work, cases, len(left))
             failures = 0
@@ -272,14 +291,24 @@ class Study:
                     pool.abandon()
                     raise
 
-    def _try_first(self, number: int) -> None:
+    def _try_first(self, number: int, most_seconds: float | None) -> None:
         """Build a scene here, and look at its options, so that what is wrong with all is told before the first run."""
         parameters = self.cases[number]
         told = ", ".join(f"{name}={value!r}" for name, value in parameters.items())
         try:
-            _, options = self._work.built(parameters)
+            _, options = within(most_seconds, lambda: self._work.built(parameters))
         except ModelError as error:
             raise ModelError(f"build({told}): {error}") from error
+        except TimeIsUp:
+            raise ModelError(
+                f"build({told}) took longer than most_seconds={most_seconds:g}. Nothing was run. Remedy: more seconds, "
+                "or a build that ends"
+            ) from None
+        except SystemExit as error:
+            raise ModelError(
+                f"build({told}) {exit_told(error)}. Nothing was run. Remedy: a build that returns a scene for the "
+                "first case"
+            ) from error
         except Exception as error:
             raise ModelError(
                 f"build({told}) raised {type(error).__name__}: {error}. Nothing was run. Remedy: a build "
@@ -303,7 +332,7 @@ class Study:
             "count": len(self),
             "cases": self.cases.record(),
             "sampling": self._sampling,
-            "options": {name: repr(value) for name, value in self._work.options.items()},
+            "options": {name: _shown(value) for name, value in self._work.options.items()},
             "build": _described(self._work.build),
             "outputs": _described(self._work.outputs),
         }
@@ -343,9 +372,33 @@ def _check_signature(build: Callable[..., Any], parameters: Mapping[str, Any]) -
 
 
 def _described(function: Any) -> dict[str, str]:
-    """Return the name and the source of a function."""
+    """Return the name and the source of a function: of what it is made, if it is none itself.
+
+    What was typed in has no source; its content is in the identity all the same.
+    """
+    if isinstance(function, partial):
+        inner = _described(function.func)
+        given = [_shown(value) for value in function.args]
+        given += [f"{name}={_shown(value)}" for name, value in function.keywords.items()]
+        return {"name": f"partial({', '.join((inner['name'], *given))})", "source": inner["source"]}
+    what = function if inspect.isroutine(function) else type(function)
     try:
-        source = inspect.getsource(function)
+        source = inspect.getsource(what)
     except (OSError, TypeError):
-        source = repr(function)
-    return {"name": getattr(function, "__qualname__", type(function).__name__), "source": source}
+        source = ""
+    return {"name": what.__qualname__, "source": source}
+
+
+def _shown(value: Any) -> str:
+    """Return a text of a value that is the same in all processes."""
+    return _ADDRESS.sub("", repr(value))
+
+
+_ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
+
+
+def check_seconds(most_seconds: Any) -> None:
+    """Raise a ModelError unless this is a limit of time, or none."""
+    is_number = isinstance(most_seconds, (int, float)) and not isinstance(most_seconds, bool)
+    if most_seconds is not None and not (is_number and 0.0 < most_seconds < threading.TIMEOUT_MAX):
+        raise ModelError(f"most_seconds must be above zero, in s, not {most_seconds!r}. Remedy: None, for no limit")

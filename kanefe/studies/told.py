@@ -32,10 +32,12 @@ class Told:
 
     def __init__(self) -> None:
         self.texts: list[str] = []
+        self._is_open = False
 
     def __enter__(self) -> Told:
         global _users, _shown, _filters
         with _lock:
+            self._is_open = True
             _users += 1
             if _users == 1:
                 _filters = warnings.catch_warnings()
@@ -46,9 +48,16 @@ class Told:
         return self
 
     def __exit__(self, *error: object) -> None:
-        global _users
         _thread.told = None
+        self.close()
+
+    def close(self) -> None:
+        """Let warnings go where they went; from another thread, too, which leaves this one behind."""
+        global _users
         with _lock:
+            if not self._is_open:
+                return
+            self._is_open = False
             _users -= 1
             if _users == 0:
                 _filters.__exit__(None, None, None)  # which puts showwarning back, too

@@ -5,7 +5,6 @@ A row is a line of json: the parameters, the outputs, how the run ended, its war
 
 from __future__ import annotations
 
-import json
 import os
 import pickle
 import socket
@@ -24,6 +23,8 @@ from kanefe.errors import KanefeError, ModelError, SimulationError
 from kanefe.result import Result
 from kanefe.screening.windows import screen
 from kanefe.storage.digest import code_stamp
+from kanefe.storage.sealed import sealed
+from kanefe.studies.time_limit import TimeIsUp, within
 from kanefe.studies.told import Told
 from kanefe.system import System
 
@@ -52,11 +53,14 @@ class Work:
         Of the Result, to a dict of numbers.
     options : dict
         Of ``System.simulate``.
+    most_seconds : float or None
+        That a case may take.
     """
 
     build: Callable[..., Any]
     outputs: Callable[[Result], Any]
     options: Mapping[str, Any]
+    most_seconds: float | None = None
 
     def built(self, parameters: Mapping[str, Any]) -> tuple[System, dict[str, Any]]:
         """Return the scene of a case, and the options of its run.
@@ -139,7 +143,7 @@ def run_block(work: Work | bytes, expected: str, cases: Sequence[Case]) -> Done:
     task = ready(work, expected)
     began = time.perf_counter()
     rows = [run_case(task, case) for case in cases]
-    lines = "".join(f"{json.dumps(row)}\n" for row in rows)
+    lines = "".join(f"{sealed(row)}\n" for row in rows)
     return Done(lines, len(rows), sum(row["status"] == "failed" for row in rows), time.perf_counter() - began)
 
 
@@ -162,9 +166,18 @@ def run_case(work: Work, case: Case) -> dict[str, Any]:
     """Return the row of a case. Whatever goes wrong in it is told there, and stops nothing else."""
     row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
     wall, cpu = time.perf_counter(), time.thread_time()
-    with Told() as told:
-        row |= _outcome(work, case.parameters)
-    row["warnings"] = told.texts
+    doing, told = ["build"], Told()
+
+    def outcome() -> dict[str, Any]:
+        with told:
+            return _outcome(work, case.parameters, doing)
+
+    try:
+        row |= within(work.most_seconds, outcome)
+    except TimeIsUp:
+        row |= _failed(f"{doing[0]} went on when the case had taken its {work.most_seconds:g} s (most_seconds=)")
+    told.close()
+    row["warnings"] = list(told.texts)
     row |= {"wall": time.perf_counter() - wall, "cpu": time.thread_time() - cpu, "worker": worker()}
     return row
 
@@ -175,21 +188,21 @@ def failed_row(case: Case, reason: str) -> dict[str, Any]:
     return row | _failed(reason) | {"warnings": [], "wall": 0.0, "cpu": 0.0, "worker": ""}
 
 
-def _outcome(work: Work, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    doing = "build"
+def _outcome(work: Work, parameters: Mapping[str, Any], doing: list[str]) -> dict[str, Any]:
+    """Return how a case ends; `doing` says meanwhile how far it has come."""
     try:
         scene, options = work.built(parameters)
-        doing = "simulate"
+        doing[0] = "simulate"
         result = simulated(scene, options, progress=False)
         status = result.status
         if status.kind == "stopped" and status.reason == "by Ctrl-C":
             raise KeyboardInterrupt
         if status.kind == "failed":  # a part of a run has no peak
             return _failed(str(status), float(status.time))
-        doing = "outputs"
+        doing[0] = "outputs"
         outputs = checked_outputs(work.outputs(result), parameters)
-    except Exception as error:  # noqa: BLE001 - what a case raises is its own matter
-        return _failed(_reason(doing, error))
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - what a case raises is its own matter
+        return _failed(_reason(doing[0], error))
     reason = "" if status.is_finished else str(status)
     return {"status": status.kind, "reason": reason, "simulated": float(status.time), "outputs": outputs}
 
@@ -198,12 +211,19 @@ def _failed(reason: str, simulated: float | None = None) -> dict[str, Any]:
     return {"status": "failed", "reason": reason, "simulated": simulated, "outputs": {}}
 
 
-def _reason(doing: str, error: Exception) -> str:
+def _reason(doing: str, error: BaseException) -> str:
     """Return what was raised, and where if the house did not raise it on purpose."""
     if isinstance(error, KanefeError):
         return f"{doing}: {error}"
+    if isinstance(error, SystemExit):
+        return f"{doing} {exit_told(error)}"
     place = traceback.extract_tb(error.__traceback__)[-1]
     return f"{doing} raised {type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
+
+
+def exit_told(error: SystemExit) -> str:
+    """Return what a call of sys.exit asked for."""
+    return f"called sys.exit({'' if error.code is None else repr(error.code)})"
 
 
 def checked_outputs(outputs: Any, parameters: Mapping[str, Any]) -> dict[str, Any]:

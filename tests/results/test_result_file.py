@@ -1,12 +1,15 @@
 """Results in files: a round trip is exact, and no failure leaves half a file."""
 
 import builtins
+import contextlib
 import dataclasses
 import errno
+import hashlib
 import os
 import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import h5py
 import numpy as np
@@ -15,6 +18,7 @@ import pytest
 import kanefe as kf
 from disk_faults import full_disk
 from kanefe.results import file as result_file
+from kanefe.storage import hdf5
 from kanefe.tree.neighbours import Neighbours
 from result_scenes import pendulum, robot, turntable
 
@@ -24,6 +28,15 @@ def saved(tmp_path: Path) -> Path:
     path = tmp_path / "run.h5"
     robot().save(path)
     return path
+
+
+@contextlib.contextmanager
+def changed(path: Path) -> Iterator[h5py.File]:
+    """Have a file to change, with a digest of what it is afterwards: as a writer that means to deceive would."""
+    with h5py.File(path, "r+") as file:
+        yield file
+    content = path.read_bytes()[hdf5.HEAD :]
+    path.write_bytes(hdf5._head(hashlib.sha256(content).hexdigest()) + content)
 
 
 @pytest.mark.parametrize("run", [pendulum, turntable, robot])
@@ -158,9 +171,9 @@ def test_bad_files_are_named(saved, tmp_path):
             kf.load_result(tmp_path / "cut.h5")
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["a"] = 1.0
-    with pytest.raises(kf.FileError, match=r"other.h5 is no saved result"):
+    with pytest.raises(kf.FileError, match=r"other.h5 is .*no HDF5 file of this kanefe: it has no digest"):
         kf.load_result(tmp_path / "other.h5")
-    with h5py.File(saved, "r+") as file:
+    with changed(saved) as file:
         file.attrs["version"] = 99
     with pytest.raises(kf.FileError, match=r"version 99.*reads version 7"):
         kf.load_result(saved)
@@ -173,7 +186,7 @@ def test_a_name_of_another_format_is_refused(tmp_path):
 
 
 def test_rows_that_do_not_match_the_times_are_named(saved):
-    with h5py.File(saved, "r+") as file:
+    with changed(saved) as file:
         times = file["times"][:-2]
         del file["times"]
         file["times"] = times
@@ -182,16 +195,113 @@ def test_rows_that_do_not_match_the_times_are_named(saved):
 
 
 def test_an_array_that_the_file_does_not_hold_is_not_made(saved):
-    with h5py.File(saved, "r+") as file:
+    with changed(saved) as file:
         file.create_dataset("bodies/huge", shape=(10**12,), chunks=(10**4,), dtype=float)
     with pytest.raises(kf.FileError, match=r"bodies/huge claims 8e\+12 bytes, which the file does not hold"):
         kf.load_result(saved)
 
 
 def test_a_file_that_lacks_a_mesh_is_named(saved):
-    with h5py.File(saved, "r+") as file:
+    with changed(saved) as file:
         del file["bodies/arm/mesh/cells_0"]
     with pytest.raises(kf.FileError, match=r"run.h5 lacks parts"):
+        kf.load_result(saved)
+
+
+def test_no_bit_can_flip_unseen(saved: Path, tmp_path: Path) -> None:
+    """Wherever it is: in numbers, in names, in what HDF5 keeps of itself, in the digest."""
+    whole, rng = saved.read_bytes(), np.random.default_rng(0)
+    damaged = tmp_path / "damaged.h5"
+    places = [*rng.integers(len(whole), size=250), *range(0, hdf5.HEAD, 37), len(whole) - 1]
+    for place in places:
+        content = bytearray(whole)
+        content[place] ^= 1 << int(rng.integers(8))
+        damaged.write_bytes(content)
+        with pytest.raises(kf.FileError, match=r"damaged.h5 is truncated or .*Remedy"):
+            kf.load_result(damaged)
+
+
+def test_other_programs_see_damage_by_the_checksums_of_hdf5(saved: Path) -> None:
+    with h5py.File(saved) as file:
+        assert file["times"].fletcher32
+        offset = file["bodies/arm/mesh/nodes"].id.get_chunk_info(0).byte_offset
+    content = bytearray(saved.read_bytes())
+    content[hdf5.HEAD + offset + 3] ^= 1
+    saved.write_bytes(content)
+    with h5py.File(saved) as file, pytest.raises(OSError, match=r"checksum|filter"):
+        file["bodies/arm/mesh/nodes"][()]
+
+
+POSITION = "bodies/arm/position"
+
+
+def put(make: Callable[[h5py.File, Any], Any]) -> Callable[[h5py.File], None]:
+    """Return what replaces the positions of a body by something that is made of them."""
+
+    def change(file: h5py.File) -> None:
+        array = file[POSITION][()]
+        del file[POSITION]
+        file[POSITION] = make(file, array)
+
+    return change
+
+
+def elsewhere(file: h5py.File) -> None:
+    count = len(file["times"])
+    del file[POSITION]
+    file.create_dataset(POSITION, (count, 3), "f8", external=[("other.bin", 0, h5py.h5f.UNLIMITED)])
+
+
+def virtual(file: h5py.File) -> None:
+    layout = h5py.VirtualLayout((len(file["times"]), 3), "f8")
+    layout[:] = h5py.VirtualSource("other.h5", "x", shape=layout.shape)
+    del file[POSITION]
+    file.create_virtual_dataset(POSITION, layout)
+
+
+def times(make: Callable[[np.ndarray], np.ndarray]) -> Callable[[h5py.File], None]:
+    def change(file: h5py.File) -> None:
+        file["times"][...] = make(file["times"][()])
+
+    return change
+
+
+def attribute(name: str, text: str) -> Callable[[h5py.File], None]:
+    return lambda file: file.attrs.__setitem__(name, text)
+
+
+ODD: dict[str, tuple[Callable[[h5py.File], None], str]] = {
+    "external storage": (elsewhere, "position lies in another file"),
+    "virtual": (virtual, "position lies in another file"),
+    "external link": (put(lambda _, __: h5py.ExternalLink("other.h5", "x")), "position is a link"),
+    "soft link": (put(lambda _, __: h5py.SoftLink("/times")), "position is a link"),
+    "group in itself": (lambda file: file.__setitem__("bodies/again", file["/"]), "a group in more than 32 others"),
+    "complex": (put(lambda _, a: a * 1j), "position is not of numbers, but of complex128"),
+    "whole numbers": (put(lambda _, a: a.astype(int)), "position is int64 .* should have 3 numbers a time"),
+    "two columns": (put(lambda _, a: a[:, :2]), "position is float64 .* should have 3 numbers a time"),
+    "no columns": (put(lambda _, a: a[:, 0]), "position is float64 .* should have 3 numbers a time"),
+    "a number": (put(lambda _, __: 3.0), "position is float64"),
+    "texts": (put(lambda _, __: np.array(["a"], object)), "position is not of numbers"),
+    "missing": (lambda file: file.__delitem__(POSITION), "position"),
+    "times that fall": (times(lambda t: t[::-1]), "times do not rise"),
+    "times that are not there": (times(lambda t: t * np.nan), "times are not finite"),
+    "deep json": (attribute("events", "[" * 20000 + "]" * 20000), "recursion"),
+    "no mapping": (attribute("events", "[]"), "events is no dict"),
+    "nothing": (attribute("statistics", "{}"), "lacks parts"),
+    "no list": (attribute("loops", "{}"), "loops is no list"),
+    "a number for a list": (attribute("bodies", "[3]"), "lacks parts"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), ODD.values(), ids=ODD)
+def test_what_no_run_writes_is_refused_by_name(saved: Path, change: Any, message: str) -> None:
+    other = np.full((len(robot().times), 3), 42.0)
+    (saved.parent / "other.bin").write_bytes(other.tobytes())
+    with h5py.File(saved.parent / "other.h5", "w") as file:
+        file["x"] = other
+    with changed(saved) as file:
+        change(file)
+    with pytest.raises(kf.FileError, match=rf"run.h5 .*{message}.*Remedy"):
         kf.load_result(saved)
 
 

@@ -20,6 +20,7 @@ from disk_faults import full_disk
 from kanefe.errors import FileError
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
+from kanefe.storage import array_file
 from kanefe.storage.array_file import ALIGNMENT, MAPPED
 from kanefe.storage.serialise import encoded
 from scenes import flexible_scene, lattice_body, random_state
@@ -127,15 +128,47 @@ def test_equal_bodies_give_equal_bytes(tmp_path: Path) -> None:
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
 
 
-def test_opening_a_body_does_not_read_its_large_arrays(tmp_path: Path) -> None:
+def test_a_bit_that_flips_in_a_large_array_is_seen(tmp_path: Path) -> None:
     path = tmp_path / "body.npz"
-    large_body(3000).save(str(path))
+    large_body().save(str(path))
+    assert kf.FlexibleBody.load(str(path)).basis[0, 0] == large_body().basis[0, 0]
     content = bytearray(path.read_bytes())
-    at = content.index(large_body(3000).basis.tobytes(order="F")[:64])
-    content[at : at + 8] = np.float64(7.0).tobytes()
+    content[content.index(large_body().basis.tobytes(order="F")[:64]) + 6] ^= 1
     path.write_bytes(bytes(content))
-    # had it been read, its checksum would have been found wrong
-    assert kf.FlexibleBody.load(str(path)).basis[0, 0] == 7.0
+    with pytest.raises(FileError, match=r"the checksum of basis.npy is wrong"):
+        kf.FlexibleBody.load(str(path))
+
+
+def test_a_process_compares_the_checksums_of_a_file_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, compared = tmp_path / "body.npz", []
+    compare = array_file._compare_checksum
+    monkeypatch.setattr(array_file, "_compare_checksum", lambda *given: (compared.append(1), compare(*given)))
+    for seed in range(2):
+        body = large_body() if seed else replace(large_body(), nodes=np.zeros((3000, 3)))
+        body.save(str(path))
+        for _ in range(3):
+            kf.FlexibleBody.load(str(path))
+        assert len(compared) == seed + 1
+
+
+def test_no_bit_can_flip_unseen(tmp_path: Path) -> None:
+    """A body either comes back to the bit, where nothing is said that counts, or is refused."""
+    path = tmp_path / "body.npz"
+    whole, rng = saved(path), np.random.default_rng(0)
+    expected = kf.FlexibleBody.load(str(path))
+    refused = 0
+    for place in rng.integers(len(whole), size=250):
+        content = bytearray(whole)
+        content[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(bytes(content))
+        try:
+            back = kf.FlexibleBody.load(str(path))
+        except FileError:
+            refused += 1
+        else:
+            for f in fields(expected):
+                assert same(getattr(expected, f.name), getattr(back, f.name)), (place, f.name)
+    assert refused > 150
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.99])

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
+import itertools
 import json
+import signal
+import sys
+import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,10 +18,11 @@ import pytest
 
 import kanefe as kf
 from kanefe.studies.cases import cases_of
+from kanefe.studies.time_limit import within
 from kanefe.studies.told import Told
 from kanefe.studies.work import run_block, stamp
 from repository import ROOT
-from study_scenes import GRID, hinged, lowest, pendulum, told, troubled
+from study_scenes import GRID, bits, hinged, lowest, pendulum, told, troubled
 
 
 @pytest.fixture(scope="module")
@@ -148,6 +156,144 @@ def with_option(duration: float) -> kf.System:
     return pendulum(1.0, duration)
 
 
+def exits(length: float, seed: int = 0) -> kf.System:
+    if length == 2.0:
+        sys.exit(7)
+    return pendulum(length, 0.0)
+
+
+def hangs(length: float) -> kf.System:
+    deadline = time.monotonic() + 5.0  # a thread that is left behind ends with the test
+    while length == 2.0 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return pendulum(length, 0.0)
+
+
+def test_a_case_that_exits_is_a_row() -> None:
+    table = kf.Study(exits, lowest, duration=0.1, length=[1.0, 2.0, 3.0]).run("serial")
+    assert table.lists()["status"] == ["finished", "failed", "finished"]
+    assert table.lists()["reason"][1] == "build called sys.exit(7)"
+    with pytest.raises(kf.ModelError, match=r"build\(length=2.0\) called sys.exit\(7\). Nothing was run. Remedy"):
+        kf.Study(exits, lowest, duration=0.1, length=2.0).run("serial")
+
+
+@pytest.mark.parametrize("executor", ["serial", "threads"])
+def test_a_case_that_hangs_ends(executor: str) -> None:
+    study = kf.Study(hangs, lowest, duration=0.1, length=[1.0, 2.0, 3.0])
+    study.result({"length": 1.0})  # what is read once, such as kernels, is read
+    with ThreadPoolExecutor(1) as threads:
+        table = study.run(threads if executor == "threads" else "serial", most_seconds=0.5)
+    assert table.lists()["status"] == ["finished", "failed", "finished"]
+    assert table.lists()["reason"][1] == "build went on when the case had taken its 0.5 s (most_seconds=)"
+    assert bits(table)  # the limit is no part of the study
+
+
+def test_a_first_build_that_hangs_is_told() -> None:
+    with pytest.raises(kf.ModelError, match=r"build\(length=2.0\) took longer than most_seconds=0.1. Nothing was run"):
+        kf.Study(hangs, lowest, duration=0.1, length=[2.0, 3.0]).run("serial", most_seconds=0.1)
+
+
+@pytest.mark.parametrize("given", [0.0, -1.0, np.nan, np.inf, "1", True, 1e300])
+def test_a_limit_that_is_none_is_refused(given: Any, study: kf.Study, tmp_path: Any) -> None:
+    with pytest.raises(kf.ModelError, match=r"most_seconds must be above zero, in s, not .*Remedy: None"):
+        study.run("serial", store=tmp_path / "store", most_seconds=given)
+    assert not (tmp_path / "store").exists()
+
+
+def test_an_alarm_of_the_user_stays() -> None:
+    rung = []
+    before = signal.signal(signal.SIGALRM, lambda *_: rung.append(1))
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    try:
+        assert within(60.0, lambda: "done") == "done"
+        assert within(0.05, lambda: time.sleep(0.01)) is None
+        deadline = time.monotonic() + 10.0
+        while not rung and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert rung == [1]
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+class Builder:
+    """Builds a scene when it is called."""
+
+    def __init__(self, angle: float) -> None:
+        self.angle = angle
+
+    def __call__(self, length: float) -> kf.System:
+        return pendulum(length, self.angle)
+
+
+TYPED_IN = """
+import kanefe as kf
+def build(length):
+    scene = kf.System(gravity=(0.0, -G, 0.0))
+    scene.add_rigid_body("rod", 1.0, 0.1, com=(length, 0, 0), joint=kf.Revolute("z"))
+    return scene
+"""
+
+
+def typed_in(gravity: float) -> Any:
+    space: dict[str, Any] = {"__name__": "__main__", "G": gravity}
+    exec(compile(TYPED_IN, "<stdin>", "exec"), space)
+    return space["build"]
+
+
+def other_builder() -> Any:
+    """Return an object of a class of the same name, that does something else."""
+
+    class Builder:
+        def __init__(self) -> None:
+            self.angle = 0.1
+
+        def __call__(self, length: float) -> kf.System:
+            return pendulum(2.0 * length, self.angle)
+
+    Builder.__qualname__ = "Builder"
+    return Builder()
+
+
+MADE: dict[str, tuple[Any, Any]] = {
+    "partial": (lambda: partial(pendulum, angle=0.1), lambda: partial(pendulum, angle=0.2)),
+    "object": (lambda: Builder(0.1), lambda: Builder(0.2)),
+    "method": (lambda: Builder(0.1).__call__, lambda: Builder(0.2).__call__),
+    "class": (lambda: Builder(0.1), other_builder),
+    "typed in": (lambda: typed_in(9.81), lambda: typed_in(1.6)),
+}
+
+
+@pytest.mark.parametrize(("make", "other"), MADE.values(), ids=MADE)
+def test_a_study_is_known_by_its_content(make: Any, other: Any, tmp_path: Any) -> None:
+    def study(build: Any) -> kf.Study:
+        options = {"events": kf.Event("down", lambda t, state: t - 0.05)}
+        return kf.Study(build, lambda result: {"a": 1.0}, duration=0.1, simulate=options, length=[1.0, 2.0])
+
+    study(make()).run("serial", store=tmp_path)
+    again = study(make())
+    assert again.run("serial", store=tmp_path).counts["finished"] == 2
+    assert len(list((tmp_path / "rows").iterdir())) == 1
+    assert " at 0x" not in (tmp_path / "study.json").read_text()
+    with pytest.raises(kf.FileError, match="holds another study: it differs in"):
+        study(other()).run("serial", store=tmp_path)
+
+
+def test_what_a_module_of_the_user_does_counts(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    found = []
+    for factor in ("1.0", "2.0"):
+        (tmp_path / "my_parts.py").write_text(f"def long(length):\n    return {factor} * length\n")
+        sys.modules.pop("my_parts", None)
+        importlib.invalidate_caches()
+        monkeypatch.setattr(sys, "dont_write_bytecode", True)
+        space = {"my_parts": importlib.import_module("my_parts"), "pendulum": pendulum}
+        exec("def build(length): return pendulum(my_parts.long(length), 0.0)", space)
+        found.append(kf.Study(space["build"], lowest, duration=0.1, length=1.0)._identity)
+    sys.modules.pop("my_parts")
+    assert found[0] != found[1]
+
+
 ROW = {"length": 1.0, "angle": 0.0}
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
@@ -170,12 +316,19 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "a row twice": ({"table": [ROW, ROW]}, "the table has the row"),
     "in both": ({"table": [{"length": 1.0}], **ROW}, "length is in the table"),
     "unknown option": ({**ROW, "simulate": {"speed": 3}}, "simulate takes no speed"),
+    "no end": ({**ROW, "length": itertools.count(1)}, "the values of length are more than 1000: count may have no end"),
+    "a range without an end": ({**ROW, "length": range(10**12)}, "the values of length are more than 1000: range"),
+    "rows without an end": (
+        {"table": ({"length": i} for i in itertools.count())},
+        "the rows of the table are more than",
+    ),
     "option twice": ({**ROW, "duration": 1.0, "simulate": {"t_span": (0, 2)}}, "duration is given twice"),
 }
 
 
 @pytest.mark.parametrize(("given", "message"), BAD.values(), ids=BAD)
-def test_bad_input_is_refused(given: dict[str, Any], message: str) -> None:
+def test_bad_input_is_refused(given: dict[str, Any], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kanefe.studies.cases.MOST_VALUES", 1000)
     with pytest.raises(kf.ModelError, match=message):
         kf.Study(**{"build": pendulum, "outputs": lowest, **given})
 

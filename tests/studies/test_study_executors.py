@@ -327,3 +327,23 @@ def deadly(seed: int) -> kf.System:
     if seed == 1:
         raise ValueError
     return pendulum(1.0, 0.0, seed)
+
+
+def test_what_is_piped_into_python_runs_on_processes(tmp_path: Path) -> None:
+    script = """
+import kanefe as kf
+def build(length):
+    scene = kf.System(gravity=(0.0, -9.81, 0.0))
+    scene.add_rigid_body("rod", 1.0, 0.1, com=(length, 0, 0), joint=kf.Revolute("z"))
+    return scene
+def lowest(result):
+    return {"lowest": result.joint_coordinates("rod").min()}
+print(kf.Study(build, lowest, duration=0.1, length=[1.0, 2.0]).run("processes", STORE, workers=1))
+"""
+    text = script.replace("STORE", repr(str(tmp_path / "store")))
+    for command in (["-"], ["-c", text]):  # the second finds the rows of the first
+        done = subprocess.run(
+            [sys.executable, *command], input=text, env=surroundings(), capture_output=True, text=True, check=False
+        )
+        assert "2 cases, 2 finished" in done.stdout, done.stderr
+    assert len(list((tmp_path / "store" / "rows").iterdir())) == 1

@@ -2,6 +2,8 @@
 
 import dataclasses
 import hashlib
+import html as html_module
+import json
 import re
 import sys
 import types
@@ -50,6 +52,19 @@ def test_a_page_loads_nothing_and_says_so_to_the_browser(tmp_path):
     assert not re.search(r"\b(fetch|XMLHttpRequest|importScripts)\(\s*[\"'`]http", html)
     assert html.count("<script") == html.count("</script>") == 3
     assert read_page(html)["title"] == "arm & <hub>"
+
+
+@pytest.mark.parametrize(
+    "title", ["/* arrays */", "/* scene */", "/* player */", "<!-- title -->", "</script>", r"\1\g<0>"]
+)
+def test_a_title_that_looks_like_a_mark_of_the_page_stays_a_title(title):
+    html, plain = (page.page_of(robot(), title=name).html for name in (title, "plain"))
+    assert read_page(html)["title"] == title
+    assert f"<title>{html_module.escape(title)}</title>" in html
+    assert html.count("<script") == plain.count("<script")
+    # the title, and its text among the data, are all by which the pages differ
+    longer = len(html_module.escape(title)) + len(json.dumps(title).replace("<", "\\u003c"))
+    assert len(html) - len(plain) == longer - len("plain") - len('"plain"')
 
 
 def test_a_page_of_a_beam_is_small(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tempfile
 import webbrowser
 from collections.abc import Sequence
@@ -137,14 +138,12 @@ def _filled(title: str, told: str, arrays: str) -> str:
     """Return the page with its parts in their places."""
     web = files("kanefe.views.player") / "web"
     parts = {name: (web / name).read_text(encoding="utf-8") for name in ("page.html", "page.css", "player.js")}
-    text = parts["page.html"]
-    for mark, part in (
-        ("<!-- title -->", escape(title)),
-        ("/* style */", parts["page.css"]),
-        ("/* scene */", told.replace("<", "\\u003c")),
-        ("/* arrays */", arrays),
-        ("/* player */", parts["player.js"]),
-    ):
-        head, _, tail = text.partition(mark)
-        text = head + part + tail
-    return text
+    filled = {
+        "<!-- title -->": escape(title),
+        "/* style */": parts["page.css"],
+        "/* scene */": told.replace("<", "\\u003c"),
+        "/* arrays */": arrays,
+        "/* player */": parts["player.js"],
+    }
+    # in one pass: what is put in, such as a title, may look like a mark itself
+    return re.sub("|".join(map(re.escape, filled)), lambda mark: filled[mark[0]], parts["page.html"])
