@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.joints.rates_over_time import contradiction, refuse
 
 LEAST_POINTS = 4
 
@@ -220,6 +221,16 @@ class Motion:
     def start(self) -> float:
         """Time zero, or the time nearest to it at which the motion is known, s."""
         return min(max(0.0, self.span[0]), self.span[1])
+
+    def check_over(self, times: np.ndarray, what: str, accelerations: Sequence[float] | None = None) -> None:
+        """Raise a ModelError that names what it is the motion of, if its rates do not fit it all through a run.
+
+        `accelerations` are those at the times of the run (T,), s, where they are known already. A position that jumps
+        has no speed, and a speed that jumps takes an impulse: both are refused.
+        """
+        if self.pieces is None and self.velocity is not None and self.acceleration is not None:
+            functions = (self.position, self.velocity, self.acceleration)
+            refuse(contradiction(functions, times, accelerations), ("position", "velocity", "acceleration"), what)
 
     def check(self, where: str) -> None:
         """Raise a ModelError if one of the functions gives no finite number, or rates that contradict the position."""
