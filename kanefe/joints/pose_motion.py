@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, axial, orientation_parameters, rotation_matrix, shaped_numbers, skew
 from kanefe.joints.given_pose import GivenPose, PoseRates
-from kanefe.joints.motion import Motion
+from kanefe.joints.motion import Motion, check_span
 from kanefe.joints.pose_table import PoseTable
 from kanefe.joints.rates_over_time import contradiction, refuse
 
@@ -100,6 +100,7 @@ class PoseMotion(GivenPose):
             for name in names:
                 if getattr(self, name) is not None and not callable(getattr(self, name)):
                     raise ModelError(f"{name} of a PoseMotion must be a function of time, not {getattr(self, name)!r}")
+        check_span(self.span, "a PoseMotion")
         if self.position is None and self.orientation is None:
             raise ModelError("a PoseMotion needs position or orientation as functions of time; neither is given")
 
