@@ -64,11 +64,17 @@ def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
 
 
 def numbers(value: object) -> np.ndarray:
-    """Return a new array of floats; NaN, of shape (), where `value` is none, so that the caller's check names it."""
+    """Return a new array of floats; NaN, of shape (), where `value` is none, so that the caller's check names it.
+
+    Texts, truth values, complex numbers and whole numbers beyond the range of floats are none.
+    """
     try:
-        return np.array(value, dtype=float)
-    except (TypeError, ValueError):
+        given = np.array(value)
+        if given.dtype.kind == "O" and not any(isinstance(one, (str, bool, complex)) for one in given.flat):
+            given = given.astype(float)
+    except (TypeError, ValueError, OverflowError):
         return np.array(np.nan)
+    return given.astype(float, copy=False) if given.dtype.kind in "fiu" else np.array(np.nan)
 
 
 def shaped_numbers(value: object, shape: tuple[int, ...], what: str, *, is_finite: bool = True) -> np.ndarray:

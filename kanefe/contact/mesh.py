@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from kanefe.contact.mesh_parts import check_parts
 from kanefe.contact.points import on_triangles, standing_for
 from kanefe.contact.shape import SurfaceShape, positive
 from kanefe.contact.stl import read_stl
@@ -42,7 +43,8 @@ class Mesh(SurfaceShape):
     Raises
     ------
     ModelError
-        If the mesh is not closed, is inside out, or has triangles without area.
+        If the mesh is not closed, is inside out, goes through itself, or has triangles without area; or if one of its
+        parts is within another one and no hollow of it.
 
     Examples
     --------
@@ -143,11 +145,7 @@ def _check_closed(vertices: Matrix, triangles: np.ndarray) -> None:
             f"side, {twice} have two on one. Remedy: close its holes and turn its triangles one way round, counter-"
             "clockwise from outside; ground is a HeightField"
         )
-    volume = float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))) / 6.0
-    if volume <= 0.0:
-        raise ModelError(
-            f"a mesh is inside out: its volume is {volume:.3g} m3. Remedy: turn its triangles round, triangles[:, ::-1]"
-        )
+    check_parts(vertices, triangles)
 
 
 def _table_of(vertices: Matrix, triangles: np.ndarray) -> np.ndarray:

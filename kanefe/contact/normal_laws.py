@@ -132,16 +132,28 @@ class Hertz(NormalLaw):
         damping : float
             lambda, s/m.
 
+        Raises
+        ------
+        ModelError
+            If a modulus or the radius is not above zero, or a Poisson's ratio not within -1 and 0.5.
+
         Examples
         --------
         >>> import kanefe as kf
         >>> round(kf.Hertz.of_sphere(0.01, 210e9, 0.3, 210e9, 0.3).stiffness / 1e9, 4)
         15.3846
         """
-        compliance = (1.0 - nu**2) / positive(E, "E of a ball")
+        compliance = (1.0 - _poisson(nu, "nu") ** 2) / positive(E, "E of a ball")
         if other_E is not None:
-            compliance += (1.0 - other_nu**2) / positive(other_E, "other_E of a ball")
+            compliance += (1.0 - _poisson(other_nu, "other_nu") ** 2) / positive(other_E, "other_E of a ball")
         return cls(4.0 / 3.0 / compliance * math.sqrt(positive(radius, "radius of a ball")), damping)
+
+
+def _poisson(value: object, what: str) -> float:
+    number = numbers(value)
+    if number.shape != () or not -1.0 < number <= 0.5:
+        raise ModelError(f"{what} of a ball, Poisson's ratio, must be above -1 and at most 0.5, not {value!r}")
+    return float(number)
 
 
 LEAST_SPEED = 1e-3

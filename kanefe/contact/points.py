@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class Points(SurfaceShape):
         places = numbers(self.points)
         if places.ndim != 2 or places.shape[1:] != (3,) or not len(places) or not np.all(np.isfinite(places)):
             raise ModelError(f"points of a surface must be finite, shape (n, 3), m, not {self.points!r}")
-        if self.radius != 0.0:
+        if np.ndim(self.radius) or self.radius != 0.0:
             positive(self.radius, "radius of points")
         if self.share is not None and positive(self.share, "share of points") > 1.0:
             raise ModelError(f"share of points is that of each of the whole stiffness, 1 at most, not {self.share!r}")
@@ -70,12 +70,16 @@ class Points(SurfaceShape):
 
 def on_line(start: Vector, end: Vector, spacing: float) -> Matrix:
     """Return places from one to another, at most a spacing apart, (n, 3)."""
-    count = math.ceil(float(np.linalg.norm(end - start)) / spacing * (1.0 - SAME_PLACE)) + 1
-    return np.linspace(start, end, max(count, 2))
+    steps = float(np.linalg.norm(end - start)) / spacing * (1.0 - SAME_PLACE)
+    if steps > MOST_POINTS:
+        _refuse(steps)
+    return np.linspace(start, end, max(math.ceil(steps) + 1, 2))
 
 
 def on_circle(radius: float, axes: Matrix, spacing: float) -> Matrix:
     """Return places of a circle about the third of some axes (3, 3, columns), (n, 3); of no radius its middle."""
+    if 2.0 * math.pi * radius / spacing > MOST_POINTS:
+        _refuse(2.0 * math.pi * radius / spacing)
     count = max(math.ceil(2.0 * math.pi * radius / spacing), FEWEST_AROUND) if radius > 0.0 else 1
     angles = np.arange(count) * (2.0 * math.pi / count)
     return np.asarray(radius * (np.cos(angles)[:, None] * axes[:, 0] + np.sin(angles)[:, None] * axes[:, 1]))
@@ -124,8 +128,12 @@ def on_triangles(vertices: Matrix, triangles: np.ndarray, spacing: float) -> tup
 def standing_for(title: str, places: Matrix, at_once: int, radius: float = 0.0) -> Points:
     """Return points that stand for a shape, of which so many lie on flat ground at once; a ModelError if too many."""
     if len(places) > MOST_POINTS:
-        raise ModelError(
-            f"{len(places)} points would stand for a {title}, and {MOST_POINTS} may. Remedy: a larger spacing, or a "
-            "simpler shape in its place"
-        )
+        _refuse(len(places), title)
     return Points(places, radius, 1.0 / at_once)
+
+
+def _refuse(count: float, title: str = "shape") -> NoReturn:
+    raise ModelError(
+        f"{count:.3g} points or more would stand for a {title}, and {MOST_POINTS} may. Remedy: a larger spacing, or a "
+        "simpler shape in its place"
+    )

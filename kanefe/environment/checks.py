@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 
 
 def checked_number(value: object, what: str, *, above: float | None = None, least: float | None = None) -> float:
@@ -17,8 +16,8 @@ def checked_number(value: object, what: str, *, above: float | None = None, leas
     ModelError
         If it is none, or not above or at least as large as it must be; the message names `what`.
     """
-    is_number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    number = float(value) if is_number else math.nan  # type: ignore[arg-type]
+    given = numbers(value)
+    number = float(given) if given.shape == () else math.nan
     if not math.isfinite(number) or (above is not None and number <= above) or (least is not None and number < least):
         limit = f" above {above:g}" if above is not None else "" if least is None else f", {least:g} or above"
         raise ModelError(f"{what} must be a finite number{limit}, not {value!r}")

@@ -16,6 +16,9 @@ from kanefe.frames import Vector
 DIGITS = 9
 """Significant ones by which headings and frequencies of rows are the same."""
 
+FULL_CIRCLE = 360.0
+"""Degrees: files give headings of 0 to 360 or of -180 to 180, and what is more is an error of the file."""
+
 
 @dataclass(frozen=True)
 class Rows:
@@ -41,8 +44,15 @@ class Rows:
         Raises
         ------
         FileError
-            If a combination of speed, heading and frequency is missing or there twice.
+            If a heading is more than a whole circle, or a combination of speed, heading and frequency is missing or there
+        twice.
         """
+        beyond = ~(np.abs(self.headings) <= FULL_CIRCLE)
+        if np.any(beyond):
+            raise FileError(
+                f"{path}: heading {self.headings[beyond][0]:g} is no direction, which are -360 to 360 degrees. Remedy: "
+                "check the column of headings"
+            )
         turned = convention.headings(self.headings)
         axes, places = zip(
             *(np.unique(_rounded(given), return_inverse=True) for given in (self.speeds, turned, self.frequencies)),
@@ -73,7 +83,7 @@ def number_lines(path: Path, what: str) -> list[str]:
     Raises
     ------
     FileError
-        If it is not there, cannot be read, is empty or binary.
+        If it is not there, cannot be read, is empty or binary, or ends within a number.
     """
     if not path.is_file():
         raise FileError(f"there is no file {path} of {what}. Remedy: check the path")
@@ -83,7 +93,24 @@ def number_lines(path: Path, what: str) -> list[str]:
         raise FileError(f"cannot read {path}: {error.strerror}. Remedy: check the file") from error
     if not text.strip() or "\0" in text[:4096]:
         raise FileError(f"{path} is empty or no text, where {what} were expected. Remedy: export it again")
-    return text.splitlines()
+    lines = text.splitlines()
+    if not text.endswith(("\n", "\r")) and _is_cut(lines):
+        raise FileError(
+            f"{path} seems to end within a number, {_words(lines[-1])[-1]!r} in line {len(lines)}: its last line has no "
+            "end, and this number fewer digits than all above it. Remedy: export it again, or end the line if it is whole"
+        )
+    return lines
+
+
+def _is_cut(lines: list[str]) -> bool:
+    """Return whether the last number of a table has fewer digits than the last of each row of as many numbers."""
+    last = _words(lines[-1])
+    above = [len(words[-1].partition(".")[2]) for words in map(_words, lines[:-1]) if len(words) == len(last)]
+    return bool(last and above) and len(last[-1].partition(".")[2]) < min(above)
+
+
+def _words(line: str) -> list[str]:
+    return line.replace(",", " ").replace(";", " ").split()
 
 
 def numbers_of(line: str, count: int, where: str) -> list[float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from kanefe.environment.dispersion import wave_number
 from kanefe.environment.spectra import GRAVITY, Bretschneider, Jonswap, Spectrum, Tabulated
 from kanefe.environment.spreading import Spreading
 from kanefe.errors import ModelError
-from kanefe.frames import Vector
+from kanefe.frames import Vector, numbers
 
 STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4), 7: (7.5, 15.0)}
 """Hs in m and Tp in s of sea states of the open North Atlantic, after Bales, Lee & Voelker (1981)."""
@@ -28,6 +28,9 @@ RANDOM_COUNT = 200
 """Waves of random frequencies where their number is not said."""
 
 MOST_WAVES = 100_000
+
+STEEPEST = 1.0 / 7.0
+"""Height over length of the steepest wave on deep water, by Michell 1893 (0.142): higher ones break."""
 
 
 class Waves(NamedTuple):
@@ -85,7 +88,8 @@ class Sea:
     Raises
     ------
     ModelError
-        If a number makes no sense, or waves in equal steps would repeat within the duration.
+        If a number makes no sense, the sea is steeper than waves can be before they break, or waves in equal steps
+        would repeat within the duration.
 
     Examples
     --------
@@ -109,17 +113,23 @@ class Sea:
     gravity: float = GRAVITY
 
     def __post_init__(self) -> None:
+        for what, given, kinds in (
+            ("spectrum", self.spectrum, Spectrum),
+            ("spreading", self.spreading, (Spreading, DirectionalTable)),
+        ):
+            if not isinstance(given, kinds):
+                raise ModelError(f"the {what} of a sea is not {given!r}. Remedy: kf.Sea.bretschneider(Hs, Tp) and others")
         for name in ("seed", "sea_state", "study"):
             value = getattr(self, name)
             if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 0:
                 raise ModelError(f"{name} of a sea must be an integer, zero or above, not {value!r}")
         for name in ("duration", "gravity"):
             checked_number(getattr(self, name), f"{name} of a sea", above=0.0)
-        if self.depth != math.inf:
+        if np.ndim(self.depth) or self.depth != math.inf:
             checked_number(self.depth, "the depth of the water", above=0.0)
-        if self.count is not None and not isinstance(self.count, (int, np.integer)):
+        if self.count is not None and (isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer))):
             raise ModelError(f"count of a sea must be an integer, not {self.count!r}")
-        if self.frequency_range is not None and np.shape(self.frequency_range) != (2,):
+        if self.frequency_range is not None and numbers(self.frequency_range).shape != (2,):
             raise ModelError(
                 f"frequency_range of a sea must be two frequencies, in rad/s, not {self.frequency_range!r}"
             )
@@ -131,9 +141,17 @@ class Sea:
             raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")
         if not self.spectrum.moment(0, low, high) > 0.0:
             raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
+        steepest = STEEPEST * self.gravity * self.spectrum.zero_crossing_period**2 / (2.0 * math.pi)
+        if self.spectrum.significant_height > steepest:
+            raise ModelError(
+                f"{self.spectrum.title} is steeper than waves can be before they break: its significant height of "
+                f"{self.spectrum.significant_height:.4g} m is more than a seventh of the length of waves of its mean "
+                f"period, {self.spectrum.zero_crossing_period:.4g} s, which is {steepest:.4g} m. Remedy: check height "
+                "and period, in m and s"
+            )
         needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
         if self.count is not None and not 1 <= self.count <= MOST_WAVES:
-            raise ModelError(f"a sea has 1 to {MOST_WAVES} waves, not {self.count!r}")
+            raise ModelError(f"count of a sea must be 1 to {MOST_WAVES} waves, not {self.count!r}")
         if self.frequencies == "equal" and self.count is not None and self.count < needed:
             again = 2.0 * math.pi * self.count / (high - low)
             raise ModelError(
@@ -145,6 +163,14 @@ class Sea:
                 f"a duration of {self.duration:.6g} s needs {needed} waves in equal steps of frequency. Remedy: a "
                 'shorter one, or frequencies="random"'
             )
+
+    @classmethod
+    def _of(cls, spectrum: Spectrum, spreading: Spreading | DirectionalTable, options: dict[str, Any]) -> Sea:
+        known = [one.name for one in fields(cls)][2:]
+        for name, value in options.items():
+            if name not in known:
+                raise ModelError(f"a sea has no {name}={value!r}. Remedy: {', '.join(known)}")
+        return cls(spectrum, spreading, **options)
 
     @classmethod
     def bretschneider(
@@ -163,7 +189,7 @@ class Sea:
         **options
             See the class.
         """
-        return cls(Bretschneider(Hs, Tp), Spreading(spreading, spreading_deg), **options)
+        return cls._of(Bretschneider(Hs, Tp), Spreading(spreading, spreading_deg), options)
 
     @classmethod
     def jonswap(
@@ -177,7 +203,7 @@ class Sea:
         **options: Any,
     ) -> Sea:
         """Return a sea of a JONSWAP spectrum, its variance exactly ``Hs^2 / 16``; see `bretschneider`."""
-        return cls(Jonswap(Hs, Tp, gamma), Spreading(spreading, spreading_deg), **options)
+        return cls._of(Jonswap(Hs, Tp, gamma), Spreading(spreading, spreading_deg), options)
 
     @classmethod
     def pierson_moskowitz(
@@ -185,7 +211,7 @@ class Sea:
     ) -> Sea:
         """Return the sea that a wind (m/s, 19.5 m above it) raises in the end; see `bretschneider`."""
         spectrum = Bretschneider.of_wind(wind, options.get("gravity", GRAVITY))
-        return cls(spectrum, Spreading(spreading, spreading_deg), **options)
+        return cls._of(spectrum, Spreading(spreading, spreading_deg), options)
 
     @classmethod
     def state(
@@ -195,9 +221,10 @@ class Sea:
 
         The number is also the `sea_state` of the seed.
         """
-        if number not in STATES:
+        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number not in STATES:
             raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}")
-        return cls(Bretschneider(*STATES[number]), Spreading(spreading, spreading_deg), sea_state=number, **options)
+        options.setdefault("sea_state", number)
+        return cls._of(Bretschneider(*STATES[number]), Spreading(spreading, spreading_deg), options)
 
     @classmethod
     def measured(
@@ -223,11 +250,11 @@ class Sea:
         """
         power, deviation = options.pop("spreading", None), options.pop("spreading_deg", None)
         if directions_deg is None:
-            return cls(Tabulated(frequencies, densities), Spreading(power, deviation), **options)
+            return cls._of(Tabulated(frequencies, densities), Spreading(power, deviation), options)
         if power is not None or deviation is not None:
             raise ModelError("a spectrum over directions has its spreading. Remedy: leave out spreading")
         spectrum, table = of_compass(frequencies, densities, directions_deg)
-        return cls(spectrum, table, **options)
+        return cls._of(spectrum, table, options)
 
     @classmethod
     def from_wavespectra(cls, spectrum: Any, **options: Any) -> Sea:
@@ -289,7 +316,10 @@ class Sea:
 
     def elevation(self, times: Sequence[float] | Vector, x: float = 0.0, y: float = 0.0) -> Vector:
         """Return the height of the surface at a place, m; x points where the main waves go, y to the left of it, m."""
-        w = self.waves
+        w, t = self.waves, numbers(times)
+        if not np.all(np.isfinite(t)):
+            raise ModelError(f"the times of an elevation must be finite numbers, s, not {times!r}")
+        x, y = checked_number(x, "x of an elevation"), checked_number(y, "y of an elevation")
         angle = np.radians(w.direction_deg)
         phase = w.phase - w.number * (x * np.cos(angle) + y * np.sin(angle))
-        return np.asarray(np.cos(np.multiply.outer(np.asarray(times, dtype=float), w.frequency) + phase) @ w.amplitude)
+        return np.asarray(np.cos(np.multiply.outer(t, w.frequency) + phase) @ w.amplitude)

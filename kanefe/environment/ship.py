@@ -19,6 +19,7 @@ from kanefe.environment.dispersion import encounter_frequency, wave_number
 from kanefe.environment.harmonics import Harmonics, Ramp
 from kanefe.environment.rao import NAMES, MotionRao, at_point
 from kanefe.environment.rao_files import read_rao
+from kanefe.environment.rao_grid import FULL_CIRCLE
 from kanefe.environment.roll_damping import RollDamping
 from kanefe.environment.sea import Sea
 from kanefe.environment.spectra import gauss
@@ -64,7 +65,7 @@ class Ship:
     speed : float
         m/s; between those of the RAO, motions are interpolated.
     heading_deg : float
-        0: head seas, 90: from port, 180: following. Beyond 180, a symmetric ship's are mirrored.
+        0: head seas, 90: from port, 180: following; -360 to 360. Beyond 180, a symmetric ship's are mirrored.
     slowest_hz : float
         Encounter frequency (Hz) below which surge, sway and yaw are left out; zero: nothing is. Where more than a
         hundredth of their variance is, an `AccuracyWarning` says how much.
@@ -103,7 +104,8 @@ class Ship:
         for name, given, kind in (("rao", self.rao, MotionRao), ("sea", self.sea, Sea)):
             if not isinstance(given, kind):
                 raise ModelError(f"{name} of a ship must be a {kind.__name__}, not {given!r}")
-        checked_number(self.heading_deg, "heading_deg of a ship")
+        if abs(checked_number(self.heading_deg, "heading_deg of a ship")) > FULL_CIRCLE:
+            raise ModelError(f"heading_deg of a ship must be -360 to 360 degrees, not {self.heading_deg!r}")
         for name in ("speed", "slowest_hz"):
             checked_number(getattr(self, name), f"{name} of a ship", least=0.0)
         self._refuse_waves_outside()

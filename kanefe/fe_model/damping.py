@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +19,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
+from kanefe.frames import numbers
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,8 @@ class RayleighDamping:
     def __post_init__(self) -> None:
         for name in ("mass", "stiffness"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
+            number = numbers(value)
+            if number.shape != () or not (np.isfinite(number) and number >= 0):
                 raise ModelError(f"Rayleigh damping: the {name} factor must be finite and >= 0, not {value!r}")
 
     @classmethod
@@ -62,13 +64,13 @@ class RayleighDamping:
         >>> round(fitted.ratio(10.0), 12), round(fitted.ratio(100.0), 12)
         (0.02, 0.02)
         """
-        if len(frequencies) != 2 or len(ratios) != 2 or min(frequencies) <= 0 or frequencies[0] == frequencies[1]:
+        given, w = numbers(ratios), 2 * math.pi * numbers(frequencies)
+        if not (given.shape == w.shape == (2,) and np.all(np.isfinite((given, w))) and w.min() > 0 and w[0] != w[1]):
             raise ModelError(
                 f"Rayleigh damping is fitted to two ratios at two different frequencies above zero, "
-                f"not to {tuple(ratios)} at {tuple(frequencies)} Hz"
+                f"not to {ratios!r} at {frequencies!r} Hz"
             )
-        w = 2 * math.pi * np.asarray(frequencies, dtype=float)
-        mass, stiffness = np.linalg.solve(np.column_stack((0.5 / w, 0.5 * w)), np.asarray(ratios, dtype=float))
+        mass, stiffness = np.linalg.solve(np.column_stack((0.5 / w, 0.5 * w)), given)
         if min(mass, stiffness) < 0:
             raise ModelError(
                 f"ratios {tuple(ratios)} at {tuple(frequencies)} Hz need a negative Rayleigh factor "
@@ -89,15 +91,29 @@ class ModalDamping:
     Parameters
     ----------
     ratio : float or sequence of float
-        One ratio for all modes, or the ratios of the first modes; the last one goes for all that follow.
+        One ratio for all modes, or the ratios of the first modes; the last one goes for all that follow. 0.05 is 5 %
+        of critical damping.
+    overdamped : bool
+        Whether ratios above 1 are meant: such modes creep back and do not vibrate.
+
+    Raises
+    ------
+    ModelError
+        If a ratio is negative or no finite number, or above 1 and not meant to be.
     """
 
     ratio: float | Sequence[float]
+    overdamped: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
-        values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
+        values = np.atleast_1d(numbers(self.ratio))
         if values.ndim != 1 or not len(values) or not np.all(np.isfinite(values)) or np.any(values < 0):
             raise ModelError(f"modal damping ratios must be finite and >= 0, not {self.ratio!r}")
+        if values.max() > 1.0 and not self.overdamped:
+            raise ModelError(
+                f"a modal damping ratio of {values.max():g} is above 1, that of critical damping: such a mode does not "
+                f"vibrate. Remedy: {values.max() / 100.0:g} for {values.max():g} %, or overdamped=True if it is meant"
+            )
 
     def ratios(self, count: int) -> np.ndarray:
         """Return one ratio for each of `count` modes, shape (count,).

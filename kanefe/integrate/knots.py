@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.stepper import LEAST_STEPS
+from kanefe.joints.motion import Motion
+from kanefe.joints.rates_over_time import finite_rows, values_at
 from kanefe.kernels.stepping import FIRST_KNOT, LAST_KEPT
 from kanefe.loads.controller import Held
 from kanefe.order_n.inputs import loads_with_values
+from kanefe.tree.model_data import ModelData
 
 LOOKS = 32
 """Samples of a function of the time in the longest step."""
@@ -60,13 +62,12 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
     The functions are sampled all through the run. What is shorter than a sample, 1/960 of it, may still be missed; so
     may what functions of the state do.
     """
-    functions = _functions_of_time(dynamics)
-    if not functions or not math.isfinite(stop - start):
+    if not dynamics.calls_functions or not math.isfinite(stop - start):
         return np.zeros(0)
-    times = np.linspace(start, stop, SAMPLES + 1)
+    times = sample_times(start, stop)
     change = np.zeros(len(times))
-    for function in functions:
-        change = np.maximum(change, _second_differences(function, times))
+    for values in _samples(dynamics, times):
+        change = np.maximum(change, _second_differences(values, len(times)))
     ends = {0}
     for first, last in _stretches(change):
         before, after = first - 1, last + 1
@@ -77,30 +78,41 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
     return times[sorted(ends)] if len(ends) > 1 else np.zeros(0)
 
 
-def _functions_of_time(dynamics: Dynamics) -> list[Callable[[float], Any]]:
-    """Return the functions of the user that look at the time alone: of loads, and accelerations of driven joints."""
+def sample_times(start: float, stop: float) -> np.ndarray:
+    """Return the times at which functions of the time are looked at before a run from start to stop, s."""
+    return np.linspace(start, stop, SAMPLES + 1)
+
+
+def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Sequence[Any]:
+    """Return what the acceleration of a motion gives at times, up to the first where it fails.
+
+    The model keeps it from one question of a run to the next: see `kanefe.integrate.run.check_motions`.
+    """
+    key = (id(motion), float(times[0]), float(times[-1]))
+    if key not in model.looks and motion.acceleration is not None:
+        model.looks[key] = values_at(motion.acceleration, times)
+    return model.looks[key]
+
+
+def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any]]:
+    """Return what functions of the user that look at the time alone give: loads, accelerations of driven joints."""
     model = dynamics.model
-    found: list[Callable[[float], Any]] = [
-        load.value
+    found = [
+        values_at(load.value, times)
         for load, _ in loads_with_values(model)
         if not (load.takes_state or load.is_constant or isinstance(load.function, Held))
     ]
-    given = [motion.acceleration for motion, _ in model.drives if motion.pieces is None]
-    return found + [acceleration for acceleration in given if acceleration is not None]
+    return found + [accelerations_at(model, motion, times) for motion, _ in model.drives if motion.pieces is None]
 
 
-def _second_differences(function: Callable[[float], Any], times: np.ndarray) -> np.ndarray:
-    """Return the largest second difference of a function at each time, over its range; zero at both ends, (T,)."""
-    values: list[Any] = []
-    with suppress(Exception):  # of the user: the run tells of it, if it comes there
-        for t in times.tolist():
-            values.append(function(t))
-    found = np.zeros(len(times))
-    if len(values) > 2:
-        sampled = np.array(values, dtype=float).reshape(len(values), -1)
+def _second_differences(values: Sequence[Any], count: int) -> np.ndarray:
+    """Return the largest second difference of samples at each of a count, over their range; zero at both ends, (T,)."""
+    found = np.zeros(count)
+    sampled = finite_rows(values)
+    if (known := len(sampled)) > 2:
         size, extent = np.abs(sampled).max(axis=0), np.ptp(sampled, axis=0)
         sampled = sampled[:, extent > ROUND_OFF * size] / extent[extent > ROUND_OFF * size]
-        found[1 : len(values) - 1] = np.abs(np.diff(sampled, 2, axis=0)).max(axis=1, initial=0.0)
+        found[1 : known - 1] = np.abs(np.diff(sampled, 2, axis=0)).max(axis=1, initial=0.0)
     return found
 
 

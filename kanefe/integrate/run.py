@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -17,6 +18,7 @@ from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contac
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event, checked_events
+from kanefe.integrate.knots import accelerations_at, sample_times
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
@@ -79,10 +81,10 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
 
 
 def _run(model: Model, options: RunOptions) -> Trajectory:
-    choice = choose(model, options)
     (start, stop), wanted = options.span, options.times
+    check_motions(model, start, stop, may_end=any(event.terminal for event in options.watched))
+    choice = choose(model, options)
     told = told_events(model, choice, options)
-    check_motions(model, start, start if any(event.terminal for event in options.watched) else stop)
     model.route.check_outputs(len(wanted))
     if choice.is_plugged and model.controllers:
         raise ModelError(
@@ -145,11 +147,26 @@ def _run(model: Model, options: RunOptions) -> Trajectory:
     )
 
 
-def check_motions(model: Model, start: float, stop: float) -> None:
-    """Raise a ModelError that names a body whose motion is not known in the whole of a run, from start to stop in s."""
+def check_motions(model: Model, start: float, stop: float, may_end: bool = False) -> None:
+    """Raise a ModelError if a motion is not known in the whole of a run, or rates of its functions do not fit it.
+
+    Parameters
+    ----------
+    model : Model
+    start, stop : float
+        Of the run, s.
+    may_end : bool
+        Whether it may end before: then motions need not be known up to its end.
+    """
+    model.looks.clear()
     for motion, body in model.drives:
-        for t in (start, stop):
-            motion.check_known(t, f"the motion of body {body!r}")
+        what = f"the motion of body {body!r}"
+        for t in (start,) if may_end else (start, stop):
+            motion.check_known(t, what)
+        first, last = max(start, motion.known[0]), min(stop, motion.known[1])
+        if motion.pieces is None and math.isfinite(last - first):
+            times = sample_times(first, last)
+            motion.check_over(times, what, accelerations_at(model, motion, times))
 
 
 def told_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, numbers, unit_vector
+from kanefe.frames import Matrix, Vector, numbers, shaped_numbers, unit_vector
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.joint_friction import Bearing, JointFriction, Wanted, check_friction
@@ -295,8 +295,7 @@ class OneCoordinateJoint(ScalarJoint):
 
     def _check_coordinates(self) -> None:
         for name in ("position", "speed"):
-            if not np.isfinite(numbers(getattr(self, name))):
-                raise ModelError(f"{name} of a {self.kind} joint must be finite, not {getattr(self, name)!r}")
+            shaped_numbers(getattr(self, name), (), f"{name} of a {self.kind} joint")
         super()._check_coordinates()
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import numbers
+from kanefe.frames import numbers, shaped_numbers
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,8 @@ class CoordinateForce:
         width = numbers(play)
         if width.shape != () or not np.isfinite(width) or width <= 0.0:
             raise ModelError(f"play of backlash must be one number, finite and > 0, not {play!r}")
-        ends = rest - 0.5 * play, rest + 0.5 * play
+        middle = float(shaped_numbers(rest, (), "rest of backlash"))
+        ends = middle - 0.5 * float(width), middle + 0.5 * float(width)
         return cls(
             rest=rest,
             friction=friction,
@@ -228,7 +229,7 @@ def limits_of(law: CoordinateForce) -> tuple[float, float]:
 
 def _bounds(limits: Sequence[float | None]) -> tuple[float, float]:
     """Return lower and upper limit, infinite where there is none."""
-    given = list(limits) if isinstance(limits, (tuple, list, np.ndarray)) else []
+    given = list(limits) if isinstance(limits, (tuple, list)) or np.shape(limits) == (2,) else []
     bounds = [numbers(sign * math.inf if x is None else x) for x, sign in zip(given, (-1, 1), strict=False)]
     if len(given) != 2 or any(x.shape != () or np.isnan(x) for x in bounds):
         raise ModelError(f"limits of a joint coordinate must be two numbers, lower and upper, not {limits!r}")

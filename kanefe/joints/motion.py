@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import numbers
+from kanefe.frames import numbers, shaped_numbers
+from kanefe.joints.rates_over_time import contradiction, refuse
 
 LEAST_POINTS = 4
 
@@ -34,6 +35,13 @@ def check_increasing(times: np.ndarray, what: str) -> None:
             f"{what} must increase, but {before:.6g} s is followed by {after:.6g} s. "
             "Remedy: sort the points and leave out doubled ones"
         )
+
+
+def check_span(span: object, what: str) -> None:
+    """Check the first and last time of a motion, s, which may be infinite; a ModelError names what it is of."""
+    ends = numbers(span)
+    if ends.shape != (2,) or not ends[0] < ends[1]:
+        raise ModelError(f"span of {what} must be its first and last time, s, not {span!r}")
 
 
 def clock(times: np.ndarray) -> Motion:
@@ -88,10 +96,18 @@ class Motion:
                 f"a Motion needs position, velocity and acceleration; {' and '.join(missing)} is missing. "
                 "Remedy: give the time derivatives, or sample the position and use Motion.table(times, positions)"
             )
+        for name in ("position", "velocity", "acceleration"):
+            if not callable(getattr(self, name)):
+                raise ModelError(f"{name} of a Motion must be a function of time, not {getattr(self, name)!r}")
+        check_span(self.span, "a Motion")
 
     @classmethod
     def steady(cls, rate: float, start: float = 0.0) -> Motion:
-        """Return the motion ``start + rate t`` (rad/s or m/s)."""
+        """Return the motion ``start + rate t`` (rad/s or m/s); a ModelError names what is no finite number."""
+        rate, start = (
+            float(shaped_numbers(value, (), f"{name} of a steady Motion"))
+            for name, value in (("rate", rate), ("start", start))
+        )
         motion = cls(_Line(start, rate), _Line(rate, 0.0), _Line(0.0, 0.0))
         return motion._of_pieces(np.array([[0.0, start, rate, 0.0, 0.0]]))
 
@@ -221,14 +237,22 @@ class Motion:
         """Time zero, or the time nearest to it at which the motion is known, s."""
         return min(max(0.0, self.span[0]), self.span[1])
 
+    def check_over(self, times: np.ndarray, what: str, accelerations: Sequence[float] | None = None) -> None:
+        """Raise a ModelError that names what it is the motion of, if its rates do not fit it all through a run.
+
+        `accelerations` are those at the times of the run (T,), s, where they are known already. A position that jumps
+        has no speed, and a speed that jumps takes an impulse: both are refused.
+        """
+        if self.pieces is None and self.velocity is not None and self.acceleration is not None:
+            functions = (self.position, self.velocity, self.acceleration)
+            refuse(contradiction(functions, times, accelerations), ("position", "velocity", "acceleration"), what)
+
     def check(self, where: str) -> None:
         """Raise a ModelError if one of the functions gives no finite number, or rates that contradict the position."""
         start = self.start
         later = start + 1e-3 if start + 2e-3 < self.span[1] else 0.5 * (self.span[0] + self.span[1])
         for name in ("position", "velocity", "acceleration"):
             function = getattr(self, name)
-            if not callable(function):
-                raise ModelError(f"{where}: {name} of a Motion must be a function of time, not {function!r}")
             for t in (start, later):
                 value = numbers(function(t))
                 if value.shape != () or not np.isfinite(value):

@@ -8,9 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, axis_rotation
-from kanefe.joints.base import SeveralCoordinatesJoint
+from kanefe.frames import Matrix, Vector, axis_rotation, shaped_numbers
+from kanefe.joints.base import SeveralCoordinatesJoint, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.link import Link
@@ -54,9 +53,10 @@ class Planar(SeveralCoordinatesJoint):
     speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "rate [rad/s]")
 
     def __post_init__(self) -> None:
-        for values in (self.initial_coordinates(), self.initial_speeds()):
-            if values.shape != (3,) or not np.all(np.isfinite(values)):
-                raise ModelError(f"a planar joint starts from two lengths and an angle, all finite, not {self!r}")
+        for name, count in (("position", 2), ("velocity", 2)):
+            start_values(getattr(self, name), count, f"{name} of a planar joint")
+        for name in ("angle", "rate"):
+            shaped_numbers(getattr(self, name), (), f"{name} of a planar joint")
         self._check_coordinates()
 
     def initial_coordinates(self) -> Vector:

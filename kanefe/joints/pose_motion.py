@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, axial, orientation_parameters, rotation_matrix, shaped_numbers
+from kanefe.frames import Matrix, Vector, axial, orientation_parameters, rotation_matrix, shaped_numbers, skew
 from kanefe.joints.given_pose import GivenPose, PoseRates
-from kanefe.joints.motion import Motion
+from kanefe.joints.motion import Motion, check_span
 from kanefe.joints.pose_table import PoseTable
+from kanefe.joints.rates_over_time import contradiction, refuse
 
 LINEAR = ("position", "velocity", "acceleration")
 ANGULAR = ("orientation", "angular_velocity", "angular_acceleration")
@@ -22,6 +23,9 @@ STEP = 1e-6
 """Of central differences, s."""
 
 Function = Callable[[float], Any]
+
+FINE = 4
+"""Samples of the run from one to the next at which a pose is compared with its rates: all of it is called in Python."""
 
 
 def _time(t: float) -> float:
@@ -96,6 +100,7 @@ class PoseMotion(GivenPose):
             for name in names:
                 if getattr(self, name) is not None and not callable(getattr(self, name)):
                     raise ModelError(f"{name} of a PoseMotion must be a function of time, not {getattr(self, name)!r}")
+        check_span(self.span, "a PoseMotion")
         if self.position is None and self.orientation is None:
             raise ModelError("a PoseMotion needs position or orientation as functions of time; neither is given")
 
@@ -105,7 +110,7 @@ class PoseMotion(GivenPose):
 
     @property
     def clock(self) -> Motion:
-        return Motion(_time, _one, _zero, self.span)
+        return _Clock(_time, _one, _zero, self.span, self)
 
     def at(self, t: float) -> PoseRates:
         p, v, a = (self._vector(name, t) for name in LINEAR)
@@ -163,6 +168,31 @@ class PoseMotion(GivenPose):
                     "components of the moving frame, in rad"
                 )
 
+    def check_over(self, times: Vector, what: str) -> None:
+        """Raise a ModelError that names what it is the motion of, if rates do not fit the pose all through a run (T,)."""
+        position, velocity, acceleration = self.position, self.velocity, self.acceleration
+        if position is not None and velocity is not None and acceleration is not None:
+            refuse(contradiction((position, velocity, acceleration), times), LINEAR, what)
+        if self.orientation is None:
+            return
+
+        def axes(t: float) -> Matrix:
+            return rotation_matrix(self._parameters(t))
+
+        def turning(t: float) -> Matrix:
+            return axes(t) @ skew(self._vector(ANGULAR[1], t))
+
+        def turning_rate(t: float) -> Matrix:
+            w, dw = (skew(self._vector(name, t)) for name in ANGULAR[1:])
+            return axes(t) @ (w @ w + dw)
+
+        found = contradiction((axes, turning, turning_rate), times)
+        if found is not None:  # in components of M
+            A = axes(found.time)
+            told = [-0.5 * axial(A.T @ found[i].reshape(3, 3)) for i in (2, 3, 4)]
+            found = found._replace(change=told[0], found=told[1], given=told[2])
+        refuse(found, ANGULAR, what)
+
     def _vector(self, name: str, t: float) -> Vector:
         function: Function | None = getattr(self, name)
         if function is None:
@@ -173,3 +203,14 @@ class PoseMotion(GivenPose):
         if self.orientation is None:
             return np.array((1.0, 0.0, 0.0, 0.0))
         return orientation_parameters(self.orientation(t), f"orientation of a PoseMotion at t = {t:.6g} s")
+
+
+@dataclass(frozen=True)
+class _Clock(Motion):
+    """The time as a motion, of a pose whose functions are compared with their rates before a run."""
+
+    pose: PoseMotion | None = None
+
+    def check_over(self, times: Vector, what: str, accelerations: Sequence[float] | None = None) -> None:
+        if self.pose is not None:
+            self.pose.check_over(times[::FINE], what)

@@ -7,8 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, across, axis_rotation
+from kanefe.frames import Matrix, Vector, across, axis_rotation, shaped_numbers
 from kanefe.joints.base import AxisJoint
 from kanefe.joints.held import EVERYWHERE, Held
 from kanefe.joints.joint_friction import Bearing, Wanted, thread
@@ -40,8 +39,7 @@ class Screw(AxisJoint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not np.isfinite(self.lead):
-            raise ModelError(f"lead of a screw joint must be a finite length in m, not {self.lead!r}")
+        shaped_numbers(self.lead, (), "lead of a screw joint, m,")
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         advance = self.lead / (2 * np.pi) * q[0]

@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, shaped_numbers
+from kanefe.frames import Vector, numbers, shaped_numbers
+
+MOST_HARMONICS = 100_000
+"""Harmonics of turbulence: their sum is taken at every evaluation."""
 
 REACH = 30.0
 """Highest ``L w / U`` that turbulence keeps: 97.9 % of the variance along the wind, and 95.8 % across."""
@@ -89,16 +92,17 @@ class Turbulence:
     def __post_init__(self) -> None:
         for name, least in (("intensity", ">= 0 m/s"), ("length", "> 0 m")):
             given = getattr(self, name)
-            values = shaped_numbers(
-                np.broadcast_to(given, 3) if np.ndim(given) == 0 else given, (3,), f"{name} of turbulence"
-            )
+            one = numbers(given)
+            is_one = one.shape == () and not np.isnan(one)
+            values = shaped_numbers(np.full(3, one) if is_one else given, (3,), f"{name} of turbulence")
             if np.any(values < 0.0) or (name == "length" and np.any(values == 0.0)):
                 raise ModelError(f"{name} of turbulence must be {least}, not {given!r}")
             object.__setattr__(self, name, values)
-        for name, lowest in (("seed", 0), ("count", 1)):
+        for name, lowest, most in (("seed", 0, math.inf), ("count", 1, MOST_HARMONICS)):
             value = getattr(self, name)
-            if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < lowest:
-                raise ModelError(f"{name} of turbulence must be an integer, {lowest} or above, not {value!r}")
+            if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not lowest <= value <= most:
+                limit = f"{lowest} or above" if most == math.inf else f"{lowest} to {most}"
+                raise ModelError(f"{name} of turbulence must be an integer, {limit}, not {value!r}")
 
     def harmonics(self, wind: Vector) -> np.ndarray:
         """Return frequency (rad/s), three parts with the cosine and three with the sine (m/s), shape (count, 7).

@@ -222,11 +222,14 @@ class ContactMethods(LoadMethods):
         """
         from kanefe.contact.surface import Surface
 
+        for what, listed in (("surfaces", among), ("pairs to ignore", ignore)):
+            if not isinstance(listed, Sequence) or isinstance(listed, str):
+                raise ModelError(f"add_contacts needs a list of {what}, not {listed!r}. Remedy: [one, other, ...]")
         for given in among:
             if not isinstance(given, Surface):
                 raise ModelError(f"add_contacts needs surfaces, not {given!r}. Remedy: add_surface")
         for pair in ignore:
-            if len(pair) != 2 or not all(isinstance(given, Surface) and given in among for given in pair):
+            if not isinstance(pair, Sequence) or len(pair) != 2 or not all(isinstance(given, Surface) and given in among for given in pair):
                 raise ModelError(f"ignore of add_contacts takes pairs of the surfaces among which it is, not {pair!r}")
         from kanefe.contact.rigid import Rigid
         from kanefe.contact.rigid_crowd import FEW, crowd_of
@@ -269,7 +272,8 @@ class ContactMethods(LoadMethods):
             # known beforehand, or found at each state
             convex = touching.shape if probes_on(touching.shape, touched.shape) is None else None
             return (touching.frame,), touched, tuple((1, probe) for probe in met), convex
-        frames = one.frames if isinstance(one, ContactPatch) else (one,) if isinstance(one, Frame) else tuple(one)
+        listed = one if isinstance(one, Sequence) else (one,)
+        frames = one.frames if isinstance(one, ContactPatch) else tuple(listed)
         if not frames or not all(isinstance(frame, Frame) for frame in frames):
             raise ModelError(f"{label} needs something that touches, a surface, a patch or frames, not {one!r}")
         shares = one.shares if isinstance(one, ContactPatch) else (1.0 / len(frames),) * len(frames)

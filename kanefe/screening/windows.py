@@ -12,7 +12,7 @@ from kanefe.contact.contact import Contact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, shaped_numbers
+from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import check_motions, integrate
@@ -112,7 +112,9 @@ def screen(
     --------
     ``print(kf.screen(scene, 1200.0, start=rest))``
     """
-    span = (0.0, duration) if np.shape(duration) == () else duration
+    if not hasattr(scene, "freeze"):
+        raise ModelError(f"a screened run is of a scene, not of {scene!r}. Remedy: a kf.System with a driven frame")
+    span = (0.0, duration) if np.ndim(numbers(duration)) == 0 else duration
     first, last = (float(t) for t in shaped_numbers(span, (2,), "the duration of a screened run"))
     if not last > first:
         raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")

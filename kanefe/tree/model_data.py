@@ -136,6 +136,11 @@ class ModelData(PickledByFields):
         """Whether constraints or rigid contacts may hold something."""
         return bool(self.constraints) or bool(self.rigid_contacts)
 
+    @cached_property
+    def looks(self) -> dict[tuple[int, float, float], Sequence[Any]]:
+        """What functions of motions give at the samples of a run, which asks for them more than once."""
+        return {}
+
     @property
     def has_power(self) -> bool:
         """Whether loads, drives or damping exchange energy, so that their work must be integrated."""

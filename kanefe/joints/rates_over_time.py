@@ -1,0 +1,227 @@
+"""Functions of the time held against those that are given as their rates, all through a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+
+SHARE = 0.01
+"""Share of the largest rate nearby by which a rate may be wrong: far below a factor 2 pi or a wrong sign."""
+
+NOISE = 1e-13
+"""Round-off of a value over its largest: some hundred units in its last place."""
+
+STRIDE = 8
+"""Samples of the second rate from one sample of the value and of its rate to the next."""
+
+NEARBY = 32
+"""Samples in a block; the largest rate nearby is that of a block and of its two neighbours."""
+
+OF_FOURTH = 0.25
+"""Bound of the error of the corrected trapezoidal rule over the fourth difference: 11/720 of smooth functions, and
+(1/2 + 1/12) / 3 where the function jumps."""
+
+CLOSEST = 1e-5
+"""Length of the interval in which a contradiction is told, over the distance of the samples."""
+
+MOST_FOLLOWED = 8
+"""Suspicious intervals that are looked into: where vibrations are faster than the samples, all may be suspicious."""
+
+LOCAL, PLACES = 1e-4, 4
+"""Length of the intervals, over the distance of the samples, in which the rates are held against the value also where
+nothing is suspicious: vibrations of any frequency have right rates there. And how many such intervals."""
+
+SPLIT = 0.41
+"""Where an interval is split, over its length: no multiple of the period of a vibration is split at equal phases."""
+
+WEIGHTS = (
+    (3.0 * SPLIT - 1.0) / (6.0 * SPLIT),
+    1.0 / (6.0 * SPLIT * (1.0 - SPLIT)),
+    (2.0 - 3.0 * SPLIT) / (6.0 * (1.0 - SPLIT)),
+)
+"""Weights of the integral of the parabola through start, split and end of an interval."""
+
+Function = Callable[[float], Any]
+
+
+class Contradiction(NamedTuple):
+    """Where a function does not change as its rate says.
+
+    Attributes
+    ----------
+    of_rate : bool
+        Whether it is the rate that contradicts the second rate, and not the value the rate.
+    time : float
+        s.
+    change : ndarray, shape (k,)
+        Of the function, within a moment.
+    found, given : ndarray, shape (k,)
+        That change in a second, and the rate there.
+    is_jump : bool
+        Whether the change is as large within the moment as it is from one sample to the next.
+    """
+
+    of_rate: bool
+    time: float
+    change: Vector
+    found: Vector
+    given: Vector
+    is_jump: bool
+
+
+def refuse(found: Contradiction | None, names: tuple[str, str, str], what: str) -> None:
+    """Raise a ModelError that tells a contradiction, if there is one.
+
+    Parameters
+    ----------
+    found : Contradiction or None
+    names : (str, str, str)
+        Of the value, its rate and the rate of that.
+    what : str
+        Begins the message.
+    """
+    if found is None:
+        return
+    name, rate = (text.replace("_", " ") for text in names[found.of_rate : found.of_rate + 2])
+    given = f"where its {rate} is {_told(found.given)}"
+    if found.is_jump:
+        why = "a speed takes time to change" if found.of_rate else "no speed makes that"
+        said = f"its {name} jumps by {_told(found.change)}, {given}: {why}"
+    else:
+        said = f"its {name} changes by {_told(found.found)} a second, {given}"
+    raise ModelError(
+        f"{what}: at t = {found.time:.6g} s {said}. Remedy: no jumps of the {name} and its time derivative as {rate}, "
+        "or a table of points: Motion.table, PoseTable"
+    )
+
+
+def contradiction(
+    functions: tuple[Function, Function, Function], times: Vector, seconds: Sequence[Any] | None = None
+) -> Contradiction | None:
+    """Return where functions of the time do not change as their rates say, the worst place of the first; None: nowhere.
+
+    The second rate is sampled at all times, value and rate at each `STRIDE`-th. Between these the changes are integrals
+    of the second rate by the trapezoidal rule and its correction, whose error the fourth differences bound, also where
+    the second rate jumps. What is left over is followed by `_followed`.
+    """
+    value, rate, second = functions
+    a = finite_rows(values_at(second, times) if seconds is None else seconds)
+    v = finite_rows(values_at(rate, times[::STRIDE]))
+    x = finite_rows(values_at(value, times[::STRIDE]))
+    count = min(len(x), len(v), (len(a) - 1) // STRIDE + 1)
+    if count < 2:
+        return None
+    a, v, x, times = a[: STRIDE * (count - 1) + 1], v[:count], x[:count], times[: STRIDE * (count - 1) + 1]
+    h, coarse = times[1] - times[0], times[::STRIDE]
+    length, latest = STRIDE * h, float(np.abs(times).max())
+    d2 = _differences(a)
+    bound = OF_FOURTH * h * _norm(_differences(d2))
+    error = np.add.reduceat(np.maximum(bound[1:], bound[:-1]), np.arange(0, len(times) - 1, STRIDE))
+    gains = (h * (0.5 * (a[1:] + a[:-1]) - (d2[1:] + d2[:-1]) / 24.0)).reshape(count - 1, STRIDE, -1)
+    ends = np.cumsum(gains, axis=1)
+    within = h * (ends - 0.5 * gains).sum(axis=1) - h**2 / 12.0 * (a[STRIDE::STRIDE] - a[:-1:STRIDE])
+    sizes = [_nearby(_norm(rows), block) for rows, block in ((a, NEARBY), (v, NEARBY // STRIDE))]
+    sizes = [np.maximum(sizes[0][STRIDE::STRIDE], sizes[0][:-1:STRIDE]), np.maximum(sizes[1][1:], sizes[1][:-1])]
+    left_of_rate = _norm(np.diff(v, axis=0) - ends[:, -1])
+    left_of_value = _norm(np.diff(x, axis=0) - length * v[:-1] - within)
+    for of_rate, pair, y, left, size, far in (
+        (False, (value, rate), x, left_of_value, sizes[1], length * error),
+        (True, (rate, second), v, left_of_rate, sizes[0], error),
+    ):
+        noise = NOISE * (float(np.abs(y).max()) + latest * float(size.max()))
+        allowed = SHARE * length * size + far + noise
+        suspicious = np.flatnonzero(left > allowed)
+        worst = suspicious[np.argsort(allowed[suspicious] / left[suspicious])][:MOST_FOLLOWED]
+        looked_at = [(coarse[i], coarse[i + 1], size[i]) for i in worst]
+        places = ((np.arange(PLACES) * 0.618034 + 0.3) % 1.0 * (count - 1)).astype(int)
+        looked_at += [(coarse[i] + 0.37 * h, coarse[i] + (0.37 + LOCAL * STRIDE) * h, size[i]) for i in places]
+        for first, last, near in looked_at:
+            with suppress(ArithmeticError, LookupError, TypeError, ValueError):  # the run tells of it if it comes there
+                found = _followed(*pair, float(first), float(last), float(near), noise)
+                if found is not None:
+                    return Contradiction(of_rate, *found)
+    return None
+
+
+def _followed(
+    value: Function, rate: Function, a: float, b: float, size: float, noise: float
+) -> tuple[float, Vector, Vector, Vector, bool] | None:
+    """Return what is left of a contradiction between two times, where the largest part of it is; None: nothing.
+
+    The interval is split again and again, towards what the integral of the rate does not explain. That vanishes where
+    the two agree and vibrate faster than the samples. It is told where it stays out of the range of the rates about it.
+    """
+    least = max(CLOSEST * (b - a), 1e-11 * max(abs(a), abs(b)))
+    start, stop, first = a, b, 0.0
+    xa, xb, va, vb = (_row(f(t)) for f in (value, rate) for t in (a, b))
+    while True:
+        w, m = b - a, a + SPLIT * (b - a)
+        xm, vm = _row(value(m)), _row(rate(m))
+        left = float(_norm(xb - xa - w * (WEIGHTS[0] * va + WEIGHTS[1] * vm + WEIGHTS[2] * vb)))
+        first = first or left
+        if not left > SHARE * w * max(size, float(_norm(va)), float(_norm(vm)), float(_norm(vb))) + noise:
+            return None
+        if w <= least:
+            break
+        before = _norm(xm - xa - 0.5 * (m - a) * (va + vm))
+        after = _norm(xb - xm - 0.5 * (b - m) * (vm + vb))
+        if before > after:
+            b, xb, vb = m, xm, vm
+        else:
+            a, xa, va = m, xm, vm
+    about = np.clip(m + w * np.linspace(-1.5, 1.5, 5), start, stop).tolist()
+    rates = np.array([va, vm, vb, *(_row(rate(t)) for t in about)])
+    found = (xb - xa) / w
+    outside = float(_norm(found - np.clip(found, rates.min(axis=0), rates.max(axis=0))))
+    if not outside > SHARE * max(size, float(_norm(found))) + noise / w:
+        return None
+    return m, xb - xa, found, vm, left > 0.5 * first
+
+
+def values_at(function: Function, times: Vector) -> list[Any]:
+    """Return the values of a function at times, up to the first where it fails."""
+    values: list[Any] = []
+    with suppress(Exception):  # of the user: the run tells of it, if it comes there
+        values.extend(map(function, times.tolist()))
+    return values
+
+
+def finite_rows(values: Sequence[Any]) -> Matrix:
+    """Return values as rows, up to the first that is not finite, (T, k)."""
+    try:
+        rows = np.array(values, dtype=float).reshape(len(values), -1)
+    except (TypeError, ValueError):  # texts, or numbers of several shapes: the run tells of them
+        return np.zeros((0, 1))
+    finite = np.isfinite(rows).all(axis=1)
+    return rows if finite.all() else rows[: int(np.argmin(finite))]
+
+
+def _row(value: Any) -> Vector:
+    return np.array(value, dtype=float).ravel()
+
+
+def _norm(rows: Matrix) -> Vector:
+    return np.abs(rows[..., 0]) if rows.shape[-1] == 1 else np.asarray(np.linalg.norm(rows, axis=-1))
+
+
+def _differences(rows: Matrix) -> Matrix:
+    """Return the second differences at each row, at the ends those of the row beside it."""
+    inner = np.diff(rows, 2, axis=0)
+    return np.concatenate((inner[:1], inner, inner[-1:]))
+
+
+def _nearby(sizes: Vector, block: int) -> Vector:
+    """Return the largest of the sizes about each."""
+    blocks = np.maximum.reduceat(sizes, np.arange(0, len(sizes), block))
+    padded = np.concatenate((blocks[:1], blocks, blocks[-1:]))
+    return np.repeat(np.maximum(np.maximum(padded[:-2], blocks), padded[2:]), block)[: len(sizes)]
+
+
+def _told(value: Vector) -> str:
+    return f"{value[0]:.6g}" if len(value) == 1 else str([float(f"{number:.6g}") for number in value])
