@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup kernels demo test test-latest docs bench-engine bench-fem player lint clean
+.PHONY: help setup kernels demo test test-latest test-install docs bench-engine bench-fem player lint clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -20,6 +20,9 @@ test: kernels    ## set up, then run all the tests, on two cores
 
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest
+
+test-install:    ## pip install ., the wheel and the sdist, each in a clean environment, and what they run
+	@bash .ci/test-install
 
 docs: kernels    ## the documents as a site, build/docs/html; runs their snippets and all examples
 	@bash .ci/docs

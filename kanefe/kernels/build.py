@@ -7,6 +7,7 @@ import importlib
 import os
 import pkgutil
 import shutil
+from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -16,7 +17,18 @@ from kanefe.kernels._numba_objects import build_alone
 from kanefe.kernels.addresses import units_of
 from kanefe.kernels.entries import Entry, Pointer
 from kanefe.kernels.side_by_side import BUILDER, Say, batches_of, build_by_name, processors_here
-from kanefe.kernels.units import BUILT, GENERATIONS, Unit, file_name, linker, own_folder, write_unit
+from kanefe.kernels.units import (
+    BUILT,
+    GENERATIONS,
+    Unit,
+    can_keep,
+    file_name,
+    folder_for,
+    generations_here,
+    linker,
+    own_folder,
+    write_unit,
+)
 
 NOT_OF_FLEXIBLE = (
     *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
@@ -81,6 +93,22 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
     return len(missing)
 
 
+def build_into_package(generations: Iterable[str], jobs: int, say: Say) -> None:
+    """Build units of generations of processors and lay them into the package, where a wheel takes them from.
+
+    They are kept in the user's cache: what another build made is not made again.
+    """
+    for generation in generations:
+        kept, shipped = folder_for(generation), BUILT / generation
+        if not can_keep(kept):
+            build(shipped, jobs, say, generation)
+            continue
+        build(kept, jobs, say, generation)
+        shipped.mkdir(parents=True, exist_ok=True)
+        for unit in all_units():
+            shutil.copyfile(kept / file_name(unit), shipped / file_name(unit))
+
+
 def write_named(names: set[str], folder: Path, generation: str | None) -> None:
     """Build units in this process, which does nothing else, and print the name of each that is done."""
     if generation is not None:
@@ -96,7 +124,7 @@ def main() -> None:
     """Build, as a command."""
     parser = argparse.ArgumentParser(description="Build the kernels ahead of time.")
     parser.add_argument("--folder", type=Path, default=own_folder(), help="where to; else the cache of the user")
-    parser.add_argument("--wheel", action="store_true", help="into the package, for all generations of processors")
+    parser.add_argument("--wheel", choices=("here", "all"), help="into the package, for this generation or for all")
     parser.add_argument("--jobs", type=int, default=processors_here(), help="compilers side by side")
     parser.add_argument("--flexible", action="store_true", help="what trees of flexible bodies need, and no more")
     parser.add_argument("--for", dest="generation", choices=GENERATIONS, help=argparse.SUPPRESS)
@@ -109,8 +137,8 @@ def main() -> None:
     if options.only:
         write_named(set(options.only), options.folder, options.generation)
     elif options.wheel:
-        for generation in GENERATIONS:
-            build(BUILT / generation, options.jobs, say, generation)
+        generations = list(GENERATIONS) if options.wheel == "all" else generations_here()[:1]
+        build_into_package(generations, options.jobs, say)
     else:
         build(options.folder, options.jobs, say, is_flexible=options.flexible)
 

@@ -128,7 +128,7 @@ def loaded_files() -> dict[int, Path]:
 def expect(units: Iterable[Unit]) -> None:
     """Have what is missing of units built now, side by side, where their files can be kept, with what is foreseen."""
     missing = _missing(units)
-    if missing and _can_keep():
+    if missing and can_keep(own_folder()):
         import subprocess
 
         from kanefe.kernels.side_by_side import batches_of, build_by_name, processors_here
@@ -162,15 +162,15 @@ def _tell(text: str) -> None:
 
 
 @cache
-def _can_keep() -> bool:
-    """Return whether there is a compiler to link files of units with, and somewhere to put them."""
+def can_keep(folder: Path) -> bool:
+    """Return whether there is a compiler to link files of units with, and whether they can be put into a folder."""
     import shutil
 
     if shutil.which(linker()) is None:
         return False
     try:
-        own_folder().mkdir(parents=True, exist_ok=True)
-        return os.access(own_folder(), os.W_OK)
+        folder.mkdir(parents=True, exist_ok=True)
+        return os.access(folder, os.W_OK)
     except OSError:
         return False
 
@@ -246,9 +246,13 @@ def _built_folders() -> tuple[Path, ...]:
     """Return where a wheel has files of units for this processor, best first."""
     if not BUILT.is_dir():
         return ()
+    return tuple(BUILT / name for name in generations_here() if (BUILT / name).is_dir())
+
+
+def generations_here() -> list[str]:
+    """Return the generations of processors that this one belongs to, best first."""
     can = set(_features().split())
-    fitting = [BUILT / name for name, of in GENERATIONS.items() if can.issuperset(of.features.split())]
-    return tuple(folder for folder in fitting if folder.is_dir())
+    return [name for name, of in GENERATIONS.items() if can.issuperset(of.features.split())]
 
 
 @cache
@@ -256,7 +260,12 @@ def own_folder() -> Path:
     """Return the folder of units that are made for this processor."""
     machine = _machine()
     processor = hashlib.sha256(f"{machine} {_features()}".encode()).hexdigest()[:8]
-    return cache_folder() / "kernels" / f"{machine}-{processor}"
+    return folder_for(f"{machine}-{processor}")
+
+
+def folder_for(processors: str) -> Path:
+    """Return the folder of units in the cache that are made for some processors: a generation, or this one."""
+    return cache_folder() / "kernels" / processors
 
 
 def _machine() -> str:
