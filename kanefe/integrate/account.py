@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -33,24 +33,43 @@ def accounted(model: Model, run: Trajectory) -> Trajectory:
     found = {"energy_balance": _balance(model, run), "bending": worst_bending(model, run.times, run.coordinates)}
     # lists, as files give them back
     of_run = replace(run, statistics=run.statistics | {name: list(told) for name, told in found.items() if told})
-    for text in remarks(of_run.statistics):
+    for text in remarks(of_run.statistics, _doubtful(model)):
         warnings.warn(text, SimulationWarning, stacklevel=3)
     return of_run
 
 
-def remarks(statistics: Mapping[str, Any]) -> list[str]:
-    """Return a sentence with a remedy for each thing that is far off."""
+def remarks(statistics: Mapping[str, Any], doubtful: Sequence[str] = ()) -> list[str]:
+    """Return a sentence with a remedy for each thing that is far off.
+
+    `doubtful` is what takes part in the scene and may leave energy out of account at any rtol.
+    """
     found = []
     missing, share = statistics.get("energy_balance", (0.0, 0.0))
     rtol = statistics.get("rtol")
     if rtol is not None and share > max(NOTED, UNFIT * rtol):
         found.append(
             f"{statistics['method']} {'lost' if missing < 0.0 else 'gained'} {share:.2g} of the energy, which does not "
-            f"fit rtol={rtol:g}. Remedy: a smaller rtol"
+            f"fit rtol={rtol:g}. "
+            + (f"It may be of {', or '.join(doubtful)}. Remedy: check that, and else" if doubtful else "Remedy:")
+            + " a smaller rtol"
         )
     if "bending" in statistics and (bending := Bending(*statistics["bending"])).is_too_far:
         found.append(bending.remark)
     return found
+
+
+def _doubtful(model: Model) -> list[str]:
+    """Return what takes part in a scene whose energy the run cannot know: it is the user's to say."""
+    found = [
+        f"load {load.name!r}, where its action does not tell all the power that it dissipates or gives"
+        for load in model.loads
+        if type(load).__module__.partition(".")[0] != "kanefe"
+    ]
+    return found + [
+        f"the motion of body {body!r}, where it jumps or its speed and acceleration are not the rates of its position"
+        for motion, body in model.drives
+        if motion.pieces is None
+    ]
 
 
 def _balance(model: Model, run: Trajectory) -> tuple[float, float] | None:

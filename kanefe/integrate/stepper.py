@@ -38,7 +38,9 @@ class StepFailure(SimulationError):
 
 
 def beyond(error: KanefeError) -> StepFailure:
-    """Return the failure of a fixed step that leads to where the equations do not hold."""
+    """Return the failure of a fixed step that leads to where the equations do not hold, or what says more itself."""
+    if isinstance(error, StepFailure):
+        return error
     reason, _, remedy = str(error).partition(". Remedy: ")
     return StepFailure(f"the fixed step is too long: {reason}", f"a smaller step{', or ' + remedy if remedy else ''}")
 

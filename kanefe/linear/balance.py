@@ -11,7 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.loop_closure import project_positions, project_speeds
-from kanefe.linear.imbalance import BALANCED, Imbalance, worst_imbalance
+from kanefe.linear.imbalance import BALANCED, Imbalance, slipping_friction, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
 
@@ -80,7 +80,7 @@ class BalanceSearch:
             return state
         settled = self._to_round_off(*state)
         if settled is None:
-            raise SimulationError(self._advice(imbalance))
+            raise SimulationError(self._advice(imbalance, *state))
         return settled
 
     @property
@@ -91,7 +91,8 @@ class BalanceSearch:
 
     def refusal(self) -> SimulationError:
         """Return what to say of a start from which no search is worth while."""
-        return SimulationError(self._advice(self.imbalance(*self._closed(self.q, self.u))))
+        state = self._closed(self.q, self.u)
+        return SimulationError(self._advice(self.imbalance(*state), *state))
 
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
         """Return what balances worst in a state."""
@@ -208,8 +209,13 @@ class BalanceSearch:
         pulled = _metric(M).T @ du
         return float(pulled @ pulled), float(z @ M @ du)
 
-    def _advice(self, imbalance: Imbalance) -> str:
+    def _advice(self, imbalance: Imbalance, q: Vector, u: Vector) -> str:
         text = f"the scene has no balance that could be found at t = {self.t:.6g} s: {imbalance} is left over"
+        if slipping := slipping_friction(self.model, self.t, q, u, imbalance):
+            return (
+                f"{text}, and {slipping}. Remedy: more friction, or a spring, a support or a drive there; if the "
+                "scene can rest elsewhere, start=..., a state nearer to it"
+            )
         if imbalance.ratio > 0.5:
             return (
                 f"{text}, and nothing holds it. Remedy: a spring, a support or a drive there; of a body that falls, "

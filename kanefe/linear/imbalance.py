@@ -70,6 +70,30 @@ def worst_imbalance(model: Model, t: float, q: Vector, u: Vector, du: Vector, N:
     return Imbalance(tangent_names(model)[int(leading[worst])], float(left[worst]), float(ratios[worst]))
 
 
+def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbalance) -> str:
+    """Return what friction in a joint is asked for and what it holds, where a balance is lost along it; else nothing.
+
+    Parameters
+    ----------
+    left : Imbalance
+        What is left over at the state.
+    """
+    from kanefe.loads.coordinate_friction import CoordinateFriction
+
+    state = State(model, t, q, u)
+    for i, load in enumerate(model.loads):
+        if not isinstance(load, CoordinateFriction) or load.count > 1:
+            continue
+        if not left.name.startswith(f"{model.bodies[load.ends[0].body].name}: "):
+            continue
+        force, _, sticks = load.tell(t, state.load_ends(i), state.load_states(i))[:3]
+        if not sticks:
+            unit, held = "N m" if load.units[0] == "rad" else "N", abs(float(force))
+            asked = held + abs(left.force)
+            return f"{load.kind} of {load.coordinate} is asked for {asked:.4g} {unit} and holds {held:.4g} {unit}"
+    return ""
+
+
 def force_sizes(state: State) -> Vector:
     """Return the sum of the sizes of all generalised forces along each speed, free and driven, N and N m.
 

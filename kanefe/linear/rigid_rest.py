@@ -235,7 +235,10 @@ class _Rest:
         told = "; ".join(
             f"{name} would slip: its friction is asked for {asked:.4g} N and holds {most:.4g} N"
             for name, (asked, most) in sums.items()
+            if asked > most
         )
+        if not told:  # each has friction enough, but no share of the forces is within that of all
+            told = f"{', '.join(sums)} would slip: no share of the forces is within the friction of each probe"
         return NoRest(
             f"the scene has no balance: {told}. Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )

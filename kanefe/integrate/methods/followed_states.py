@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
+from kanefe.integrate.stepper import StepFailure
 from kanefe.loads.base import End, Load
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class FollowedStates:
 
         Raises
         ------
-        SimulationError
+        StepFailure
             If the iteration of a load does not converge: a smaller step may.
         """
         ratio = 0.0 if self._before is None else h / self._h
@@ -78,8 +78,10 @@ def _end(load: Load, state: State, ends: Sequence[End], known: Vector, share: fl
         if np.all(np.abs(left) <= CONVERGED * size):
             return z
         z = z + np.linalg.solve(np.eye(len(z)) - share * _slopes(load, state, ends, z, rates, size), left)
-    raise SimulationError(
-        f"the internal states of {load.kind} {load.name!r} are not found at t = {state.t:.6g} s. Remedy: a smaller step"
+    raise StepFailure(
+        f"the internal states of {load.kind} {load.name!r} are not found at t = {state.t:.6g} s: in a step of "
+        "fixed length what it holds begins or ends too suddenly",
+        "method='radau5' or 'auto' without step, whose steps end where that happens",
     )
 
 

@@ -1,0 +1,122 @@
+"""Blocks on plates that are shaken: stick and slip where an exact solution by pieces has them, and nothing unseen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe.checks.robustness.shaken_blocks import DEFAULT_RTOL, compared, exact, random_block
+from kanefe.contact.rigid_contact import STICKS
+from kanefe.integrate.contact_check import of_contacts
+from kanefe.kane.rigid_contacts import probe_forces
+
+G = 9.81
+
+
+def shaken(skin: bool = False) -> kf.System:
+    """Return the block of finding A1: stroke 50 mm, 2 Hz, mu 0.5; it begins with the plate."""
+    stroke, w = 0.05, 4.0 * math.pi
+    scene = kf.System(gravity=(0, 0, -G))
+    motion = kf.Motion(
+        lambda t: stroke * math.sin(w * t),
+        lambda t: stroke * w * math.cos(w * t),
+        lambda t: -stroke * w * w * math.sin(w * t),
+    )
+    plate = scene.add_rigid_body("plate", 2.0, 1.0, joint=kf.Prismatic("x", motion=motion))
+    top = scene.add_surface("top", plate, kf.shapes.Plane("z"))
+    start = kf.Free(position=(0, 0, 0.05 if skin else 0.0), velocity=(stroke * w, 0, 0))
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
+    probe = scene.add_surface("skin", block, kf.shapes.Box((0.2, 0.2, 0.1))) if skin else block
+    scene.add_contact("c", probe, top, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+    return scene
+
+
+# 8: in one direction, four slips and three sticks; 3: in two directions, inclined, at rtol 1e-7
+@pytest.mark.parametrize("seed", [8, 3])
+def test_random_blocks_are_where_the_exact_solution_is(seed):
+    block = random_block(seed)
+    found = compared(block)
+    assert found.instants <= (1e-4 if block.rtol == DEFAULT_RTOL else 1e-6)
+    assert found.drift <= 1e-6
+    assert found.friction <= 1e-6
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("seed", range(100))
+def test_a_hundred_random_blocks(seed):
+    test_random_blocks_are_where_the_exact_solution_is(seed)
+
+
+@pytest.mark.stress
+def test_the_oracle_agrees_with_itself_in_one_and_two_directions():
+    """In two directions with a stroke of nearly zero along y: DOP853 comes to the closed form."""
+    from dataclasses import replace
+
+    block = random_block(8)
+    along = exact(block)
+    across = exact(replace(block, strokes=(block.strokes[0], 1e-12)))
+    np.testing.assert_allclose(across.slips, along.slips, atol=1e-9)  # s; a stroke of 1e-12 m
+    np.testing.assert_allclose(across.sticks, along.sticks, atol=1e-8)  # s; LATE over the acceleration
+    np.testing.assert_allclose(across.moved, along.moved, atol=1e-9)
+
+
+def test_an_onset_of_slip_does_not_end_in_a_stick_at_the_same_instant():
+    """The second slip lasts: before, it ended at once, and friction went up to 1.61 mu N."""
+    result = shaken().simulate((0.0, 0.5), output_times=np.arange(0.0, 0.51, 0.05))
+    assert len(result.events["c slip"]) == 2
+    assert len(result.events["c stick"]) == 1
+    history = result.contact("c")
+    assert np.max(np.array(history.tangential) / np.array(history.normal)) <= 0.5 * (1.0 + 1e-9)
+
+
+def test_an_acceleration_that_jumps_decides_by_what_follows():
+    """Held by friction to one side, then jerked to the other: it slips there, at once."""
+    scene = kf.System(gravity=(0, 0, -G))
+    jerk = kf.Motion(
+        lambda t: -1.0 * t * t if t < 0.1 else -0.01 - 0.2 * (t - 0.1) + 4.0 * (t - 0.1) ** 2,
+        lambda t: -2.0 * t if t < 0.1 else -0.2 + 8.0 * (t - 0.1),
+        lambda t: -2.0 if t < 0.1 else 8.0,
+    )
+    plate = scene.add_rigid_body("plate", 2.0, 1.0, joint=kf.Prismatic("x", motion=jerk))
+    top = scene.add_surface("top", plate, kf.shapes.Plane("z"))
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=kf.Free())
+    scene.add_contact("c", block, top, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+    result = scene.simulate((0.0, 0.15), rtol=1e-8, output_step=0.05)
+    assert result.events["c slip"] == pytest.approx([0.1], abs=1e-9)
+    off = (result.position("block") - result.position("plate"))[-1, 0]
+    assert off == pytest.approx(0.5 * (0.5 * G - 8.0) * 0.05**2, abs=1e-9)
+
+
+def test_corners_share_friction_so_that_none_holds_more_than_it_can():
+    """A box whose load moves to its front corners sticks as long as all of them together can hold it."""
+    scene = shaken(skin=True)
+    model = scene.freeze()
+    y = model.route.start(0.0)
+    # at 0.05 s the plate is at 4.64 m/s2 of mu g = 4.905: by forces of least norm the corners behind would slip
+    t = 0.05
+    y[0], y[7] = 0.05 * math.sin(4 * math.pi * t), 0.2 * math.pi * math.cos(4 * math.pi * t)
+    forces = probe_forces(model.literal.view(t, y))
+    assert [force.status for force in forces] == [STICKS] * 4
+    for force in forces:
+        assert float(np.linalg.norm(force.friction)) < 0.5 * force.normal
+    assert sum(force.friction[0] for force in forces) == pytest.approx(
+        -0.05 * (4 * math.pi) ** 2 * math.sin(0.2 * math.pi)
+    )
+
+
+def test_what_breaks_a_law_is_an_error_of_the_run():
+    """States with friction of 1.6 mu N, in a stick that should have ended, and within the plate."""
+    model = shaken().freeze()
+    y = np.concatenate((model.route.start(0.0), np.zeros(2)))
+    assert of_contacts(model, np.array([0.0]), y[None], "dop853", 100, 1e-6) is None
+    late = of_contacts(model, np.array([0.0, 0.125]), np.vstack((y, y)), "dop853", 100, 1e-6)
+    assert late.kind == "failed"
+    assert late.time == 0.125
+    assert "friction of rigid contact 'c' holds 7.89568 N, more than mu N = 4.905 N" in late.reason
+    model = shaken().freeze()
+    y = np.concatenate((model.initial_state, np.zeros(2)))
+    y[2] = -1e-3
+    assert "'c' is entered by 0.001 m" in of_contacts(model, np.array([0.0]), y[None], "dop853", 100, 1e-6).reason
