@@ -13,7 +13,7 @@ from kanefe.results.quantities import XYZ
 from kanefe.storage.scipy_later import sp
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.neighbours import Neighbours
+from kanefe.tree.neighbours import Neighbours, sources_of
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -133,7 +133,7 @@ def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
     if body.rigid is not None:
         mass, com, inertia = body.rigid.mass, body.rigid.com, body.rigid.inertia
     elif body.flexible is not None:
-        flexible = body.flexible.body
+        flexible, sources = body.flexible.body, sources_of(model)
         mass, com = flexible.mass, flexible.center_of_mass
         inertia = flexible.inertia - mass * (com @ com * np.eye(3) - np.outer(com, com))
         mesh = {
@@ -147,8 +147,7 @@ def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
             "elasticity": flexible.elasticity,
             "flexible": flexible,
             "neighbours": {
-                frame.name: model.sources[model.index(body.name), frame.name].neighbours
-                for frame in flexible.interfaces
+                frame.name: sources[model.index(body.name), frame.name].neighbours for frame in flexible.interfaces
             },
         }
     return BodyShape(

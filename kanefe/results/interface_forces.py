@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -12,13 +12,15 @@ from kanefe.kane.coupling import unit_wrenches
 from kanefe.kane.reactions import held_wrenches
 from kanefe.kane.state import State
 from kanefe.results.placed_states import placed_states
-from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, Source
+from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, Source, sources_of
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
-    from kanefe.results.channels import RunChannels
+    from kanefe.integrate.trajectory import Trajectory
     from kanefe.tree.body_terms import BodyTerms
+    from kanefe.tree.model_data import ModelData
+    from kanefe.tree.route import RunSweeps
 
 PartKey = tuple[str, str, str, str]
 """Quantity, body, interface and name of the part."""
@@ -37,12 +39,30 @@ class Acting(NamedTuple):
     wrench: Vector
 
 
-def coupling_forces(run: RunChannels, body: str, interface: str, of: str) -> dict[tuple[str, ...], Matrix]:
-    """Return a part of the coupling force at an interface, (T, 6), and what comes with it; "" is the whole.
+class Run(Protocol):
+    """What is asked of a run in memory: `kanefe.results.channels.RunChannels`."""
+
+    @property
+    def model(self) -> ModelData: ...  # noqa: D102
+    @property
+    def trajectory(self) -> Trajectory: ...  # noqa: D102
+    @property
+    def times(self) -> Vector: ...  # noqa: D102
+    @property
+    def swept(self) -> RunSweeps | None: ...  # noqa: D102
+    @property
+    def residual_forces(self) -> Matrix: ...  # noqa: D102
+    def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> Matrix: ...  # noqa: D102
+    def views(self) -> Iterator[State]: ...  # noqa: D102
+    def acting_states(self) -> Iterator[tuple[State, Vector]]: ...  # noqa: D102
+
+
+def coupling_forces(run: Run, body: str, interface: str, of: str) -> dict[tuple[str, ...], Matrix]:
+    """Return a part of the coupling force at an interface (Eq. 30), (T, 6), and what comes with it; "" is the whole.
 
     About the interface where it is, in axes of G: see `kanefe.results.reader.Reader.coupling_force`.
     """
-    sources = run.model.sources[run.model.index(body), interface]
+    sources = sources_of(run.model)[run.model.index(body), interface]
     parts = sources.neighbours.parts(of, f"{interface!r} of {body!r}")
     key = (QUANTITY, body, interface, of) if of else (QUANTITY, body, interface)
     if parts != (of,):
@@ -53,7 +73,7 @@ def coupling_forces(run: RunChannels, body: str, interface: str, of: str) -> dic
     return {key: _of_carrier(run, body, interface) if first.end == 0 else _of_carried(run, body, interface, first.name)}
 
 
-def _of_carrier(run: RunChannels, body: str, interface: str) -> Matrix:
+def _of_carrier(run: Run, body: str, interface: str) -> Matrix:
     """Return F_u of the components fixed in G, along the axes that they hold: see `unit_wrenches`."""
     terms = run.model.flexible_terms(body)
     frame = terms.body.interface(interface)
@@ -66,13 +86,13 @@ def _of_carrier(run: RunChannels, body: str, interface: str) -> Matrix:
     return np.array([wrench @ force for wrench, force in zip(wrenches, forces, strict=True)])
 
 
-def _fixed_columns(run: RunChannels, body: str, frame: InterfaceFrame) -> list[int]:
+def _fixed_columns(run: Run, body: str, frame: InterfaceFrame) -> list[int]:
     terms = run.model.flexible_terms(body)
     first = terms.fixed.start - terms.body.free_count - run.model.free_count
     return [first + column for column in frame.fixed_columns]
 
 
-def _of_carried(run: RunChannels, body: str, interface: str, child: str) -> Matrix:
+def _of_carried(run: Run, body: str, interface: str, child: str) -> Matrix:
     """Return the reaction of a body that hangs on an interface, reversed, about the interface."""
     reaction = -run.read("joint_reaction", child)
     axes, own = (np.array([rotation_matrix(e) for e in run.read("rotation", name)]) for name in (child, body))
@@ -82,12 +102,12 @@ def _of_carried(run: RunChannels, body: str, interface: str, child: str) -> Matr
     return np.hstack([(part[:, None, :] @ own)[:, 0] for part in (force, moment)])
 
 
-def _of_loads_and_loops(run: RunChannels) -> dict[tuple[str, ...], Matrix]:
+def _of_loads_and_loops(run: Run) -> dict[tuple[str, ...], Matrix]:
     """Return what loops, contacts, loads and given forces do at all interfaces: they come out of the same states."""
     model = run.model
     places: Places = {}
     kept: dict[tuple[str, ...], Matrix] = {}
-    for (number, interface), sources in model.sources.items():
+    for (number, interface), sources in sources_of(model).items():
         for part, ends in sources.named.items():
             if ends[0].kind != BODY:
                 kept[QUANTITY, model.bodies[number].name, interface, part] = np.zeros((len(run.times), 6))
@@ -107,7 +127,7 @@ def _of_loads_and_loops(run: RunChannels) -> dict[tuple[str, ...], Matrix]:
     return kept
 
 
-def _states(run: RunChannels, is_held: bool) -> Iterator[SceneState]:
+def _states(run: Run, is_held: bool) -> Iterator[SceneState]:
     """Return the states, as cheap as will do: forces that hold need partial velocities, loads need places."""
     if is_held:
         return (state for state, _ in run.acting_states())
@@ -125,9 +145,10 @@ def _known(state: SceneState, places: Places) -> Iterator[Acting]:
     for number, load in enumerate(state.model.loads):
         ends = [i for i in range(len(load.ends)) if Source(LOAD, load.name, i) in places]
         if ends:
-            action = state.action(number)
+            own = state.load_ends(number)
+            action = load.action(state.time, own, state.load_states(number))
             for i in ends:
-                yield Acting(Source(LOAD, load.name, i), state.load_ends(number)[i].p, action.wrenches[i])
+                yield Acting(Source(LOAD, load.name, i), own[i].p, action.wrenches[i])
     for source, (number, _, _) in places.items():
         if source.kind == FORCE:
             given, frame = state.model.bodies[number].loads[source.end]

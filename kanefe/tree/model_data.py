@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from kanefe.joints.joint_friction import Bearing
     from kanefe.loads.controller import Controller
     from kanefe.loads.coordinate_friction import CoordinateFriction
-    from kanefe.tree.neighbours import Sources
 
 WORKS = 2
 """Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
@@ -123,13 +122,6 @@ class ModelData(PickledByFields):
         from kanefe.contact.rigid_crowd import RigidCrowd
 
         return next((load for load in self.loads if isinstance(load, RigidCrowd)), None)
-
-    @cached_property
-    def sources(self) -> dict[tuple[int, str], Sources]:
-        """What acts at each interface, by the number of the body and the name of the interface."""
-        from kanefe.tree.neighbours import sources_of
-
-        return sources_of(self)
 
     @property
     def is_constrained(self) -> bool:

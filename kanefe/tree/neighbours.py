@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -109,8 +110,20 @@ def _moves_along(n: InterfaceFrame, frame: InterfaceFrame) -> bool:
     return size > 0.0 and bool(np.abs(frame.motion[:3] - carried).max(initial=0.0) <= MOVES_ALONG * size)
 
 
+_found: WeakKeyDictionary[ModelData, dict[tuple[int, str], Sources]] = WeakKeyDictionary()
+
+
 def sources_of(model: ModelData) -> dict[tuple[int, str], Sources]:
-    """Return what acts at each interface of a scene, by the number of the body and the name of the interface."""
+    """Return what acts at each interface of a scene, by the number of the body and the name of the interface.
+
+    Kept with the scene: a simulation that is stepped asks at each step.
+    """
+    if model not in _found:
+        _found[model] = _sources_of(model)
+    return _found[model]
+
+
+def _sources_of(model: ModelData) -> dict[tuple[int, str], Sources]:
     unknown: dict[tuple[int, str], list[Source]] = {}
     known: dict[tuple[int, str], list[Source]] = {}
     for number, body in enumerate(model.bodies):

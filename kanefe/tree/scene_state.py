@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.loads.base import Action, CircularLoad, End
+from kanefe.loads.base import CircularLoad, End
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.load_names import named_loads
 from kanefe.tree.model_data import ModelData
@@ -286,10 +286,6 @@ class SceneState:
     def load_states(self, number: int) -> Vector:
         """Return the internal states of a load between frames, by its number in the model."""
         return self.z[self.model.load_states[number]]
-
-    def action(self, number: int) -> Action:
-        """Return what a load between frames does, by its number in the model."""
-        return self.model.loads[number].action(self.time, self.load_ends(number), self.load_states(number))
 
     def load_ends(self, number: int) -> list[End]:
         """Return the motion of the ends of a load between frames, by its number in the model."""
