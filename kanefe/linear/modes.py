@@ -19,6 +19,9 @@ from kanefe.linear.unresisted import Unresisted
 ROUND_OFF = 1e-14
 """Imaginary part, of the largest eigenvalue, of one that is real."""
 
+SLOWEST = 1e-15
+"""Frequency, of the largest, down to which those of coordinates by themselves scale them."""
+
 SYMMETRIC = 1e-10
 """Asymmetry of the stiffness and size of the factor of the rates, of their largest entries, that count as none."""
 
@@ -182,7 +185,7 @@ def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarra
     others = np.setdiff1d(np.arange(len(A)), led)
     Z = free.motions[others]
     rest = A[np.ix_(others, others)] - Z @ A[np.ix_(led, others)]
-    values, shapes = eigenpairs(rest, rate_weights(A, p)[others])
+    values, shapes = eigenpairs(rest, rate_weights(A, p, SLOWEST)[others])
     noise = ROUND_OFF * np.abs(values).max(initial=0.0)
     is_real = np.abs(values.imag) <= noise
     values = np.where(is_real, values.real, values)
