@@ -14,8 +14,9 @@ NOTHING = 1e-16
 def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
     """Return the eigenvalues of a state matrix, 1/s, and its shapes as columns.
 
-    Scaled by weights of its states, see `rate_weights`. LAPACK balances matrices, by factors without bounds where a column is
-    nearly nothing, such as what is left of a torque that is just starting; shapes are lost in its round-off then.
+    Scaled by weights of its states, see `rate_weights`. LAPACK balances matrices, by factors without bounds where a
+    column is nearly nothing, such as what is left of a torque that is just starting; shapes are lost in its round-off
+    then.
 
     Examples
     --------

@@ -161,8 +161,8 @@ def _symmetric(linearisation: StateSpace, A: Matrix, free: Unresisted) -> tuple[
 def _squares(K: Matrix, M: Matrix) -> tuple[Vector, Matrix]:
     """Return the squares of frequencies and the shapes, ``K z = square M z``.
 
-    Of a positive definite stiffness by factors of both, ``L_K^-1 L_M``, whose singular values are 1 / frequency: squares
-    of frequencies have half as many digits beside much larger ones.
+    Of a positive definite stiffness by factors of both, ``L_K^-1 L_M``, whose singular values are 1 / frequency:
+    squares of frequencies have half as many digits beside much larger ones.
     """
     if not K.size:
         return np.zeros(0), K
@@ -194,7 +194,9 @@ def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarra
     # what nothing resists goes along
     along = A[np.ix_(led, led)] + A[np.ix_(led, others)] @ Z
     pushed = A[np.ix_(led, others)] @ shapes
-    moved = [np.linalg.solve(value * np.eye(len(led)) - along, push) for value, push in zip(values, pushed.T, strict=True)]
+    moved = [
+        np.linalg.solve(value * np.eye(len(led)) - along, push) for value, push in zip(values, pushed.T, strict=True)
+    ]
     vectors = np.zeros((len(A), len(values)), dtype=complex)
     vectors[led] = np.reshape(moved, (len(values), len(led))).T
     vectors[others] = shapes + Z @ vectors[led]

@@ -23,7 +23,9 @@ def box(tilt: float, normal: kf.Rigid | kf.HuntCrossley, *, apart: bool = True, 
         for i, (x, y) in enumerate(FEET):
             scene.add_contact(f"foot {i}", body.frame(at=(x, y, -0.5)), floor, normal=normal, friction=friction)
     else:
-        soles = scene.add_surface("feet", body, kf.shapes.Points([(x, y, -0.5) for x, y in (*FEET, (-0.5, 0), (0.5, 0))]))
+        soles = scene.add_surface(
+            "feet", body, kf.shapes.Points([(x, y, -0.5) for x, y in (*FEET, (-0.5, 0), (0.5, 0))])
+        )
         scene.add_contact("sole", soles, floor, normal=normal, friction=friction)
     if hook:  # a spring that lifts the rear and holds it there
         ends = scene.ground.frame(at=(-0.5, 0, 3.0)), body.frame(at=(-0.5, 0, 0.5))

@@ -73,7 +73,9 @@ def test_rotations_are_those_of_nodes_or_else_of_cells(known: str) -> None:
     if known != "rotations":
         rows = np.reshape(np.arange(6 * len(body.nodes)), (-1, 6))[:, :3].ravel()
         cells = body.cells if known == "cells" else ()
-        frames = tuple(replace(frame, motion=np.vstack((frame.motion[:3], 0 * frame.motion[3:]))) for frame in body.interfaces)
+        frames = tuple(
+            replace(frame, motion=np.vstack((frame.motion[:3], 0 * frame.motion[3:]))) for frame in body.interfaces
+        )
         body = replace(body, components=("x", "y", "z"), basis=body.basis[rows], cells=cells, interfaces=frames)
     k = body.free_count
     force = body.node_frame(len(body.nodes) - 1).motion[1, :k]

@@ -24,7 +24,7 @@ from kanefe.tree.scene_state import SceneState
 from kanefe_fem.beams.body import beam_body, straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material
-from steel_beams import BAR_LENGTH, steel_bar
+from steel_beams import steel_bar
 
 SLOWEST = 92.8
 """Frequency in Hz of the bar clamped at its root: 1.875^2 / (2 pi L^2) sqrt(E I / (rho A)), of 0.3 m by 1 cm."""
