@@ -28,7 +28,7 @@ def frequencies(stiffening: str, speeds: list[float]) -> np.ndarray:
     for speed in speeds:
         scene = kf.System()
         scene.add_flexible_body("blade", blade, joint=kf.Revolute("z", motion=kf.Motion.steady(speed)))
-        rows.append(2 * np.pi * kf.linearise(scene).modes().frequencies[:4])
+        rows.append(2 * np.pi * kf.equilibrium(scene).linearise().modes().frequencies[:4])
     return np.array(rows)
 
 

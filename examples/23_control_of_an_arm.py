@@ -23,7 +23,7 @@ arm = scene.add_flexible_body("arm", beam_arm(), parent=hub, at=(0.1, 0, 0))
 tip = scene.add_rigid_body("tip", mass=2.0, inertia=(2e-4, 2e-4, 2e-4), parent=arm.interface("tip"))
 
 MEASURED = ("joint_coordinates hub", "deflection arm/tip y")
-plant = kf.linearise(scene, inputs="motor hub", outputs=(*MEASURED, "position arm/tip y"))
+plant = kf.equilibrium(scene).linearise(inputs="motor hub", outputs=(*MEASURED, "position arm/tip y"))
 sampled = control.sample_system(plant.to_control(), DT)
 measures = control.ss(sampled.A, sampled.B, sampled.C[:2], sampled.D[:2], DT)
 

@@ -29,7 +29,7 @@ def spinning(speed):
 
 
 for speed in (0.0, 20.0, 40.0):
-    modes = kf.linearise(spinning(speed)).modes()
+    modes = kf.equilibrium(spinning(speed)).linearise().modes()
     told = ", ".join(f"{f:.2f}" for f in modes.frequencies[:4])
     print(f"{speed:4.0f} rad/s: {told} Hz")
 
@@ -42,7 +42,7 @@ diagram = kf.campbell(spinning, np.linspace(0.0, 50.0, 26))
 diagram.plot()
 
 # %%
-kf.linearise(spinning(40.0)).modes()
+kf.equilibrium(spinning(40.0)).linearise().modes()
 
 # %% [markdown]
 # A run: the blade is brought to 30 rad/s within a second, and lags behind the hub while it speeds up.

@@ -8,12 +8,14 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import COMPONENTS
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
 from kanefe.fe_model.places import Place, PlaceLike
 from kanefe.frames import Orientation, numbers, orientation_parameters, rotation_matrix
 
 RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")
+WORDS = {"all": COMPONENTS, "position": TRANSLATIONS}
+"""What is fixed, as far as the nodes can follow."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +24,10 @@ class Interface:
 
     Parameters
     ----------
-    fixed : sequence of str, or "all"
+    fixed : sequence of str, "all" or "position"
         Components of the frame's motion that are fixed in G, among "x", "y", "z", "rx", "ry", "rz", along the axes of
-        the interface. "all": those that the nodes can follow (clamped); none: the frame moves freely.
+        the interface. "all": those that the nodes can follow (clamped); "position": translations that they can follow
+        (hinged); none: the frame moves freely.
     kind : {"rigid", "average", "node"}
         "rigid" (RBE2): the nodes move as a rigid body with the frame, so that the patch cannot deform. "average"
         (RBE3): the frame moves with the weighted mean of the nodes, fitted by least squares, and the patch deforms
@@ -86,7 +89,7 @@ class Interface:
 
     def __post_init__(self) -> None:
         keep = object.__setattr__
-        if self.fixed != "all":
+        if not (isinstance(self.fixed, str) and self.fixed in WORDS):
             keep(self, "fixed", _components(self.fixed, "fixes"))
         keep(self, "released", _components(self.released, "releases"))
         if len(self.released) == len(COMPONENTS):
@@ -116,6 +119,11 @@ class Interface:
                     "Remedy: kind='average', or leave them out"
                 )
             keep(self, "weights", _weights(self.weights))
+
+    @property
+    def fixed_names(self) -> tuple[str, ...]:
+        """The components that are fixed, as far as the nodes can follow."""
+        return WORDS[self.fixed] if isinstance(self.fixed, str) else tuple(self.fixed)
 
     def group_names(self, name: str) -> tuple[str, ...]:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
@@ -163,7 +171,7 @@ def _weights(given: str | Sequence[float]) -> str | tuple[float, ...]:
 KINDS: dict[str, Interface] = {
     "clamped": Interface("all"),
     "rigid": Interface(),
-    "hinged": Interface(("x", "y", "z")),
+    "hinged": Interface("position"),
     "average": Interface(kind="average"),
     "node": Interface(kind="node"),
 }

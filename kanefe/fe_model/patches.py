@@ -83,7 +83,7 @@ def patch_of(model: FiniteElementModel, name: str, spec: Interface) -> Patch:
     motion = rigid_motion(offsets, np.zeros(3), model.components)
     motion[np.tile(~follows, len(offsets))] = 0.0
     components = _followed(name, spec, model.nodes[group.nodes], position, motion)
-    fixed = tuple(i for i, c in enumerate(components) if spec.fixed == "all" or COMPONENTS[c] in spec.fixed)
+    fixed = tuple(i for i, c in enumerate(components) if COMPONENTS[c] in spec.fixed_names)
     return Patch(
         name=name,
         spec=spec,
@@ -157,12 +157,13 @@ def _followed(
     scaled = motion[:, components] / size[list(components)]
     if np.linalg.matrix_rank(scaled, tol=1e-8) < len(components):
         _refuse_loose_turn(name, spec, points, position)
-    if spec.fixed != "all":
-        missing = [c for c in spec.fixed if COMPONENTS.index(c) not in components]
+    if not isinstance(spec.fixed, str):
+        missing = [c for c in spec.fixed_names if COMPONENTS.index(c) not in components]
         if missing:
             raise ModelError(
-                f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow. Remedy: leave out "
-                f"all but {', '.join(COMPONENTS[c] for c in components)}, or give it more nodes"
+                f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow: they follow "
+                f"{', '.join(COMPONENTS[c] for c in components)}. Remedy: leave out {', '.join(missing)}, or give it "
+                "more nodes"
             )
     return components
 

@@ -14,6 +14,7 @@ from kanefe.tree.bending import LEAST
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import ModelData
 
+
 def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     """Return, with a remedy, which body is bent so far that a motion has lost its inertia; empty: none is.
 

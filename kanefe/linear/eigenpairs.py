@@ -14,8 +14,9 @@ NOTHING = 1e-16
 def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
     """Return the eigenvalues of a state matrix, 1/s, and its shapes as columns.
 
-    Scaled by weights of its states, see `rate_weights`. LAPACK balances matrices, by factors without bounds where a column is
-    nearly nothing, such as what is left of a torque that is just starting; shapes are lost in its round-off then.
+    Scaled by weights of its states, see `rate_weights`. LAPACK balances matrices, by factors without bounds where a
+    column is nearly nothing, such as what is left of a torque that is just starting; shapes are lost in its round-off
+    then.
 
     Examples
     --------
@@ -30,12 +31,13 @@ def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
     return values, vectors / weights[:, None]
 
 
-def rate_weights(A: np.ndarray, positions: int) -> Vector:
+def rate_weights(A: np.ndarray, positions: int, least: float = 1e-8) -> Vector:
     """Return a scaling of the states of A that makes rates and coordinates alike: frequencies of entries by themselves.
 
-    States are so many positions, then speeds; scaled is ``weights[:, None] * A / weights``.
+    States are so many positions, then speeds; scaled is ``weights[:, None] * A / weights``. Frequencies below the share
+    `least` of the largest are round-off, by default its root; where nothing is unresisted they are what they are.
     """
     rates = np.sqrt(np.abs(np.diag(A[positions:, :positions]))) if len(A) == 2 * positions else np.ones(positions)
-    counts = rates > 1e-8 * rates.max(initial=0.0)  # the root of round-off
+    counts = rates > least * rates.max(initial=0.0)
     middle = float(np.median(rates[counts])) if counts.any() else 1.0
     return np.concatenate((np.where(counts, rates, middle), np.ones(len(A) - positions)))

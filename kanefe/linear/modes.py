@@ -19,6 +19,9 @@ from kanefe.linear.unresisted import Unresisted
 ROUND_OFF = 1e-14
 """Imaginary part, of the largest eigenvalue, of one that is real."""
 
+SLOWEST = 1e-15
+"""Frequency, of the largest, down to which those of coordinates by themselves scale them."""
+
 SYMMETRIC = 1e-10
 """Asymmetry of the stiffness and size of the factor of the rates, of their largest entries, that count as none."""
 
@@ -158,8 +161,8 @@ def _symmetric(linearisation: StateSpace, A: Matrix, free: Unresisted) -> tuple[
 def _squares(K: Matrix, M: Matrix) -> tuple[Vector, Matrix]:
     """Return the squares of frequencies and the shapes, ``K z = square M z``.
 
-    Of a positive definite stiffness by factors of both, ``L_K^-1 L_M``, whose singular values are 1 / frequency: squares
-    of frequencies have half as many digits beside much larger ones.
+    Of a positive definite stiffness by factors of both, ``L_K^-1 L_M``, whose singular values are 1 / frequency:
+    squares of frequencies have half as many digits beside much larger ones.
     """
     if not K.size:
         return np.zeros(0), K
@@ -182,7 +185,7 @@ def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarra
     others = np.setdiff1d(np.arange(len(A)), led)
     Z = free.motions[others]
     rest = A[np.ix_(others, others)] - Z @ A[np.ix_(led, others)]
-    values, shapes = eigenpairs(rest, rate_weights(A, p)[others])
+    values, shapes = eigenpairs(rest, rate_weights(A, p, SLOWEST)[others])
     noise = ROUND_OFF * np.abs(values).max(initial=0.0)
     is_real = np.abs(values.imag) <= noise
     values = np.where(is_real, values.real, values)
@@ -191,7 +194,9 @@ def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarra
     # what nothing resists goes along
     along = A[np.ix_(led, led)] + A[np.ix_(led, others)] @ Z
     pushed = A[np.ix_(led, others)] @ shapes
-    moved = [np.linalg.solve(value * np.eye(len(led)) - along, push) for value, push in zip(values, pushed.T, strict=True)]
+    moved = [
+        np.linalg.solve(value * np.eye(len(led)) - along, push) for value, push in zip(values, pushed.T, strict=True)
+    ]
     vectors = np.zeros((len(A), len(values)), dtype=complex)
     vectors[led] = np.reshape(moved, (len(values), len(led))).T
     vectors[others] = shapes + Z @ vectors[led]

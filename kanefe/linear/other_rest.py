@@ -64,9 +64,9 @@ class OtherRest:
         names = ", ".join(repr(name) for name in self.contacts[:6]) + (", ..." if len(self.contacts) > 6 else "")
         if self.has_lifted:
             return (
-                f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this rest is not "
-                "that of the start, and there may be one where all of it carries. Remedy: start=..., a state near the rest "
-                "that is meant, or less load if that is to hold"
+                f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this rest is "
+                "not that of the start, and there may be one where all of it carries. Remedy: start=..., a state near the "
+                "rest that is meant, or less load if that is to hold"
             )
         return (
             f"another rest is near: tilted by {self.distance:.2g} (rad, or of the scene's length) it balances without "

@@ -75,7 +75,9 @@ def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
     places = rates * np.sqrt(np.abs(np.einsum("ik,ij,jk->k", Z, mass, Z)))
     T = scipy.linalg.block_diag(np.eye(p), M)
     X, sizes = T @ A, np.abs(T) @ np.abs(A)
-    sizes[p:] += _of_loads(small, Z, N) + LEAST * rates.max(initial=0.0) * np.outer(speeds, np.concatenate((places, speeds)))
+    sizes[p:] += _of_loads(small, Z, N) + LEAST * rates.max(initial=0.0) * np.outer(
+        speeds, np.concatenate((places, speeds))
+    )
     found = np.zeros((p + r, 0))
     while True:
         wider = np.hstack((sizes, np.abs(T) @ np.abs(found)))

@@ -1,8 +1,8 @@
 """How far flexible bodies are bent, and whether that is within the reach of their kinematics.
 
-Linear: points move along straight lines, so that a piece turned by theta is too long by theta^2 / 2, and forces keep the
-levers of the straight body. Stiffened: displacements are right to the second order, and their inertia to the first: from
-some rotation on there is a motion that has lost its inertia, the sooner the more modes there are.
+Linear: points move along straight lines, so that a piece turned by theta is too long by theta^2 / 2, and forces keep
+the levers of the straight body. Stiffened: displacements are right to the second order, and their inertia to the first:
+from some rotation on there is a motion that has lost its inertia, the sooner the more modes there are.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.scales import largest_extent
 
 FARTHEST = 0.2
-"""Rotation in rad at which a piece of a body is 2 % too long, and a cantilever under a force at its tip 1.4 % too soft."""
+"""Rotation in rad at which a piece of a body is 2 % too long, and a cantilever under a force at its tip 1.4 % too
+soft."""
 
 LEAST = 0.1
 """Share of its inertia at rest that a motion keeps: below, the equations are those of no body."""
@@ -69,7 +69,8 @@ class Bending(NamedTuple):
         unit = "of its length" if self.of_displacements else "rad"
         return (
             f"a flexible body is bent beyond its reach, {self}; its kinematics hold to about {self.reach:.2g} {unit}. "
-            "Remedy: check what drives it; where it is truly so soft, a chain of several bodies, each of which bends less"
+            "Remedy: check what drives it; where it is truly so soft, a chain of several bodies, each of which bends "
+            "less"
         )
 
 

@@ -121,7 +121,8 @@ def test_unknown_components_are_refused(fixed: object) -> None:
 def test_fixing_what_the_nodes_do_not_have_is_refused() -> None:
     # "middle" has no rotation: fixing it would be silently without effect
     with pytest.raises(
-        ModelError, match=r"interface 'middle' fixes rz, which its nodes cannot follow\. Remedy: .* x, y, z"
+        ModelError,
+        match=r"interface 'middle' fixes rz, which its nodes cannot follow: .* x, y, z\. Remedy: leave out rz",
     ):
         flexible_body(lattice_model(0), {"root": "clamped", "middle": kf.Interface(("x", "rz"))})
 

@@ -160,8 +160,9 @@ def test_what_is_printed_fits_a_screen() -> None:
     found = kf.equilibrium(steel_bar(0.02, 0.01, gravity=9.81, reduction=kf.CraigBampton(modes=10)))
     lines = str(found).splitlines()
     eta = found.q[found.model.bodies[-1].flexible.eta]
-    assert len(lines) == 3
+    assert len(lines) == 4
     assert lines[2].startswith(f"  bar: {len(eta)} modal coordinates, the largest eta {np.argmax(abs(eta))}: ")
+    assert lines[3].startswith("  bending inside bodies: 'bar' by ")
     small = kf.linearise(cart_and_rod(), outputs=("joint_coordinates rod",))
     shown = "small motions about t = 0 s: 4 states; A, B, C, D are arrays\n  inputs   none named\n  outputs  joint_"
     assert str(small).startswith(shown)

@@ -203,7 +203,7 @@ class Section(CrossSection):
 
 @dataclass(frozen=True)
 class SolidCircle(CrossSection):
-    """Solid round bar.
+    """Solid round bar, by its diameter.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ from kanefe.tree.scene_state import SceneState
 from kanefe_fem.beams.body import beam_body, straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material
-from steel_beams import BAR_LENGTH, steel_bar
+from steel_beams import steel_bar
 
 SLOWEST = 92.8
 """Frequency in Hz of the bar clamped at its root: 1.875^2 / (2 pi L^2) sqrt(E I / (rho A)), of 0.3 m by 1 cm."""
@@ -307,9 +307,6 @@ def test_bodies_bent_by_many_times_their_length_are_told() -> None:
     body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
     scene = kf.System()
     scene.add_flexible_body("bar", body, joint=kf.Fixed(), modal_speeds=1e4 * np.eye(body.free_count)[0])
-    with pytest.warns(kf.SimulationWarning, match=r"body 'bar' deflects by [0-9.]+ of its length"):
+    with pytest.warns(kf.SimulationWarning, match=r"bent beyond its reach, 'bar' by [0-9.e+]+ rad at node \d+"):
         result = scene.simulate((0.0, 0.01), rtol=1e-6)
-    scale = BAR_LENGTH * np.sqrt(body.mass)
-    assert result.statistics["deflection"][1] == pytest.approx(
-        float(np.linalg.norm(result.modal_coordinates("bar"), axis=1).max() / scale), rel=1e-9
-    )
+    assert result.statistics["bending"][1] > 0.2
