@@ -16,6 +16,9 @@ GMSH_SUFFIXES = (".msh", ".geo", ".py")
 SOURCES = (".geo", ".py")
 """Files that hold no mesh, but a geometry to be meshed."""
 
+GEOMETRY = (".step", ".stp", ".iges", ".igs", ".brep", ".sat", ".x_t", ".sldprt", ".catpart", ".f3d", ".dwg", ".dxf")
+"""Files of programs that draw, which have neither cells nor the size of any."""
+
 
 def read_mesh(
     path: str | Path,
@@ -78,6 +81,18 @@ def read_mesh(
         raise MeshError(f"order {order!r} of the geometry of {path.name} is not possible. Remedy: give 1 or 2")
     if not path.is_file():
         raise FileError(f"there is no mesh file {path}. Remedy: check the name and the working directory")
+    if path.suffix.lower() in GEOMETRY:
+        raise FileError(
+            f"{path.name} is a geometry and no mesh: it has no cells, and no size for them. Remedy: mesh it with gmsh, by "
+            "a file such as part.py of these lines (STEP, IGES and BREP), and read_mesh('part.py'):\n"
+            "def build(gmsh):\n"
+            "    gmsh.option.setString('Geometry.OCCTargetUnit', 'M')\n"
+            f"    solids = gmsh.model.occ.importShapes({str(path)!r})\n"
+            "    gmsh.model.occ.synchronize()\n"
+            "    body = gmsh.model.addPhysicalGroup(3, [tag for _, tag in solids])\n"
+            "    gmsh.model.setPhysicalName(3, body, 'body')\n"
+            "    gmsh.option.setNumber('Mesh.MeshSizeMax', 0.01)  # m"
+        )
     if path.suffix.lower() in GMSH_SUFFIXES:
         from kanefe_fem import _gmsh
 

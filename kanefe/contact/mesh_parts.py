@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 
-from kanefe.errors import ModelError
+from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Matrix
 
 INSIDE = 0.5
 """Winding number above which a point is in a part: it is 1 within a part that faces outwards, -1 in a hollow, else 0."""
 
-TOUCHING = 1e-9
-"""Share of an edge, or of a triangle, by which it must go through another one: parts that touch are let be."""
+TOUCHING = 1e-6
+"""How far an edge must reach beyond a triangle on either side, over the size of the mesh, and within it, over the size
+of the triangle: parts that touch are let be, and files of STL have seven digits."""
 
 LOOKS, BENEATH = 64, 1e-6
 """Triangles of a part, evenly chosen, beneath which it is looked for others; and how far beneath, over their size."""
@@ -24,6 +26,8 @@ AT_ONCE = 1_000_000
 
 def check_parts(vertices: Matrix, triangles: np.ndarray) -> None:
     """Raise a ModelError if a part of a closed mesh is inside out, is within another one, or goes through one.
+
+    A part that goes through itself is told by an AccuracyWarning: folds of scanned surfaces are wrong there alone.
 
     Parameters
     ----------
@@ -45,11 +49,17 @@ def check_parts(vertices: Matrix, triangles: np.ndarray) -> None:
     crossing = _crossing(corners, triangles)
     if crossing is not None:
         first, second = (parts[i] for i in crossing)
-        what = "a mesh goes through itself" if first == second else f"parts {first} and {second} of a mesh overlap"
-        at = corners[crossing[0]].mean(axis=0)
-        raise ModelError(
-            f"{what}, near ({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) m: what is inside is not known there. Remedy: unite "
-            "the parts to one surface, or one mesh and surface each"
+        x, y, z = corners[crossing[0]].mean(axis=0)
+        where = f"near ({x:.4g}, {y:.4g}, {z:.4g}) m: what is inside is not known there"
+        if first != second:
+            raise ModelError(
+                f"parts {first} and {second} of a mesh overlap, {where}. Remedy: unite the parts to one surface, or one "
+                "mesh and surface each"
+            )
+        warnings.warn(
+            f"a mesh goes through itself, {where}. Remedy: mend the mesh, such as by a union with itself",
+            AccuracyWarning,
+            stacklevel=5,
         )
     if len(volumes) > 1:
         _check_nested(corners, parts, volumes)
@@ -99,6 +109,7 @@ def _winding(point: np.ndarray, corners: np.ndarray) -> float:
 def _crossing(corners: np.ndarray, triangles: np.ndarray) -> tuple[int, int] | None:
     """Return two triangles of which an edge of one goes through the other; None: there are none."""
     first, second = _near(corners)
+    reach = TOUCHING * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     for start in range(0, len(first), AT_ONCE):
         i, j = first[start : start + AT_ONCE], second[start : start + AT_ONCE]
         apart = np.all(triangles[i][:, :, None] != triangles[j][:, None, :], axis=(1, 2))
@@ -110,7 +121,7 @@ def _crossing(corners: np.ndarray, triangles: np.ndarray) -> tuple[int, int] | N
             heights = np.einsum("ikj,ij->ik", corners[p] - a[:, None], normal)
             for k in range(3):
                 h0, h1 = heights[:, k], heights[:, (k + 1) % 3]
-                least = TOUCHING * np.maximum(abs(h0), abs(h1))
+                least = reach * np.sqrt(square)
                 through = np.flatnonzero((h0 * h1 < 0.0) & (np.minimum(abs(h0), abs(h1)) > least))
                 s = (h0[through] / (h0[through] - h1[through]))[:, None]
                 foot = (1.0 - s) * corners[p[through], k] + s * corners[p[through], (k + 1) % 3] - a[through]

@@ -45,7 +45,7 @@ class Points(SurfaceShape):
         places = numbers(self.points)
         if places.ndim != 2 or places.shape[1:] != (3,) or not len(places) or not np.all(np.isfinite(places)):
             raise ModelError(f"points of a surface must be finite, shape (n, 3), m, not {self.points!r}")
-        if np.ndim(self.radius) or self.radius != 0.0:
+        if numbers(self.radius).shape or numbers(self.radius) != 0.0:
             positive(self.radius, "radius of points")
         if self.share is not None and positive(self.share, "share of points") > 1.0:
             raise ModelError(f"share of points is that of each of the whole stiffness, 1 at most, not {self.share!r}")

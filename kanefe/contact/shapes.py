@@ -309,7 +309,7 @@ class Torus(SurfaceShape):
 
     def __post_init__(self) -> None:
         positive(self.radius, "radius of a torus")
-        if np.ndim(self.tube) or self.tube != 0.0:
+        if numbers(self.tube).shape or numbers(self.tube) != 0.0:
             positive(self.tube, "tube of a torus")
         object.__setattr__(self, "axis", direction(self.axis, "axis of a torus"))
 

@@ -16,6 +16,9 @@ from kanefe.frames import Vector
 DIGITS = 9
 """Significant ones by which headings and frequencies of rows are the same."""
 
+ROWS = 20
+"""Last ones of a file, among which those like the last one are looked for."""
+
 FULL_CIRCLE = 360.0
 """Degrees: files give headings of 0 to 360 or of -180 to 180, and what is more is an error of the file."""
 
@@ -103,9 +106,9 @@ def number_lines(path: Path, what: str) -> list[str]:
 
 
 def _is_cut(lines: list[str]) -> bool:
-    """Return whether the last number of a table has fewer digits than the last of each row of as many numbers."""
+    """Return whether the last number of a table has fewer digits than the last of each row like it before."""
     last = _words(lines[-1])
-    above = [len(words[-1].partition(".")[2]) for words in map(_words, lines[:-1]) if len(words) == len(last)]
+    above = [len(words[-1].partition(".")[2]) for words in map(_words, lines[-ROWS:-1]) if len(words) == len(last)]
     return bool(last and above) and len(last[-1].partition(".")[2]) < min(above)
 
 

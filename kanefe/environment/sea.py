@@ -118,14 +118,16 @@ class Sea:
             ("spreading", self.spreading, (Spreading, DirectionalTable)),
         ):
             if not isinstance(given, kinds):
-                raise ModelError(f"the {what} of a sea is not {given!r}. Remedy: kf.Sea.bretschneider(Hs, Tp) and others")
+                raise ModelError(
+                    f"the {what} of a sea is not {given!r}. Remedy: kf.Sea.bretschneider(Hs, Tp) and others"
+                )
         for name in ("seed", "sea_state", "study"):
             value = getattr(self, name)
             if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 0:
                 raise ModelError(f"{name} of a sea must be an integer, zero or above, not {value!r}")
         for name in ("duration", "gravity"):
             checked_number(getattr(self, name), f"{name} of a sea", above=0.0)
-        if np.ndim(self.depth) or self.depth != math.inf:
+        if numbers(self.depth).shape or numbers(self.depth) != math.inf:
             checked_number(self.depth, "the depth of the water", above=0.0)
         if self.count is not None and (isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer))):
             raise ModelError(f"count of a sea must be an integer, not {self.count!r}")

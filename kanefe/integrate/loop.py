@@ -87,7 +87,7 @@ class RunLoop:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
-        self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits)
+        self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler)
         self.is_interrupted = False
         # asked once: whether something keeps such a protocol takes longer than many a step
         self._looking = stepper if watch and sampler is None and isinstance(stepper, LooksOut) else None
@@ -173,7 +173,7 @@ class RunLoop:
         while self.stored < len(self._times):
             steps = int(stepper.statistics["steps"]) - first
             if (limit := self._pace.limit(steps)) is not None:
-                return self._ended(limit)
+                return self._ended(self._pace.with_growth(limit))
             most = self._chunk if self._limits.steps is None else min(self._chunk, self._limits.steps - steps)
             try:
                 stored = self.stored
@@ -343,8 +343,9 @@ class RunLoop:
             t, y = self.last
             q, u, _ = self._model.parts(y)
             bent = bent_too_far(self._model, t, q, u)
-            return RunStatus.of_error(status.time, SimulationError(bent)) if bent else status
-        return status
+            if bent:
+                return RunStatus.of_error(status.time, SimulationError(bent))
+        return self._pace.with_growth(status) if status.kind == "failed" else status
 
     def _stand_at(self, t: float, y: Vector) -> None:
         self.last = t, y

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from kanefe.integrate.methods.table import serving
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsWorst
 from kanefe.kernels._numba import seconds_compiling
+
+if TYPE_CHECKING:
+    from kanefe.integrate.sampling import Sampler
 
 SMALLEST_STEP = 1e-12
 """Of the span: a run whose steps are smaller on average over a go, or over some steps, does not move."""
@@ -60,10 +64,15 @@ class Pace:
     end : float
         s.
     limits : Limits
+    sampler : Sampler or None
+        Of the controllers of the run.
     """
 
-    def __init__(self, model: Model, stepper: Stepper, end: float, limits: Limits) -> None:
+    def __init__(
+        self, model: Model, stepper: Stepper, end: float, limits: Limits, sampler: Sampler | None = None
+    ) -> None:
         self._model, self._stepper, self._end, self._limits = model, stepper, end, limits
+        self._sampler = sampler
         self._span = end - stepper.t
         self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
         self._is_warned = False
@@ -111,13 +120,26 @@ class Pace:
         t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
         left = elapsed * (self._end - t) / max(t - self._from, 1e-300)
         if left > LONGEST:
-            warnings.warn(
-                f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long: "
-                f"at this pace the run takes {_duration(left)} more. Remedy: check loads for noise and jumps, loosen "
-                f"rtol, or another method, such as {self._others()}",
-                SimulationWarning,
-                stacklevel=7,
+            moved = ", motions" if self._model.drives else ""
+            sampled = " and controllers" if self._model.controllers else ""
+            status = self.with_growth(
+                RunStatus(
+                    "stopped",
+                    t,
+                    f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long: "
+                    f"at this pace the run takes {_duration(left)} more",
+                    f"check loads{moved}{sampled} for noise and jumps, loosen rtol, or another method, such as "
+                    f"{self._others()}",
+                )
             )
+            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=7)
+
+    def with_growth(self, status: RunStatus) -> RunStatus:
+        """Return a status that names the controller, if one drives the scene harder and harder."""
+        grown = None if self._sampler is None else self._sampler.growth()
+        if grown is None:
+            return status
+        return replace(status, reason=f"{status.reason}; {grown[0]}", remedy=f"{grown[1]}; {status.remedy}")
 
     def limit(self, steps: int) -> RunStatus | None:
         """Return the status of a run that a limit ends after so many steps; None if it goes on."""

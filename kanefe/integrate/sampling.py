@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 Read = Callable[[float, Vector, Callable[[], SceneState]], float]
 
+FEW_SAMPLES, GROWN = 10, 10.0
+"""First and last samples of a controller that are compared, and how many times the changes of a drive must have grown."""
+
 END_SHARE = 1e-9
 """Of the time between samples: one that would be as near to the end of a run has nothing left to drive."""
 
@@ -93,6 +96,29 @@ class Sampler:
         """Go on from a snapshot, of this run or of another of the same scene."""
         for one, kept in zip(self._controllers, snapshot, strict=True):
             one.resume(kept)
+
+    def growth(self) -> tuple[str, str] | None:
+        """Return what is told of a run that gets on badly while a controller drives harder and harder, and the remedy.
+
+        A loop that is unstable as it is sampled grows by one factor from sample to sample, until something else ends
+        it: the last changes of its drives are then far larger than the first.
+        """
+        for one in self._controllers:
+            log = one.log()
+            if len(log.times) <= 2 * FEW_SAMPLES:
+                continue
+            changes = np.abs(np.diff(log.drives, axis=0))
+            first, last = (part.max(axis=0) for part in (changes[:FEW_SAMPLES], changes[-FEW_SAMPLES:]))
+            worst = int(np.argmax(last / np.maximum(first, 1e-300)))
+            if last[worst] > GROWN * first[worst] and last[worst] > GROWN * np.median(changes[:, worst]):
+                controller = one.controller
+                times = f", {last[worst] / first[worst]:.2g} times as much as at the start" if first[worst] else ""
+                return (
+                    f"controller {controller.name!r} has come to change {controller.drives[worst]!r} by "
+                    f"{last[worst]:.2g} from one sample to the next{times}: as it is sampled its loop may be unstable",
+                    f"smaller gains or a shorter every= of controller {controller.name!r} (now {controller.every:g} s)",
+                )
+        return None
 
     def logs(self) -> dict[str, ControllerLog]:
         """Return all samples so far, by the names of the controllers."""

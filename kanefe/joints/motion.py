@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,13 @@ from kanefe.frames import numbers, shaped_numbers
 from kanefe.joints.rates_over_time import contradiction, refuse
 
 LEAST_POINTS = 4
+
+PIECES_NEAR = 3
+"""Pieces of a table beside one that swings out, among which the step is that makes it."""
+
+MOST_OVERSHOOT = 1.0
+"""How far a spline may go beyond the points of its table, over their range: beside a jump among evenly spaced points it
+does by a tenth."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,38 @@ def check_increasing(times: np.ndarray, what: str) -> None:
             f"{what} must increase, but {before:.6g} s is followed by {after:.6g} s. "
             "Remedy: sort the points and leave out doubled ones"
         )
+
+
+def check_between(spline: Any, points: np.ndarray, what: str) -> None:
+    """Check that a cubic spline (n - 1 pieces) stays near its points (n,) or (n, k), of whose table `what` tells.
+
+    Points that step within a time far shorter than that to the next ones make it swing out there, the farther the
+    steeper the step is.
+    """
+    t, h = spline.x, np.diff(spline.x)[:, None]
+    size = np.abs(points).max() or 1.0
+    c, y = spline.c.reshape(4, len(h), -1) / size, points.reshape(len(points), -1) / size
+    root = np.sqrt(np.maximum(c[1] ** 2 - 3.0 * c[0] * c[2], 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = np.array([(-c[1] + sign * root) / (3.0 * c[0]) for sign in (-1.0, 1.0)] + [-0.5 * c[2] / c[1]])
+    places = np.clip(np.nan_to_num(places, nan=0.0), 0.0, h)
+    values = ((c[0] * places + c[1]) * places + c[2]) * places + c[3]
+    low, high = y.min(axis=0), y.max(axis=0)
+    beyond = np.maximum(values - high, low - values)
+    allowed = MOST_OVERSHOOT * (high - low) + 1e-9 * np.abs(y).max(axis=0)
+    if not np.any(beyond > allowed):
+        return
+    _, piece, column = np.unravel_index(int(np.argmax(beyond - allowed)), beyond.shape)
+    worst = size * values[np.argmax(beyond[:, piece, column]), piece, column]
+    low, high, changes = size * low[column], size * high[column], size * np.diff(y[:, column])
+    near = slice(max(piece - PIECES_NEAR, 0), piece + PIECES_NEAR + 1)
+    short = near.start + int(np.argmax(np.abs(changes[near]) / h[near, 0]))
+    raise ModelError(
+        f"{what} cannot be followed: between {t[piece]:.6g} and {t[piece + 1]:.6g} s the spline through its points swings "
+        f"out to {worst:.3g}, but these lie within {low:.3g} and {high:.3g}; they change by {changes[short]:.3g} in "
+        f"{h[short, 0]:.3g} s from {t[short]:.9g} s on. Remedy: a slower "
+        "change there, or more points about it, at steps that grow little by little"
+    )
 
 
 def check_span(span: object, what: str) -> None:
@@ -128,7 +168,8 @@ class Motion:
         Raises
         ------
         ModelError
-            If the times do not increase, the lengths differ, or a number is not finite.
+            If the times do not increase, the lengths differ, a number is not finite, or the spline swings out between
+            the points, as it does beside a jump.
 
         Examples
         --------
@@ -150,6 +191,7 @@ class Motion:
         from scipy.interpolate import CubicSpline
 
         spline = CubicSpline(t, x, bc_type="not-a-knot")
+        check_between(spline, x, "the table of a Motion")
         motion = cls(spline, spline.derivative(1), spline.derivative(2), (float(t[0]), float(t[-1])))
         return motion._of_pieces(np.column_stack((spline.x[:-1], spline.c[::-1].T)))
 

@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, multiply, numbers, orientation_parameters, rotation_matrix
 from kanefe.joints.given_pose import GivenPose, PoseRates
 from kanefe.joints.link import LinkKernel
-from kanefe.joints.motion import LEAST_POINTS, Motion, check_increasing, clock
+from kanefe.joints.motion import LEAST_POINTS, Motion, check_between, check_increasing, clock
 from kanefe.joints.quintic import quintic_pieces
 
 LEAST_COSINE = 0.7
@@ -197,7 +197,9 @@ def _pieces(t: Vector, y: Matrix, dy: Matrix | None, ddy: Matrix | None, rates: 
             "or velocities and accelerations"
         )
     if dy is None:
-        cubic = np.asarray(CubicSpline(t, y, bc_type="not-a-knot").c)
+        spline = CubicSpline(t, y, bc_type="not-a-knot")
+        check_between(spline, y, "a PoseTable")
+        cubic = np.asarray(spline.c)
         return np.concatenate((np.zeros((2, *cubic.shape[1:])), cubic))
     if len(t) >= LEAST_POINTS:
         found = CubicSpline(t, y, bc_type="not-a-knot")(t, 1)

@@ -229,7 +229,11 @@ class ContactMethods(LoadMethods):
             if not isinstance(given, Surface):
                 raise ModelError(f"add_contacts needs surfaces, not {given!r}. Remedy: add_surface")
         for pair in ignore:
-            if not isinstance(pair, Sequence) or len(pair) != 2 or not all(isinstance(given, Surface) and given in among for given in pair):
+            if (
+                not isinstance(pair, Sequence)
+                or len(pair) != 2
+                or not all(isinstance(given, Surface) and given in among for given in pair)
+            ):
                 raise ModelError(f"ignore of add_contacts takes pairs of the surfaces among which it is, not {pair!r}")
         from kanefe.contact.rigid import Rigid
         from kanefe.contact.rigid_crowd import FEW, crowd_of

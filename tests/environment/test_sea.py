@@ -128,7 +128,7 @@ def test_a_measured_spectrum_over_directions() -> None:
     assert sea.spreading.main_deg == pytest.approx(350.0, abs=1e-9)
     assert sea.spectrum.moment(0) == pytest.approx(Bretschneider(3.0, 9.0).moment(0, 0.3, 2.0), rel=5e-3)
     # more energy from the right of the main direction by the compass is on its negative side, against the clock
-    two = 2.0 * (directions == 20.0) + (directions == 50.0)
+    two = (2.0 * (directions == 20.0) + (directions == 50.0)) / 15.0
     wave = np.outer(Bretschneider(3.0, 9.0).density(omega), two)
     found = kf.Sea.measured(omega, wave, directions)
     main = found.spreading.main_deg
@@ -205,7 +205,7 @@ def test_files_of_spectra_need_wavespectra(tmp_path: Any, monkeypatch: pytest.Mo
         (lambda: kf.Sea.state(5, frequency_range=(2.0, 1.0)), "frequency_range of a sea"),
         (lambda: kf.Sea.state(5, frequency_range=(0.01, 0.02)), "there are no waves between"),
         (lambda: kf.Sea.state(5, duration=1e9), "needs .* waves in equal steps"),
-        (lambda: kf.Sea.state(5, count=0), "a sea has 1 to"),
+        (lambda: kf.Sea.state(5, count=0), "count of a sea must be 1 to"),
         (lambda: kf.Sea.measured((1.0, 2.0), (1.0, -0.1)), "cannot be negative, but it is -0.1"),
         (lambda: kf.Sea.measured((1.0, 2.0), (0.0, 0.0)), "zero everywhere"),
         (lambda: kf.Sea.measured((2.0, 1.0), (1.0, 1.0)), "must increase"),

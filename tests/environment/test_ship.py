@@ -310,7 +310,7 @@ def test_the_picture_shows_amplitudes_and_phases(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: ship(kf.Sea.bretschneider(1.0, 2.0)), r"even its peak, Tp = 2 s, lies outside.*keeps \S+ %"),
+        (lambda: ship(kf.Sea.bretschneider(0.1, 2.0)), r"even its peak, Tp = 2 s, lies outside.*keeps \S+ %"),
         (lambda: ship(kf.Sea.bretschneider(1.0, 6.0)), r"is known from 0.1 to 2.2. Remedy:.*frequency_range=\(0.314"),
         (lambda: ship(speed=9.0), "known for speed 0 to 8 m/s and was asked for 9"),
         (lambda: ship(speed=-1.0), "speed of a ship must be a finite number, 0 or above, not -1"),

@@ -154,3 +154,12 @@ def test_damping_is_internal_its_forces_have_no_resultant() -> None:
 def test_bad_input_is_named(make: Any, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         make()
+
+
+def test_modal_damping_above_critical_has_to_be_meant() -> None:
+    with pytest.raises(kf.ModelError, match=r"ratio of 5 is above 1.*Remedy: 0\.05 for 5 %, or overdamped=True"):
+        kf.ModalDamping(5.0)
+    with pytest.raises(kf.ModelError, match="ratio of 2 is above 1"):
+        kf.ModalDamping((0.01, 2.0))
+    assert kf.ModalDamping(5.0, overdamped=True).ratios(2).tolist() == [5.0, 5.0]
+    assert kf.ModalDamping(1.0).ratios(1).tolist() == [1.0]

@@ -108,12 +108,12 @@ def test_steady_motion() -> None:
         (lambda: kf.Prismatic((1, 0)), "axis of a prismatic joint must be three finite numbers"),
         (lambda: kf.Revolute("z", forces=1.0), "forces of a revolute joint must be a CoordinateForce, not"),
         (lambda: kf.Revolute("z", motion=np.sin), "motion of a revolute joint must be a Motion, not"),
-        (lambda: kf.Revolute("z", position=np.nan), "position of a revolute joint must be finite"),
-        (lambda: kf.Prismatic("z", speed=np.inf), "speed of a prismatic joint must be finite"),
+        (lambda: kf.Revolute("z", position=np.nan), "position of a revolute joint must be one finite number"),
+        (lambda: kf.Prismatic("z", speed=np.inf), "speed of a prismatic joint must be one finite number"),
         (lambda: kf.Revolute("z", speed=1.0, motion=kf.Motion.steady(1.0)), "Remedy: leave out position and speed"),
         (
             lambda: kf.Revolute("z", motion=kf.Motion(0.0, 1.0, 0.0)),
-            "revolute joint: position of a Motion must be a function",
+            "position of a Motion must be a function",
         ),
         (
             lambda: kf.Revolute("z", motion=kf.Motion(lambda t: t, lambda t: np.nan, lambda t: 0.0)),
@@ -126,8 +126,8 @@ def test_steady_motion() -> None:
         (lambda: kf.Free(orientation=(0, 0, 0, 0)), r"must be a rotation, not \(0, 0, 0, 0\)"),
         (lambda: kf.Free(velocity=(1, 2)), "velocity of a free joint must be 3 finite numbers"),
         (lambda: kf.Free(position=(1, 2, np.nan)), "position of a free joint must be 3 finite numbers"),
-        (lambda: kf.Planar(position=(1, 2, 3)), "planar joint starts from two lengths and an angle"),
-        (lambda: kf.Planar(rate=np.nan), "planar joint starts from two lengths and an angle"),
+        (lambda: kf.Planar(position=(1, 2, 3)), "position of a planar joint must be 2 finite numbers"),
+        (lambda: kf.Planar(rate=np.nan), "rate of a planar joint must be one finite number"),
     ],
 )
 def test_bad_input_is_named(make: Any, message: str) -> None:

@@ -239,7 +239,7 @@ BAD = [
     ({"points": np.vstack((circle(9), circle(9)[:1])), "closed": True}, "last point .* is the first again. Remedy"),
     ({"points": [(0, 0, 0), (1, 0, 0), (0.5, 0, 0)]}, "turns back on itself behind point .*Remedy"),
     ({"points": circle(9), "position": 7.0}, "starts at an arc length of 7 m, but its curve goes from 0 to .*Remedy"),
-    ({"points": circle(9), "position": np.nan}, "position of a point-on-curve joint must be finite"),
+    ({"points": circle(9), "position": np.nan}, "position of a point-on-curve joint must be one finite number"),
     ({"points": circle(9), "closed": 1}, "closed of a point-on-curve joint must be True or False"),
     ({"points": circle(9), "up": "z"}, "has nothing up. Remedy: turns=True"),
     ({"points": circle(9), "turns": True, "up": (0, 0, 0)}, "axis of a point-on-curve joint"),
