@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from kanefe.errors import FileError, MeshError
+from kanefe.errors import MeshError
+from kanefe.storage.files import regular_file
 from kanefe_fem.mesh.checks import check_arrays, check_mesh
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 
@@ -79,8 +80,7 @@ def read_mesh(
     path = Path(path)
     if order not in (None, 1, 2):
         raise MeshError(f"order {order!r} of the geometry of {path.name} is not possible. Remedy: give 1 or 2")
-    if not path.is_file():
-        raise FileError(f"there is no mesh file {path}. Remedy: check the name and the working directory")
+    regular_file(path, kind="mesh file", remedy="check the name and the working directory")
     if path.suffix.lower() in GEOMETRY:
         raise FileError(
             f"{path.name} is a geometry and no mesh: it has no cells, and no size for them. Remedy: mesh it with gmsh, by "

@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.errors import FileError
 from kanefe.frames import Matrix
+from kanefe.storage.files import regular_file
 
 HEAD, FACET = 84, 50
 """Bytes before the facets of a binary file, and of each: normal and three vertices in single precision, two more."""
@@ -21,10 +22,11 @@ def read_stl(path: Path) -> tuple[Matrix, np.ndarray]:
     FileError
         If there is no such file, or it is none of this kind.
     """
+    path = regular_file(path, "of a surface")
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise FileError(f"{path} cannot be read: {error}") from error
+        raise FileError(f"{path} cannot be read: {error}. Remedy: check the file") from error
     count = int.from_bytes(content[80:HEAD], "little") if len(content) >= HEAD else -1
     if len(content) == HEAD + FACET * count:
         facets = np.frombuffer(content, np.uint8, offset=HEAD).reshape(count, FACET)

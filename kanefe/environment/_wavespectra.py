@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.frames import Matrix, Vector
+from kanefe.storage.files import regular_file
 
 READERS = {".nc": "read_netcdf", ".spc": "read_swan", ".spec": "read_swan", ".swn": "read_swan"}
 """Of wavespectra, by suffix."""
@@ -33,8 +34,7 @@ def frequencies_densities_directions(spectrum: Any) -> tuple[Vector, Matrix, Vec
 
 
 def _read(path: Path) -> Any:
-    if not path.is_file():
-        raise FileError(f"there is no file {path} for the spectrum of waves. Remedy: check the path")
+    path = regular_file(path, "for the spectrum of waves")
     if path.suffix not in READERS:
         raise FileError(
             f"{path}: files of spectra end in {', '.join(READERS)}. Remedy: pass the data set that wavespectra reads"

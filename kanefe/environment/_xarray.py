@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from kanefe.errors import FileError, MissingDependency
+from kanefe.storage.files import regular_file
 
 
 def open_dataset(path: Path) -> Any:
@@ -18,8 +19,7 @@ def open_dataset(path: Path) -> Any:
     MissingDependency
         If xarray or h5netcdf is not installed.
     """
-    if not path.is_file():
-        raise FileError(f"there is no file {path} of motions in waves. Remedy: check the path")
+    path = regular_file(path, "of motions in waves")
     try:
         import h5netcdf  # noqa: F401
         import xarray

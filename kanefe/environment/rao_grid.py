@@ -12,6 +12,7 @@ from kanefe.environment.rao import MotionRao
 from kanefe.environment.rao_convention import RaoConvention
 from kanefe.errors import FileError
 from kanefe.frames import Vector
+from kanefe.storage.files import regular_file
 
 DIGITS = 9
 """Significant ones by which headings and frequencies of rows are the same."""
@@ -88,8 +89,7 @@ def number_lines(path: Path, what: str) -> list[str]:
     FileError
         If it is not there, cannot be read, is empty or binary, or ends within a number.
     """
-    if not path.is_file():
-        raise FileError(f"there is no file {path} of {what}. Remedy: check the path")
+    path = regular_file(path, f"of {what}")
     try:
         text = path.read_text(encoding="latin-1")
     except OSError as error:

@@ -9,13 +9,13 @@ import numpy as np
 
 from kanefe.errors import FileError, MissingDependency
 from kanefe.imports.node_table import NodeTable
+from kanefe.storage.files import regular_file
 
 
 def nodes(path: Path) -> NodeTable:
     """Return the nodes of an archive (.cdb) with its node components as sets."""
     mapdl_archive = _import_mapdl_archive()
-    if not path.is_file():
-        raise FileError(f"there is no file {path} for the nodes. Remedy: check the path")
+    path = regular_file(path, "for the nodes")
     try:
         archive = mapdl_archive.Archive(str(path), parse_vtk=False)
         labels = np.asarray(archive.nnum, dtype=np.int64)

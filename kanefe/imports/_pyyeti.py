@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.imports.labelled import LabelledMatrix
 from kanefe.imports.node_table import NodeTable
+from kanefe.storage.files import regular_file
 
 _DAMAGE = (OSError, ValueError, KeyError, IndexError, TypeError, EOFError, struct.error, AttributeError, RuntimeError)
 """What pyyeti raises on a damaged file."""
@@ -20,7 +21,7 @@ _DAMAGE = (OSError, ValueError, KeyError, IndexError, TypeError, EOFError, struc
 def nodes(path: Path) -> NodeTable:
     """Return the grid points of a bulk data file in basic coordinates, with the axes of their displacements."""
     nastran = _import_pyyeti()
-    _check_there(path, "nodes")
+    regular_file(path, "for the nodes")
     try:
         grids = nastran.bulk.rdgrids(str(path))
         if grids is None:
@@ -43,7 +44,7 @@ def nodes(path: Path) -> NodeTable:
 def reduced_freedoms(path: Path) -> tuple[np.ndarray | None, np.ndarray]:
     """Return (label, number) of the rows of a superelement by its EXTRN card, None without one, and scalar points."""
     nastran = _import_pyyeti()
-    _check_there(path, "nodes")
+    regular_file(path, "for the nodes")
     try:
         scalar = np.asarray(nastran.bulk.rdspoints(str(path)), dtype=np.int64)
         with path.open(errors="replace") as file:
@@ -57,7 +58,7 @@ def reduced_freedoms(path: Path) -> tuple[np.ndarray | None, np.ndarray]:
 def matrices(path: Path) -> dict[str, sp.csr_matrix]:
     """Return the matrices of an op4 or op2 file by upper-case name."""
     nastran = _import_pyyeti()
-    _check_there(path, "matrices")
+    regular_file(path, "for the matrices")
     try:
         if path.suffix.lower() == ".op2":
             found = nastran.op2.rdmats(str(path))
@@ -73,7 +74,7 @@ def matrices(path: Path) -> dict[str, sp.csr_matrix]:
 def direct_matrices(path: Path) -> dict[str, LabelledMatrix]:
     """Return the matrices of DMIG cards (punch or bulk file) by upper-case name."""
     nastran = _import_pyyeti()
-    _check_there(path, "matrices")
+    regular_file(path, "for the matrices")
     with path.open(errors="replace") as file:
         if not any(line.lstrip().upper().startswith("DMIG") for line in file):
             raise FileError(f"{path} has no DMIG cards. Remedy: EXTSEOUT(STIFFNESS,MASS,DMIGPCH), or an op4 file")
@@ -91,11 +92,6 @@ def _labelled(name: str, frame: Any, path: Path) -> LabelledMatrix:
     if values.shape[0] != values.shape[1]:
         raise ModelError(f"matrix {name.upper()} in {path} is not square: it is no mass, stiffness or damping matrix")
     return LabelledMatrix(np.array(frame.index.to_list(), dtype=np.int64), sp.csr_matrix(values))
-
-
-def _check_there(path: Path, what: str) -> None:
-    if not path.is_file():
-        raise FileError(f"there is no file {path} for the {what}. Remedy: check the path")
 
 
 def _import_pyyeti() -> Any:

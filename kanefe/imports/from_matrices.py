@@ -29,6 +29,7 @@ from kanefe.frames import skew
 from kanefe.imports.mass_completion import completed_mass_field
 from kanefe.imports.self_check import ROUND_OFF, Expected, self_check
 from kanefe.imports.text import read_market
+from kanefe.storage.files import regular_file
 
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
 
@@ -222,8 +223,7 @@ def _read(path: str | Path, what: str) -> Any:
     path = Path(path)
     if path.suffix == ".mtx":
         return read_market(path, what)
-    if not path.is_file():
-        raise FileError(f"there is no file {path} for the {what}")
+    regular_file(path, f"for the {what}")
     try:
         if path.suffix == ".npz":
             return sp.load_npz(path)

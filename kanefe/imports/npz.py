@@ -26,7 +26,7 @@ from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import Cells, FiniteElementModel
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.self_check import Expected
-from kanefe.storage.files import write_whole
+from kanefe.storage.files import regular_file, write_whole
 
 FORMAT = "kanefe matrices 1"
 
@@ -86,9 +86,7 @@ def read_matrices(
     >>> kf.write_matrices(model, "arm.npz")  # doctest: +SKIP
     >>> same = kf.read_matrices("arm.npz", expected_mass=2.1)  # doctest: +SKIP
     """
-    path = Path(path)
-    if not path.is_file():
-        raise FileError(f"there is no file {path} for the matrices. Remedy: check the path")
+    path = regular_file(path, "for the matrices")
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}

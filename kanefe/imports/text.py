@@ -16,6 +16,7 @@ import scipy.io
 import scipy.sparse as sp
 
 from kanefe.errors import FileError, ModelError
+from kanefe.storage.files import regular_file
 
 _EXPONENTS = str.maketrans({"D": "E", "d": "E", ",": " "})
 
@@ -28,9 +29,7 @@ def read_text(path: str | Path, what: str) -> str:
     FileError
         If it is not there, empty, or no text.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise FileError(f"there is no file {path} for the {what}. Remedy: check the path")
+    path = regular_file(path, f"for the {what}")
     try:
         text = path.read_text(encoding="latin-1")
     except OSError as error:
@@ -91,10 +90,9 @@ def read_market(path: str | Path, what: str) -> sp.csr_matrix:
     FileError
         If the file is not there, truncated, complex or no Matrix Market file.
     """
-    if not Path(path).is_file():
-        raise FileError(f"there is no file {path} for the {what}. Remedy: check the path")
+    path = regular_file(path, f"for the {what}")
     try:
-        matrix = scipy.io.mmread(_market_source(Path(path)), **_OPTIONS)
+        matrix = scipy.io.mmread(_market_source(path), **_OPTIONS)
     except (OSError, ValueError, EOFError, IndexError) as error:
         raise FileError(
             f"cannot read the {what} from {path}: it is truncated or no Matrix Market file ({error}). "

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
-from kanefe.errors import FileError, ModelError
+from kanefe.errors import ModelError
 from kanefe.frames import axis_rotation, rotation_matrix
 from kanefe.joints import Fixed, Free, Joint, Prismatic, Revolute, Spherical
 from kanefe.robots import _mujoco
 from kanefe.robots.description import Choices, Closure, Coupling, LinkJoint, NotTaken, Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.robots.scene import RobotScene, scene_of
+from kanefe.storage.files import regular_file
 
 FREE, BALL, SLIDE, HINGE = range(4)  # mjtJoint
 CONNECT, WELD, JOINT = range(3)  # mjtEq
@@ -73,9 +74,7 @@ def read_mjcf(
     --------
     ``scene = kf.read_mjcf("ant.xml", positions={"hip_1": 0.3})``
     """
-    source = Path(path)
-    if not source.is_file():
-        raise FileError(f"there is no file {source}. Remedy: check the path")
+    source = regular_file(path)
     file = _mujoco.compiled(source)
     model = file.model
     choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)

@@ -19,6 +19,7 @@ from kanefe.robots.description import Choices, Coupling, LinkJoint, NotTaken, Po
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.robots.tree import parents_first
+from kanefe.storage.files import regular_file
 
 AXIS_JOINTS: dict[str, type[AxisJoint]] = {"revolute": Revolute, "continuous": Revolute, "prismatic": Prismatic}
 KINDS = (*AXIS_JOINTS, "fixed", "floating", "planar")
@@ -106,8 +107,7 @@ def read_urdf(
 
 def _well_formed(path: Path) -> ElementTree.Element:
     """Return the root of the file's elements, refusing what yourdfpy would mend, or give values, in silence."""
-    if not path.is_file():
-        raise FileError(f"there is no file {path}. Remedy: check the path")
+    regular_file(path)
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
