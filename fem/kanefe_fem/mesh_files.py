@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from kanefe.errors import MeshError
+from kanefe.errors import FileError, MeshError
 from kanefe.storage.files import regular_file
 from kanefe_fem.mesh.checks import check_arrays, check_mesh
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
@@ -83,8 +83,8 @@ def read_mesh(
     regular_file(path, kind="mesh file", remedy="check the name and the working directory")
     if path.suffix.lower() in GEOMETRY:
         raise FileError(
-            f"{path.name} is a geometry and no mesh: it has no cells, and no size for them. Remedy: mesh it with gmsh, by "
-            "a file such as part.py of these lines (STEP, IGES and BREP), and read_mesh('part.py'):\n"
+            f"{path.name} is a geometry and no mesh: it has no cells, and no size for them. Remedy: mesh it with gmsh, "
+            "by a file such as part.py of these lines (STEP, IGES and BREP), and read_mesh('part.py'):\n"
             "def build(gmsh):\n"
             "    gmsh.option.setString('Geometry.OCCTargetUnit', 'M')\n"
             f"    solids = gmsh.model.occ.importShapes({str(path)!r})\n"
