@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import FileError, MeshError, MissingDependency
+from kanefe.errors import FileError, KanefeError, MeshError, MissingDependency
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import corner_kind, is_supported
 from kanefe.fe_model.skin import facet_of
@@ -51,6 +51,19 @@ def read(path: Path, names: Mapping[int, str]) -> Mesh:
     """
     check_others(path, path.suffix.lower())
     raw = _read(path)
+    try:
+        return _mesh_of(raw, path, names)
+    except KanefeError:
+        raise
+    except (ValueError, IndexError, KeyError, TypeError) as problem:  # what meshio gives of a damaged file
+        raise FileError(
+            f"{path.name} is no whole mesh: {type(problem).__name__}: {problem}. Remedy: check that the file is whole "
+            "and its suffix right"
+        ) from problem
+
+
+def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
+    """Return meshio's mesh as ours."""
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in raw.cells]
     if not blocks:
         raise MeshError(f"{path.name} has no cells. Remedy: mesh the geometry before saving it")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -70,23 +70,21 @@ class Points(SurfaceShape):
 
 def on_line(start: Vector, end: Vector, spacing: float) -> Matrix:
     """Return places from one to another, at most a spacing apart, (n, 3)."""
-    steps = float(np.linalg.norm(end - start)) / spacing * (1.0 - SAME_PLACE)
-    if steps > MOST_POINTS:
-        _refuse(steps)
-    return np.linspace(start, end, max(math.ceil(steps) + 1, 2))
+    count = _counted(float(np.linalg.norm(end - start)) / spacing * (1.0 - SAME_PLACE)) + 1
+    return np.linspace(start, end, max(count, 2))
 
 
 def on_circle(radius: float, axes: Matrix, spacing: float) -> Matrix:
     """Return places of a circle about the third of some axes (3, 3, columns), (n, 3); of no radius its middle."""
-    if 2.0 * math.pi * radius / spacing > MOST_POINTS:
-        _refuse(2.0 * math.pi * radius / spacing)
-    count = max(math.ceil(2.0 * math.pi * radius / spacing), FEWEST_AROUND) if radius > 0.0 else 1
+    count = max(_counted(2.0 * math.pi * radius / spacing), FEWEST_AROUND) if radius > 0.0 else 1
     angles = np.arange(count) * (2.0 * math.pi / count)
     return np.asarray(radius * (np.cos(angles)[:, None] * axes[:, 0] + np.sin(angles)[:, None] * axes[:, 1]))
 
 
 def on_box(size: Vector, spacing: float) -> tuple[Matrix, int]:
     """Return places of the faces of a box about its middle, and how many the face has that has most."""
+    along = np.maximum(np.asarray(size, dtype=float) / spacing, 1.0) + 1.0
+    _refuse_many(float(np.prod(along) - np.prod(along - 2.0)), "box")
     lines = [on_line(np.array([-0.5 * side]), np.array([0.5 * side]), spacing)[:, 0] for side in size]
     places = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     outside = np.any(np.abs(places) >= 0.5 * size * (1.0 - SAME_PLACE), axis=1)
@@ -97,6 +95,7 @@ def on_box(size: Vector, spacing: float) -> tuple[Matrix, int]:
 def on_cylinder(radius: float, length: float, axes: Matrix, spacing: float) -> tuple[Matrix, int]:
     """Return places of a cylinder along the third of some axes, and how many one of its ends has."""
     heights = on_line(np.array([-0.5 * length]), np.array([0.5 * length]), spacing)
+    _refuse_many(len(heights) * len(on_circle(radius, axes, spacing)), "cylinder")
     side = (heights[:, :, None] * axes[:, 2] + on_circle(radius, axes, spacing)).reshape(-1, 3)
     rings = max(math.ceil(radius / spacing), 1)
     disc = np.vstack([on_circle(radius * i / rings, axes, spacing) for i in range(rings)])
@@ -110,7 +109,8 @@ def on_triangles(vertices: Matrix, triangles: np.ndarray, spacing: float) -> tup
     for corners in vertices[triangles]:
         a, b, c = corners
         sides = np.linalg.norm((b - a, c - b, a - c), axis=1)
-        parts = max(math.ceil(float(sides.max()) / spacing * (1.0 - SAME_PLACE)), 1)
+        parts = max(_counted(float(sides.max()) / spacing * (1.0 - SAME_PLACE)), 1)
+        _refuse_many((parts + 1) * (parts + 2) // 2)
         i, j = np.nonzero(np.add.outer(np.arange(parts + 1), np.arange(parts + 1)) <= parts)
         found.append(a + np.outer(i / parts, b - a) + np.outer(j / parts, c - a))
         normal = np.cross(b - a, c - a)
@@ -125,15 +125,21 @@ def on_triangles(vertices: Matrix, triangles: np.ndarray, spacing: float) -> tup
     return places[first], int(np.bincount(in_faces).max())
 
 
+def _counted(spaces: float) -> int:
+    """Return how many spaces of a line are needed; a ModelError, before they are made, if too many."""
+    _refuse_many(spaces)
+    return math.ceil(spaces)
+
+
+def _refuse_many(count: float, title: str = "shape") -> None:
+    if count > MOST_POINTS:
+        raise ModelError(
+            f"{count:.4g} points would stand for a {title}, and {MOST_POINTS} may. Remedy: a larger spacing, or a "
+            "simpler shape in its place"
+        )
+
+
 def standing_for(title: str, places: Matrix, at_once: int, radius: float = 0.0) -> Points:
     """Return points that stand for a shape, of which so many lie on flat ground at once; a ModelError if too many."""
-    if len(places) > MOST_POINTS:
-        _refuse(len(places), title)
+    _refuse_many(len(places), title)
     return Points(places, radius, 1.0 / at_once)
-
-
-def _refuse(count: float, title: str = "shape") -> NoReturn:
-    raise ModelError(
-        f"{count:.3g} points or more would stand for a {title}, and {MOST_POINTS} may. Remedy: a larger spacing, or a "
-        "simpler shape in its place"
-    )

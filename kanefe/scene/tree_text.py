@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint
     from kanefe.loads.controller import Controller
 
+DEEPEST_MARGIN = 120
+"""Characters by which a line is moved in at most."""
+
 
 def tree_text(
     entries: Sequence[BodyEntry],
@@ -25,7 +28,7 @@ def tree_text(
     pull = ", ".join(f"{g:g}" for g in gravity)
     flexible = sum(entry.flexible is not None for entry in entries)
     lines = [f"scene of {_count(len(entries), 'body', 'bodies')}, {flexible} flexible, gravity ({pull}) m/s2", "ground"]
-    _add_children(lines, entries, -1, "")
+    _add_children(lines, entries)
     between = [f"{load.kind} {load.name!r} between {' and '.join(end.label for end in load.ends)}" for load in loads]
     for title, parts in (
         ("loads between frames", between),
@@ -37,26 +40,37 @@ def tree_text(
     return "\n".join(lines)
 
 
-def _add_children(lines: list[str], entries: Sequence[BodyEntry], parent: int, margin: str) -> None:
-    numbers = [i for i, entry in enumerate(entries) if entry.parent == parent]
-    for number in numbers:
-        is_last = number == numbers[-1]
-        entry = entries[number]
+def _add_children(lines: list[str], entries: Sequence[BodyEntry]) -> None:
+    """Add the lines of all bodies; by a list of what is left, since a chain may be longer than Python recurses."""
+    children = _children(entries)
+    left = [(number, "", number == children[-1][-1]) for number in reversed(children[-1])]
+    while left:
+        number, margin, is_last = left.pop()
+        entry, below = entries[number], children[number]
         lines.append(f"{margin}{'└─ ' if is_last else '├─ '}{_body(entry)}")
-        inner = margin + ("   " if is_last else "│  ")
-        has_children = any(other.parent == number for other in entries)
+        inner = margin + ("   " if is_last else "│  ") if len(margin) < DEEPEST_MARGIN else margin
         acting = [*(load for load, _ in entry.loads), *entry.joint_loads, *entry.field_loads]
-        lines += [f"{inner}{'│  ' if has_children else '   '}acted on by {load.label}" for load in acting]
-        _add_children(lines, entries, number, inner)
+        lines += [f"{inner}{'│  ' if below else '   '}acted on by {load.label}" for load in acting]
+        left += [(child, inner, child == below[-1]) for child in reversed(below)]
 
 
-def body_rows(entries: Sequence[BodyEntry], parent: int = -1, depth: int = 0) -> list[tuple[int, str, str, str]]:
-    """Return depth in the tree, name, what it is, and joint of each body, parents before their children."""
-    rows = []
+def _children(entries: Sequence[BodyEntry]) -> dict[int, list[int]]:
+    """Return the numbers of the bodies that each body carries, and the ground, -1."""
+    children: dict[int, list[int]] = {number: [] for number in range(-1, len(entries))}
     for number, entry in enumerate(entries):
-        if entry.parent == parent:
-            rows.append((depth, entry.name, _kind(entry), _joint(entry.joint)))
-            rows += body_rows(entries, number, depth + 1)
+        children[entry.parent].append(number)
+    return children
+
+
+def body_rows(entries: Sequence[BodyEntry]) -> list[tuple[int, str, str, str]]:
+    """Return depth in the tree, name, what it is, and joint of each body, parents before their children."""
+    children, rows = _children(entries), []
+    left = [(number, 0) for number in reversed(children[-1])]
+    while left:
+        number, depth = left.pop()
+        entry = entries[number]
+        rows.append((depth, entry.name, _kind(entry), _joint(entry.joint)))
+        left += [(child, depth + 1) for child in reversed(children[number])]
     return rows
 
 

@@ -61,3 +61,12 @@ def test_joints_with_fewer_speeds_than_coordinates_print():
     scene.add_rigid_body("stone", 1.0, 1.0, joint=kf.Free())
     scene.add_rigid_body("top", 1.0, 1.0, joint=kf.Spherical())
     assert str(scene).splitlines()[2:] == ["├─ stone (rigid, 1 kg), free", "└─ top (rigid, 1 kg), spherical"]
+
+
+def test_a_chain_longer_than_python_recurses_is_told() -> None:
+    scene = kf.System()
+    parent = None
+    for number in range(1500):
+        parent = scene.add_rigid_body(f"l{number}", 1.0, 0.1, parent=parent, joint=kf.Fixed())
+    assert "l1499 (rigid, 1 kg), fixed" in str(scene)
+    assert "scene of 1500 bodies" in scene._repr_html_()

@@ -6,11 +6,15 @@ import os
 import stat
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import kanefe as kf
+import kanefe_fem
 from kanefe.errors import FileError
-from kanefe.storage.files import write_whole
+from kanefe.storage.files import regular_file, usable_memory, write_whole
+from run_scenes import double_pendulum
 
 DATA = b"0123456789" * 20_000
 """More than a pipe holds at once, 64 KiB."""
@@ -61,3 +65,49 @@ def test_a_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"cannot write .*: Is a directory. Remedy: the name of a file"):
         write(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+READERS = {
+    "stl": kf.shapes.Mesh.from_stl,
+    "result": kf.load_result,
+    "rao": lambda path: kf.read_rao(path.with_suffix(".csv")),
+    "sid": kf.read_sid,
+    "body": kf.FlexibleBody.load,
+    "matrices": kf.read_matrices,
+    "matrix market": lambda path: kf.read_matrix_market([[0, 0, 0], [1, 0, 0]], path, path),
+    "mesh": kanefe_fem.read_mesh,
+    "urdf": kf.read_urdf,
+    "mjcf": kf.read_mjcf,
+    "resume": lambda path: double_pendulum().simulate((0.0, 1.0), resume=path),
+}
+
+
+@pytest.mark.parametrize("read", READERS.values(), ids=READERS)
+def test_readers_open_files_that_end(read: Any, tmp_path: Path) -> None:
+    for name in ("pipe", "pipe.csv"):
+        os.mkfifo(tmp_path / name)
+    with pytest.raises(FileError, match=r"is a pipe, which may never end. Remedy: put what it gives into a file"):
+        read(tmp_path / "pipe")
+
+
+def test_devices_links_to_themselves_and_files_beyond_memory_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="/dev/zero is a device, which may never end"):
+        regular_file("/dev/zero")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    with pytest.raises(FileError, match=r"cannot read the file .*loop.*Remedy"):
+        regular_file(tmp_path / "loop")
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(int(usable_memory()))
+    with pytest.raises(FileError, match=r"large has .* GiB, of which .* can be read here. Remedy"):
+        regular_file(tmp_path / "large")
+    assert regular_file(tmp_path / "large", whole=False) == tmp_path / "large"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("/dev/zero", "/dev/zero that arm.inp reads is a device"), ("arm.inp", "arm.inp includes itself")],
+)
+def test_a_mesh_that_names_what_never_ends_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "arm.inp").write_text(f"*NODE\n1, 0., 0., 0.\n*Include, input={text}\n")
+    with pytest.raises(FileError, match=message):
+        kanefe_fem.read_mesh(tmp_path / "arm.inp")
