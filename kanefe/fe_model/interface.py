@@ -120,11 +120,6 @@ class Interface:
                 )
             keep(self, "weights", _weights(self.weights))
 
-    @property
-    def fixed_names(self) -> tuple[str, ...]:
-        """The components that are fixed, as far as the nodes can follow."""
-        return WORDS[self.fixed] if isinstance(self.fixed, str) else tuple(self.fixed)
-
     def group_names(self, name: str) -> tuple[str, ...]:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
         if self.groups is not None:

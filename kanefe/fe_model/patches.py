@@ -5,13 +5,14 @@ Weighted moments of a patch: what an average over its nodes keeps equal to the f
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.interface import Interface
+from kanefe.fe_model.interface import WORDS, Interface
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, TRANSLATIONS, FiniteElementModel, NodeGroup, rigid_motion
 from kanefe.frames import unit_vector
 
@@ -83,7 +84,7 @@ def patch_of(model: FiniteElementModel, name: str, spec: Interface) -> Patch:
     motion = rigid_motion(offsets, np.zeros(3), model.components)
     motion[np.tile(~follows, len(offsets))] = 0.0
     components = _followed(name, spec, model.nodes[group.nodes], position, motion)
-    fixed = tuple(i for i, c in enumerate(components) if COMPONENTS[c] in spec.fixed_names)
+    fixed = tuple(i for i, c in enumerate(components) if COMPONENTS[c] in _fixed(spec))
     return Patch(
         name=name,
         spec=spec,
@@ -158,7 +159,7 @@ def _followed(
     if np.linalg.matrix_rank(scaled, tol=1e-8) < len(components):
         _refuse_loose_turn(name, spec, points, position)
     if not isinstance(spec.fixed, str):
-        missing = [c for c in spec.fixed_names if COMPONENTS.index(c) not in components]
+        missing = [c for c in spec.fixed if COMPONENTS.index(c) not in components]
         if missing:
             raise ModelError(
                 f"interface {name!r} fixes {', '.join(missing)}, which its nodes cannot follow: they follow "
@@ -166,6 +167,11 @@ def _followed(
                 "more nodes"
             )
     return components
+
+
+def _fixed(spec: Interface) -> Sequence[str]:
+    """Return the components that are fixed, as far as the nodes can follow."""
+    return WORDS[spec.fixed] if isinstance(spec.fixed, str) else spec.fixed
 
 
 def _refuse_loose_turn(name: str, spec: Interface, points: np.ndarray, position: np.ndarray) -> None:

@@ -171,18 +171,18 @@ class BalanceSearch:
             size = float(np.abs(H).max(initial=0.0))
             shift = -1.5 * lowest if settles and lowest < -1e-9 * size else 0.0
             H = H + shift * np.eye(len(H))
-            x = solved(H, residual)
+            x = _solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
                 # against the forces: a curvature that is below zero, but too small beside stiff modes to be seen above
                 H = H - 2.0 * along / float(x @ x) * np.eye(len(H))
-                x = solved(H, residual)
+                x = _solved(H, residual)
             p = inverse.T @ x
             return P.z @ p, P.du @ p, _unresisted(H, x, residual)
         columns = P.ddu[np.ix_(lead, kept)]
         if len(self.found):
             columns = np.hstack((columns, small.along_speeds.ddu[np.ix_(lead, self.found)]))
         H = -inverse @ M @ columns
-        x = solved(H, residual)
+        x = _solved(H, residual)
         z, du = P.z[:, kept] @ x[: len(kept)], P.du[:, kept] @ x[: len(kept)]
         du[self.found] += x[len(kept) :]
         return z, du, _unresisted(H, x, residual)
@@ -245,7 +245,7 @@ def _unresisted(H: Matrix, x: Vector, right: Vector) -> float:
     return float(np.linalg.norm(right - H @ x)) / max(float(np.linalg.norm(right)), 1e-300)
 
 
-def solved(H: Matrix, right: Vector) -> Vector:
+def _solved(H: Matrix, right: Vector) -> Vector:
     """Return the least x of ``H x = right`` with rows and columns scaled alike; what nothing resists stays."""
     if not H.size:
         return np.zeros(H.shape[1])

@@ -120,8 +120,8 @@ def modes_of(linearisation: StateSpace) -> Modes:
     frequencies beside high ones to more digits.
     """
     small, drives = linearisation.small, len(linearisation.small.drives)
-    A = linearisation.undriven
-    free = linearisation.unresisted
+    A = linearisation._undriven
+    free = linearisation._unresisted
     rest = _symmetric(linearisation, A, free) if small.is_holonomic else None
     values, vectors = rest or _general(A, free, len(small.positions.leading) - drives)
     still = free.motions[:, : free.still]

@@ -18,7 +18,7 @@ from kanefe.frames import Vector
 from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts import probe_forces
 from kanefe.kane.state import State
-from kanefe.linear.balance import solved, step_length
+from kanefe.linear.balance import step_length
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import contact_depths
 from kanefe.tree.scales import scene_length
@@ -64,9 +64,9 @@ class OtherRest:
         names = ", ".join(repr(name) for name in self.contacts[:6]) + (", ..." if len(self.contacts) > 6 else "")
         if self.has_lifted:
             return (
-                f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this rest is "
-                "not that of the start, and there may be one where all of it carries. Remedy: start=..., a state near the "
-                "rest that is meant, or less load if that is to hold"
+                f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this is not "
+                "the rest of the start, and there may be one where all of it carries. Remedy: start=..., a state near "
+                "the rest that is meant, or less load if that is to hold"
             )
         return (
             f"another rest is near: tilted by {self.distance:.2g} (rad, or of the scene's length) it balances without "
@@ -166,7 +166,8 @@ def _tips(model: Model, t: float, q: Vector, u: Vector, lifted: list[Key]) -> fl
     parts = np.array([there[key] - here[key] for key in lifted])
     if parts.min() < 0.0 < parts.max():
         return None  # what lies on the other side holds it
-    return step_length(model, P.z @ np.linalg.solve(L.T, solved(H, L.T @ small.du[lead])))
+    pushed = float(motions[:, 0] @ L.T @ small.du[lead])
+    return abs(pushed / float(squares[0])) * step_length(model, tipping)
 
 
 def _names(model: Model, keys: list[Key]) -> tuple[str, ...]:

@@ -76,7 +76,7 @@ class StateSpace:
         return self.small.positions.N.shape[1]
 
     @cached_property
-    def undriven(self) -> Matrix:
+    def _undriven(self) -> Matrix:
         """A without the states of driven coordinates."""
         drives, small = len(self.small.drives), self.small
         p, r = len(small.positions.leading), len(small.speeds.leading)
@@ -84,9 +84,9 @@ class StateSpace:
         return self.A[np.ix_(kept, kept)]
 
     @cached_property
-    def unresisted(self) -> Unresisted:
+    def _unresisted(self) -> Unresisted:
         """Motions of the undriven states that nothing resists."""
-        return unresisted(self.small, self.undriven)
+        return unresisted(self.small, self._undriven)
 
     @cached_property
     def imbalance(self) -> Imbalance:
@@ -94,7 +94,7 @@ class StateSpace:
 
         `Imbalance.ratio` compares it with the forces that act there; below 1e-9 it is round-off.
         """
-        return unsettled(self.small, self.unresisted)
+        return unsettled(self.small, self._unresisted)
 
     @property
     def is_exact(self) -> bool:
