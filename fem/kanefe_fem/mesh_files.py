@@ -83,8 +83,8 @@ def read_mesh(
         raise FileError(f"there is no mesh file {path}. Remedy: check the name and the working directory")
     if path.suffix.lower() in GEOMETRY:
         raise FileError(
-            f"{path.name} is a geometry and no mesh: it has no cells, and no size for them. Remedy: mesh it with gmsh, by "
-            "a file such as part.py of these lines (STEP, IGES and BREP), and read_mesh('part.py'):\n"
+            f"{path.name} is a geometry and no mesh: it has no cells, and no size for them. Remedy: mesh it with gmsh, "
+            "by a file such as part.py of these lines (STEP, IGES and BREP), and read_mesh('part.py'):\n"
             "def build(gmsh):\n"
             "    gmsh.option.setString('Geometry.OCCTargetUnit', 'M')\n"
             f"    solids = gmsh.model.occ.importShapes({str(path)!r})\n"
