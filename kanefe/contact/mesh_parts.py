@@ -1,4 +1,4 @@
-"""Whether the parts of a closed mesh bound one room: apart, or hollows in each other, and nowhere through each other."""
+"""Whether the parts of a closed mesh bound one room: apart or hollows of each other, and nowhere through each other."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Matrix
 
 INSIDE = 0.5
-"""Winding number above which a point is in a part: it is 1 within a part that faces outwards, -1 in a hollow, else 0."""
+"""Winding number above which a point is in a part: 1 in one that faces outwards, -1 in a hollow, 0 outside."""
 
 TOUCHING = 1e-6
 """How far an edge must reach beyond a triangle on either side, over the size of the mesh, and within it, over the size
@@ -53,8 +53,8 @@ def check_parts(vertices: Matrix, triangles: np.ndarray) -> None:
         where = f"near ({x:.4g}, {y:.4g}, {z:.4g}) m: what is inside is not known there"
         if first != second:
             raise ModelError(
-                f"parts {first} and {second} of a mesh overlap, {where}. Remedy: unite the parts to one surface, or one "
-                "mesh and surface each"
+                f"parts {first} and {second} of a mesh overlap, {where}. Remedy: unite the parts to one surface, or "
+                "one mesh and surface each"
             )
         warnings.warn(
             f"a mesh goes through itself, {where}. Remedy: mend the mesh, such as by a union with itself",

@@ -48,8 +48,8 @@ class Rows:
         Raises
         ------
         FileError
-            If a heading is more than a whole circle, or a combination of speed, heading and frequency is missing or there
-        twice.
+            If a heading is more than a whole circle, or a combination of speed, heading and frequency is missing or
+            there twice.
         """
         beyond = ~(np.abs(self.headings) <= FULL_CIRCLE)
         if np.any(beyond):
@@ -99,8 +99,8 @@ def number_lines(path: Path, what: str) -> list[str]:
     lines = text.splitlines()
     if not text.endswith(("\n", "\r")) and _is_cut(lines):
         raise FileError(
-            f"{path} seems to end within a number, {_words(lines[-1])[-1]!r} in line {len(lines)}: its last line has no "
-            "end, and this number fewer digits than all above it. Remedy: export it again, or end the line if it is whole"
+            f"{path} seems to end within a number, {_words(lines[-1])[-1]!r} in line {len(lines)}: its last line has "
+            "no end, and this number fewer digits than those above it. Remedy: export it again, or end the line"
         )
     return lines
 

@@ -126,8 +126,8 @@ class Pace:
                 RunStatus(
                     "stopped",
                     t,
-                    f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long: "
-                    f"at this pace the run takes {_duration(left)} more",
+                    f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s "
+                    f"long: at this pace the run takes {_duration(left)} more",
                     f"check loads{moved}{sampled} for noise and jumps, loosen rtol, or another method, such as "
                     f"{self._others()}",
                 )

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Read = Callable[[float, Vector, Callable[[], SceneState]], float]
 
 FEW_SAMPLES, GROWN = 10, 10.0
-"""First and last samples of a controller that are compared, and how many times the changes of a drive must have grown."""
+"""First and last samples of a controller that are compared, and how many times the changes of a drive grow."""
 
 END_SHARE = 1e-9
 """Of the time between samples: one that would be as near to the end of a run has nothing left to drive."""

@@ -229,7 +229,7 @@ def limits_of(law: CoordinateForce) -> tuple[float, float]:
 
 def _bounds(limits: Sequence[float | None]) -> tuple[float, float]:
     """Return lower and upper limit, infinite where there is none."""
-    given = list(limits) if isinstance(limits, (tuple, list)) or np.shape(limits) == (2,) else []
+    given = list(limits) if isinstance(limits, (tuple, list)) or numbers(limits).shape == (2,) else []
     bounds = [numbers(sign * math.inf if x is None else x) for x, sign in zip(given, (-1, 1), strict=False)]
     if len(given) != 2 or any(x.shape != () or np.isnan(x) for x in bounds):
         raise ModelError(f"limits of a joint coordinate must be two numbers, lower and upper, not {limits!r}")

@@ -67,13 +67,14 @@ def check_between(spline: Any, points: np.ndarray, what: str) -> None:
     _, piece, column = np.unravel_index(int(np.argmax(beyond - allowed)), beyond.shape)
     worst = size * values[np.argmax(beyond[:, piece, column]), piece, column]
     low, high, changes = size * low[column], size * high[column], size * np.diff(y[:, column])
-    near = slice(max(piece - PIECES_NEAR, 0), piece + PIECES_NEAR + 1)
-    short = near.start + int(np.argmax(np.abs(changes[near]) / h[near, 0]))
+    start = max(int(piece) - PIECES_NEAR, 0)
+    near = slice(start, int(piece) + PIECES_NEAR + 1)
+    short = start + int(np.argmax(np.abs(changes[near]) / h[near, 0]))
     raise ModelError(
-        f"{what} cannot be followed: between {t[piece]:.6g} and {t[piece + 1]:.6g} s the spline through its points swings "
-        f"out to {worst:.3g}, but these lie within {low:.3g} and {high:.3g}; they change by {changes[short]:.3g} in "
-        f"{h[short, 0]:.3g} s from {t[short]:.9g} s on. Remedy: a slower "
-        "change there, or more points about it, at steps that grow little by little"
+        f"{what} cannot be followed: between {t[piece]:.6g} and {t[piece + 1]:.6g} s the spline through its points "
+        f"swings out to {worst:.3g}, but these lie within {low:.3g} and {high:.3g}; they change by "
+        f"{changes[short]:.3g} in {h[short, 0]:.3g} s from {t[short]:.9g} s on. Remedy: a slower change there, or more "
+        "points about it, at steps that grow little by little"
     )
 
 

@@ -169,7 +169,7 @@ class PoseMotion(GivenPose):
                 )
 
     def check_over(self, times: Vector, what: str) -> None:
-        """Raise a ModelError that names what it is the motion of, if rates do not fit the pose all through a run (T,)."""
+        """Raise a ModelError that names what it is the motion of, if rates do not fit the pose in a run, times (T,)."""
         position, velocity, acceleration = self.position, self.velocity, self.acceleration
         if position is not None and velocity is not None and acceleration is not None:
             refuse(contradiction((position, velocity, acceleration), times), LINEAR, what)
@@ -189,8 +189,10 @@ class PoseMotion(GivenPose):
         found = contradiction((axes, turning, turning_rate), times)
         if found is not None:  # in components of M
             A = axes(found.time)
-            told = [-0.5 * axial(A.T @ found[i].reshape(3, 3)) for i in (2, 3, 4)]
-            found = found._replace(change=told[0], found=told[1], given=told[2])
+            change, rate, given = (
+                -0.5 * axial(A.T @ x.reshape(3, 3)) for x in (found.change, found.found, found.given)
+            )
+            found = found._replace(change=change, found=rate, given=given)
         refuse(found, ANGULAR, what)
 
     def _vector(self, name: str, t: float) -> Vector:

@@ -222,9 +222,9 @@ class ContactMethods(LoadMethods):
         """
         from kanefe.contact.surface import Surface
 
-        for what, listed in (("surfaces", among), ("pairs to ignore", ignore)):
-            if not isinstance(listed, Sequence) or isinstance(listed, str):
-                raise ModelError(f"add_contacts needs a list of {what}, not {listed!r}. Remedy: [one, other, ...]")
+        for what, several in (("surfaces", among), ("pairs to ignore", ignore)):
+            if not isinstance(several, (list, tuple)):
+                raise ModelError(f"add_contacts needs a list of {what}, not {several!r}. Remedy: [one, other, ...]")
         for given in among:
             if not isinstance(given, Surface):
                 raise ModelError(f"add_contacts needs surfaces, not {given!r}. Remedy: add_surface")

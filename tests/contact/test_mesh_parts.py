@@ -35,8 +35,8 @@ CUBE = box((0, 0, 0), (1, 1, 1))
     "parts",
     [
         (WHOLE, (SMALL, FACES[:, ::-1])),
-        (WHOLE, (TETRAHEDRON + (3.0, 0.0, 0.0), FACES)),
-        (WHOLE, (TETRAHEDRON + (1.0, 0.0, 0.0), FACES)),
+        (WHOLE, (TETRAHEDRON + np.array((3.0, 0.0, 0.0)), FACES)),
+        (WHOLE, (TETRAHEDRON + np.array((1.0, 0.0, 0.0)), FACES)),
         (CUBE, box((1, 0, 0), (2, 1, 1))),
         # what is in a hollow of another one is a part again
         (WHOLE, (SMALL, FACES[:, ::-1]), (0.12 + 0.05 * TETRAHEDRON, FACES)),
@@ -51,7 +51,7 @@ def test_hollows_and_parts_apart_are_taken(parts: tuple[tuple[np.ndarray, np.nda
     [
         ((WHOLE, (SMALL, FACES)), r"part 1 of a mesh .*is within part 0, .*for a hollow turn its triangles round"),
         ((WHOLE, (TETRAHEDRON + 0.3, FACES)), r"parts \d and \d of a mesh overlap, near"),
-        ((WHOLE, (TETRAHEDRON + (3.0, 0.0, 0.0), FACES[:, ::-1])), "part 1 of a mesh .*is inside out"),
+        ((WHOLE, (TETRAHEDRON + np.array((3.0, 0.0, 0.0)), FACES[:, ::-1])), "part 1 of a mesh .*is inside out"),
         ((WHOLE, WHOLE), "within part 1, or shares room with it"),
         ((LONG, ACROSS), r"parts \d and \d of a mesh overlap"),
         ((CUBE, box((0.5, 0, 0), (1.5, 1, 1))), "shares room"),
@@ -101,7 +101,7 @@ def test_random_pairs_of_boxes_are_refused_where_they_meet_and_taken_where_not()
             continue  # too little to be sure of by points
         parts = one, (other[0] @ turn.T + shift, other[1])
         if share:
-            with pytest.raises(kf.ModelError, match="overlap|within"):
+            with pytest.raises(kf.ModelError, match=r"overlap|within"):
                 mesh(*parts)
         elif np.linalg.norm(shift) > 0.5 * (np.linalg.norm(size[0]) + np.linalg.norm(size[1])):
             mesh(*parts)
@@ -109,13 +109,13 @@ def test_random_pairs_of_boxes_are_refused_where_they_meet_and_taken_where_not()
 
 def test_a_fine_sampling_is_refused_before_its_points_are_made() -> None:
     for shape in (kf.shapes.Box((1.0, 1.0, 1.0)), kf.shapes.Cylinder(1.0, 1.0), kf.shapes.Torus(1.0, 0.1)):
-        with pytest.raises(kf.ModelError, match="points or more would stand for a .*Remedy: a larger spacing"):
+        with pytest.raises(kf.ModelError, match=r"points or more would stand for a .*Remedy: a larger spacing"):
             shape.sampled(1e-9)
 
 
 def test_poissons_ratio_is_within_its_bounds() -> None:
     for nu in (1.0, -1.0, 0.6, 2.0):
-        with pytest.raises(kf.ModelError, match="nu of a ball, Poisson's ratio, must be above -1 and at most 0.5"):
+        with pytest.raises(kf.ModelError, match=r"nu of a ball, Poisson's ratio, must be above -1 and at most 0.5"):
             kf.Hertz.of_sphere(0.1, 210e9, nu)
     assert kf.Hertz.of_sphere(0.1, 210e9, 0.5).stiffness > 0.0
 

@@ -16,25 +16,25 @@ def test_a_sea_that_would_break_is_refused_with_the_limit() -> None:
     tz = 10.0 * (1.25 * math.pi) ** -0.25
     limit = 9.81 * tz**2 / (2.0 * math.pi) / 7.0
     kf.Sea.bretschneider(0.999 * limit, 10.0)
-    with pytest.raises(kf.ModelError, match="steeper than waves can be before they break.*Remedy: check height"):
+    with pytest.raises(kf.ModelError, match=r"steeper than waves can be before they break.*Remedy: check height"):
         kf.Sea.bretschneider(1.001 * limit, 10.0)
-    with pytest.raises(kf.ModelError, match="Hs 100 m, Tp 1 s is steeper"):
+    with pytest.raises(kf.ModelError, match=r"Hs 100 m, Tp 1 s is steeper"):
         kf.Sea.bretschneider(100.0, 1.0)
-    with pytest.raises(kf.ModelError, match="steeper"):
+    with pytest.raises(kf.ModelError, match=r"steeper"):
         kf.Sea.jonswap(20.0, 8.0)
     for number in range(3, 8):
         kf.Sea.state(number)
 
 
 def test_options_that_a_sea_does_not_have_and_times_that_are_none_are_named() -> None:
-    with pytest.raises(kf.ModelError, match="a sea has no colour=3. Remedy: .*duration"):
+    with pytest.raises(kf.ModelError, match=r"a sea has no colour=3. Remedy: .*duration"):
         kf.Sea.bretschneider(2.0, 10.0, colour=3)
-    with pytest.raises(kf.ModelError, match="a sea has no colour"):
+    with pytest.raises(kf.ModelError, match=r"a sea has no colour"):
         kf.Sea.measured((0.2, 0.5, 1.0), (0.0, 1.0, 0.0), colour=3)
     assert kf.Sea.state(5, sea_state=2).sea_state == 2
-    with pytest.raises(kf.ModelError, match="the spectrum of a sea is not 5"):
+    with pytest.raises(kf.ModelError, match=r"the spectrum of a sea is not 5"):
         kf.Sea(5)  # type: ignore[arg-type]
-    with pytest.raises(kf.ModelError, match="times of an elevation must be finite"):
+    with pytest.raises(kf.ModelError, match=r"times of an elevation must be finite"):
         kf.Sea.state(5).elevation((0.0, math.nan))
 
 
@@ -53,14 +53,14 @@ def table(tmp_path: Path, heading: str) -> Path:
 
 @pytest.mark.parametrize("heading", ["400", "-361", "1e9"])
 def test_headings_of_files_beyond_a_circle_are_refused(tmp_path: Path, heading: str) -> None:
-    with pytest.raises(kf.KanefeError, match="is no direction.*-360 to 360"):
+    with pytest.raises(kf.KanefeError, match=r"is no direction.*-360 to 360"):
         kf.read_rao(table(tmp_path, heading))
     kf.read_rao(table(tmp_path, "-180"))
 
 
 def test_headings_of_ships_are_within_a_circle() -> None:
     rao, sea = kf.example_rao(), kf.Sea.state(5, seed=1)
-    with pytest.raises(kf.ModelError, match="heading_deg of a ship must be -360 to 360 degrees, not 400"):
+    with pytest.raises(kf.ModelError, match=r"heading_deg of a ship must be -360 to 360 degrees, not 400"):
         kf.Ship(rao, sea, heading_deg=400.0)
     assert kf.Ship(rao, sea, heading_deg=-60.0).motions_std() == kf.Ship(rao, sea, heading_deg=300.0).motions_std()
 
@@ -70,7 +70,7 @@ def test_a_file_cut_anywhere_in_its_last_number_is_refused(tmp_path: Path, cut: 
     text = S175.read_text().rstrip()
     path = tmp_path / "cut.re1"
     path.write_text(text[:-cut])
-    with pytest.raises(Exception, match="Remedy: export it again") as told:
+    with pytest.raises(Exception, match=r"Remedy: export it again") as told:
         kf.read_rao(path)
     assert isinstance(told.value, kf.KanefeError)
 

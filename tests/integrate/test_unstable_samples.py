@@ -48,4 +48,5 @@ def test_a_limit_and_a_warning_of_slow_steps_name_it_too(monkeypatch: pytest.Mon
 
 def test_a_stable_loop_is_not_named() -> None:
     status = arm(0.5).simulate((0.0, 20.0), most_steps=60).status
-    assert status.kind == "stopped" and "controller" not in str(status)
+    assert status.kind == "stopped"
+    assert "controller" not in str(status)

@@ -52,18 +52,18 @@ def rolling(turn: Callable[[float], float], rate: Callable[[float], float], seco
 @pytest.mark.parametrize(
     ("motion", "said"),
     [
-        (kf.Motion(lambda t: 5.0 * max(t - 0.5, 0.0) ** 2, zero, zero), "position changes by .* where its velocity is 0"),
+        (kf.Motion(lambda t: 5.0 * max(t - 0.5, 0.0) ** 2, zero, zero), "position changes by .* its velocity is 0"),
         (kf.Motion(lambda t: float(t > 0.5), zero, zero), r"t = 0\.5 s its position jumps by 1, .* velocity is 0"),
         (
             kf.Motion(lambda t: max(t - 0.3, 0.0), lambda t: float(t > 0.3), zero),
             r"t = 0\.3 s its velocity jumps by 1, where its acceleration is 0: a speed takes time to change",
         ),
         (
-            kf.Motion(lambda t: math.sin(3 * t), lambda t: 3 * math.cos(3 * t), lambda t: -9 * math.sin(3 * t) * (1 + (t > 0.7))),
+            kf.Motion(*swing(3.0)[:2], lambda t: -9 * math.sin(3 * t) * (1 + (t > 0.7))),
             "velocity changes by .* where its acceleration is",
         ),
         (
-            kf.Motion(lambda t: math.sin(9 * t), lambda t: 9 * math.cos(9 * t) * (57.3 if t > 0.5 else 1.0), lambda t: -81 * math.sin(9 * t)),
+            kf.Motion(swing(9.0)[0], lambda t: 9 * math.cos(9 * t) * (57.3 if t > 0.5 else 1.0), swing(9.0)[2]),
             "position changes by .* where its velocity is",
         ),
         (kf.Motion(lambda t: 1.0 if t > 0.5 else 0.0, zero, zero).compiled(), "position jumps by 1"),
@@ -120,7 +120,9 @@ def test_motions_without_fault_raise_no_alarm_and_wrong_rates_are_found() -> Non
             jump = start + rng.uniform() * span
             found = contradiction((lambda t, x=x, j=jump, s=size: x(t) + 0.1 * s * (t > j), v, a), times)
             # 1e-6 of the span: it is followed down to a hundred thousandth of the distance of the samples
-            assert found is not None and found.is_jump and found.time == pytest.approx(jump, abs=1e-6 * span)
+            assert found is not None
+            assert found.is_jump
+            assert found.time == pytest.approx(jump, abs=1e-6 * span)
 
 
 def test_vibrations_sampled_at_one_phase_raise_no_alarm() -> None:
