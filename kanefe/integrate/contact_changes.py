@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.integrate.events import Event
+from kanefe.integrate.events import Bound, Event
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
@@ -31,7 +31,7 @@ FAR = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class ContactChange(Event):
+class ContactChange(Bound):
     """A moment at which a rigid contact of a scene touches, lifts, slips or sticks; not told itself.
 
     Attributes
@@ -56,11 +56,6 @@ class ContactChange(Event):
     @property
     def acts(self) -> bool:
         """It changes states of contacts, and speeds."""
-        return True
-
-    @property
-    def is_bound(self) -> bool:
-        """What a rigid contact does holds as long as none of its margins is below zero."""
         return True
 
     def blur(self, t: float, state: SceneState) -> float:
@@ -98,9 +93,18 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
         return ()
     from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
 
-    more = {"span": stop - start, "stop": stop, "unresolved": UNRESOLVED * rtol * scene_length(model)}
+    unresolved = UNRESOLVED * rtol * scene_length(model)
     return tuple(
-        ContactChange(f"a rigid contact: {kind}", partial(_nearest, kind), -1, model=model, kind=kind, **more)
+        ContactChange(
+            f"a rigid contact: {kind}",
+            partial(_nearest, kind),
+            -1,
+            model=model,
+            kind=kind,
+            span=stop - start,
+            stop=stop,
+            unresolved=unresolved,
+        )
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -86,15 +87,6 @@ class Event:
         """Whether the run does not simply go on."""
         return self.terminal or self.action is not None
 
-    @property
-    def is_bound(self) -> bool:
-        """Whether the function must not be below zero: what it is about then does not wait for it to pass zero."""
-        return False
-
-    def blur(self, t: float, state: SceneState) -> float:
-        """Return the value of the function up to which it has no sign where a run begins or goes on."""
-        return 0.0
-
     def status(self, t: float) -> RunStatus:
         """Return how a run ended that it has ended at time t (s)."""
         return RunStatus("stopped", t, f"by the event {self.name!r}")
@@ -127,6 +119,14 @@ class Event:
                 "changed copy of state.vector"
             )
         return after
+
+
+class Bound(Event):
+    """An event whose function must not be below zero: it happens where it is, also where it has not passed zero."""
+
+    @abstractmethod
+    def blur(self, t: float, state: SceneState) -> float:
+        """Return the value of the function up to which it has no sign where a run begins or goes on."""
 
 
 def checked_events(events: Sequence[Event] | Event, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:

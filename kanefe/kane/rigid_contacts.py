@@ -29,6 +29,9 @@ ROUND_OFF_OF_GAPS = 1e-14
 """Share of the scene's length: gaps that have no sign. The lowest bounces that are followed are a hundred times as
 high."""
 
+DEEPER = 10.0
+"""Times the depth at which something leaves a surface: depths up to which it has not come back."""
+
 ROUND_OFF_OF_FORCES = 1e-9
 """Share of the largest force below which a force has no sign: the residual to which the complementarity is solved."""
 
@@ -176,8 +179,13 @@ def blurs(state: State) -> Margins:
     """Return how far each margin of a state may be below zero by round-off, by the numbers of `margins`."""
     found = margins(state)
     least = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0)
+    met, no_gap = meetings(state), ROUND_OFF_OF_GAPS * scene_length(state.model)
     return Margins(
-        dict.fromkeys(found.gaps, ROUND_OFF_OF_GAPS * scene_length(state.model)),
+        # what has bounced leaves from as deep as the moment of its impact was missed
+        {
+            (c, i): max(no_gap, DEEPER * -gap) if met[c][i].rates[0] > 0.0 else no_gap
+            for (c, i), gap in found.gaps.items()
+        },
         dict.fromkeys(found.normals, least),
         dict.fromkeys(found.reserves, least),
         # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`

@@ -130,7 +130,7 @@ class _Rest:
         self.model, self.t, self.u, self.search, self.most_slides = model, t, u, search, most_slides
         self.length = scene_length(model)
         self.marks: dict[Key, Vector] = {}
-        self.asked: dict[Key, tuple[float, float]] = {}  # of friction where it slipped: what balance takes, and mu N
+        self.asked: dict[Key, tuple[Vector, float]] = {}  # of friction where it slipped: what balance takes, and mu N
 
     def found(self, q: Vector, carries: dict[Key, str]) -> Found:
         """Return the balance found from q, where some probes carry."""
@@ -223,15 +223,19 @@ class _Rest:
             if status == SLIPS and carries.get(key) == HELD:
                 slipping.add(key)
                 asked = float(np.linalg.norm(forces[key]))
-                self.asked[key] = asked, asked + found.reserves[key]
+                self.asked[key] = forces[key], asked + found.reserves[key]
             elif status == OPEN and found.reserves[key] < -PULLED * largest:
                 loose.add(key)
         return slipping, loose
 
     def _slips(self, keys: list[Key]) -> NoRest:
-        sums: dict[str, Vector] = {}
-        for key in keys:
-            sums[self._name(key)] = sums.get(self._name(key), np.zeros(2)) + self.asked[key]
+        sums: dict[str, tuple[float, float]] = {}
+        for name in dict.fromkeys(map(self._name, keys)):
+            own = [self.asked[key] for key in keys if self._name(key) == name]
+            sums[name] = (
+                float(np.linalg.norm(np.sum([force for force, _ in own], axis=0))),
+                sum(most for _, most in own),
+            )
         told = "; ".join(
             f"{name} would slip: its friction is asked for {asked:.4g} N and holds {most:.4g} N"
             for name, (asked, most) in sums.items()
