@@ -24,7 +24,7 @@ from kanefe.fmu.image import NeedsPython
 from kanefe.fmu.portable import without_python
 from kanefe.fmu.scene_source import scene_source
 from kanefe.fmu.serve import packed
-from kanefe.kernels.units import linker
+from kanefe.kernels.units import content_of, linker
 from kanefe.linear.linearisation import Linearisation
 from kanefe.stepping.simulation import Simulation
 from kanefe.storage.files import write_whole
@@ -66,7 +66,7 @@ def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -
             stacklevel=3,
         )
         return found
-    token = _token(source.header.encode(), source.image, *(file.read_bytes() for file in source.files))
+    token = _token(source.header.encode(), source.image, *(content_of(file) for file in source.files))
     text = (
         "A multibody scene with the compiled kernels of kanefe; it needs no Python. For processors that have what the "
         f"one has that it was exported on ({platform.machine()})."
@@ -74,7 +74,7 @@ def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -
     description = _description(sim, path, every, text, token)
     made = _compiled(version, "scene.c", _header(description) + source.header, source.image)
     files = {f"binaries/{folder}/{description.identifier}.so": made}
-    kernels = {file.name: without_python(file.read_bytes(), file.name) for file in source.files}
+    kernels = {file.name: without_python(content_of(file), file.name) for file in source.files}
     files |= {f"binaries/{folder}/{name}": code for name, code in kernels.items()}
     return _packed(path, {"modelDescription.xml": description.xml(version), **files})
 

@@ -7,12 +7,14 @@ import importlib
 import os
 import pkgutil
 import shutil
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import kanefe.kernels
-from kanefe.errors import MissingDependency
+from kanefe.errors import FileError, MissingDependency
 from kanefe.kernels._numba_objects import build_alone
 from kanefe.kernels.addresses import units_of
 from kanefe.kernels.entries import Entry, Pointer
@@ -22,13 +24,14 @@ from kanefe.kernels.units import (
     GENERATIONS,
     Unit,
     can_keep,
-    file_name,
     folder_for,
     generations_here,
     linker,
+    name_of,
     own_folder,
     write_unit,
 )
+from kanefe.storage.kept_code import is_sound, kept, opened
 
 NOT_OF_FLEXIBLE = (
     *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
@@ -83,7 +86,7 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
     units = all_units()
     if is_flexible:
         units = [unit for unit in units if not any(fnmatchcase(unit.name, name) for name in NOT_OF_FLEXIBLE)]
-    missing = [unit.name for unit in units if not (folder / file_name(unit)).is_file()]
+    missing = [unit.name for unit in units if not _is_there(folder, unit)]
     if missing and shutil.which(linker()) is None:
         raise MissingDependency(
             f"the C compiler {linker()!r}", "the solver, to be built,", "apt-get install gcc libc6-dev, or CC=..."
@@ -99,14 +102,35 @@ def build_into_package(generations: Iterable[str], jobs: int, say: Say) -> None:
     They are kept in the user's cache: what another build made is not made again.
     """
     for generation in generations:
-        kept, shipped = folder_for(generation), BUILT / generation
-        if not can_keep(kept):
-            build(shipped, jobs, say, generation)
-            continue
-        build(kept, jobs, say, generation)
-        shipped.mkdir(parents=True, exist_ok=True)
-        for unit in all_units():
-            shutil.copyfile(kept / file_name(unit), shipped / file_name(unit))
+        with _folder_to_build_in(folder_for(generation)) as folder:
+            build(folder, jobs, say, generation)
+            (BUILT / generation).mkdir(parents=True, exist_ok=True)
+            for unit in all_units():
+                path = kept(folder, name_of(unit))
+                if path is None:
+                    raise FileError(f"{unit.name} was built and is gone from {folder}. Remedy: build again")
+                with opened(path) as (_, content):
+                    (BUILT / generation / f"{name_of(unit)}.so").write_bytes(content)
+
+
+@contextmanager
+def _folder_to_build_in(wanted: Path) -> Iterator[Path]:
+    """Give a folder of the cache, or one for this build alone where the cache is not the user's to write."""
+    try:
+        is_ours = can_keep(wanted)
+    except FileError:
+        is_ours = False
+    if is_ours:
+        yield wanted
+    else:
+        with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
+            yield Path(folder)
+
+
+def _is_there(folder: Path, unit: Unit) -> bool:
+    """Return whether a folder has a unit, whole."""
+    path = kept(folder, name_of(unit))
+    return path is not None and is_sound(path)
 
 
 def write_named(names: set[str], folder: Path, generation: str | None) -> None:
@@ -116,7 +140,7 @@ def write_named(names: set[str], folder: Path, generation: str | None) -> None:
     build_alone()
     for unit in all_units():
         if unit.name in names:
-            write_unit(folder / file_name(unit), unit.compile())
+            write_unit(folder, unit)
             print(unit.name, flush=True)
 
 

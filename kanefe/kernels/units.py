@@ -19,9 +19,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from kanefe.errors import FileError
 from kanefe.kernels._numba import timed
 from kanefe.kernels._numba_objects import SUPPORT
-from kanefe.storage.files import cache_folder, write_whole
+from kanefe.storage.files import cache_folder, make_folder
+from kanefe.storage.kept_code import Damaged, check_folder, keep, kept, opened
 
 PACKAGE = Path(__file__).parent
 BUILT = PACKAGE / "built"
@@ -96,11 +98,14 @@ class MachineCode(NamedTuple):
         For ctypes, with two arrays; of an entry.
     keeps : object
         What has the memory of the function.
+    path : Path or None
+        The file that it was loaded from.
     """
 
     address: int
     call: Any
     keeps: object
+    path: Path | None = None
 
 
 _loaded: dict[tuple[str, str], MachineCode] = {}
@@ -114,15 +119,57 @@ def machine_code(unit: Unit) -> MachineCode:
     if key not in _loaded:
         with _lock:
             if key not in _loaded:
-                expect([unit])
-                path = path_of(unit)
-                _loaded[key] = _opened(path) if path is not None else _in_memory(unit)
+                _loaded[key] = _from_file(unit) or _in_memory(unit)
     return _loaded[key]
+
+
+def _from_file(unit: Unit) -> MachineCode | None:
+    """Return the function of a unit from its file, or None where none can be kept; what is damaged is built anew."""
+    for _ in range(2):
+        expect([unit])
+        path = path_of(unit)
+        if path is None:
+            return None
+        if path.is_relative_to(BUILT):  # trusted as the package's own files in Python are
+            return _opened(str(path), path)
+        try:
+            with opened(path) as (descriptor, _):
+                return _opened(_name_to_open(descriptor, path), path)
+        except Damaged:
+            _tell(f"{path} is damaged: it is built anew")
+    return None
+
+
+def _name_to_open(descriptor: int, path: Path) -> str:
+    """Return a name of an open file for the linker, so that what was checked is what is loaded.
+
+    It takes two libraries of one name for one, and descriptors come again: each has more slashes than the one before.
+    """
+    if sys.platform != "linux" or not os.path.isdir("/proc/self/fd"):
+        return str(path)
+    return f"/proc/self/fd/{'/' * len(_loaded)}{descriptor}"
 
 
 def loaded_files() -> dict[int, Path]:
     """Return the files of all functions that were loaded from files so far, by their addresses."""
-    return {code.address: Path(code.keeps._name) for code in _loaded.values() if isinstance(code.keeps, ctypes.CDLL)}
+    return {code.address: code.path for code in _loaded.values() if code.path is not None}
+
+
+def content_of(path: Path) -> bytes:
+    """Return what a file of `loaded_files` has, checked as when it is loaded.
+
+    Raises
+    ------
+    FileError
+        If it has changed since.
+    """
+    if path.is_relative_to(BUILT):
+        return path.read_bytes()
+    try:
+        with opened(path) as (_, content):
+            return content
+    except Damaged as error:
+        raise FileError(f"{path} has changed since it was loaded. Remedy: run this again, in a new process") from error
 
 
 def expect(units: Iterable[Unit]) -> None:
@@ -163,16 +210,23 @@ def _tell(text: str) -> None:
 
 @cache
 def can_keep(folder: Path) -> bool:
-    """Return whether there is a compiler to link files of units with, and whether they can be put into a folder."""
+    """Return whether there is a compiler to link files of units with, and whether they can be put into a folder.
+
+    Raises
+    ------
+    FileError
+        If others could put files there.
+    """
     import shutil
 
     if shutil.which(linker()) is None:
         return False
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return os.access(folder, os.W_OK)
+        make_folder(folder)
     except OSError:
         return False
+    check_folder(folder)
+    return os.access(folder, os.W_OK)
 
 
 def linker() -> str:
@@ -181,15 +235,20 @@ def linker() -> str:
 
 
 def path_of(unit: Unit) -> Path | None:
-    """Return the file of a unit, or None where it is to be built."""
+    """Return the file of a unit, or None where it is to be built.
+
+    Raises
+    ------
+    FileError
+        If it would be of the cache, and others could put files there.
+    """
     if not _is_kept(unit):
         return None
-    name = file_name(unit)
+    name = name_of(unit)
     for folder in _built_folders():
-        if (folder / name).is_file():
-            return folder / name
-    own = own_folder() / name
-    return own if own.is_file() else None
+        if (folder / f"{name}.so").is_file():
+            return folder / f"{name}.so"
+    return kept(own_folder(), name)
 
 
 def _is_kept(unit: Unit) -> bool:
@@ -197,9 +256,9 @@ def _is_kept(unit: Unit) -> bool:
     return unit.module.startswith("kanefe.kernels.")
 
 
-def file_name(unit: Unit) -> str:
-    """Return the name of a unit's file, which tells what it was made from."""
-    return f"{unit.name}-{stamp(unit.module)}.so"
+def name_of(unit: Unit) -> str:
+    """Return what the name of a unit's file begins with, which tells what it was made from."""
+    return f"{unit.name}-{stamp(unit.module)}"
 
 
 @cache
@@ -291,23 +350,26 @@ def _features() -> str:
     return platform.processor()
 
 
-def _opened(path: Path) -> MachineCode:
-    library = ctypes.CDLL(str(path))
+def _opened(name: str, path: Path) -> MachineCode:
+    library = ctypes.CDLL(name)
     function = library.kanefe_unit
     function.restype = None
-    return MachineCode(ctypes.cast(function, ctypes.c_void_p).value or 0, function, library)
+    return MachineCode(ctypes.cast(function, ctypes.c_void_p).value or 0, function, library, path)
 
 
 def _in_memory(unit: Unit) -> MachineCode:
     if _is_kept(unit):
-        _tell(f"preparing the solver: one more part, some 10 s, in each process ({unit.name})")
+        _tell(
+            f"preparing the solver: one more part, some 10 s, in each process ({unit.name}): {own_folder()} cannot be "
+            f"written, or there is no compiler {linker()}"
+        )
     made = unit.compile()
     address = made.address()
     return MachineCode(address, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), made)
 
 
-def write_unit(path: Path, made: ObjectCode) -> None:
-    """Link object code to a library and put it in place.
+def write_unit(folder: Path, unit: Unit) -> None:
+    """Build a unit, link it to a library and put it into a folder.
 
     Raises
     ------
@@ -319,8 +381,9 @@ def write_unit(path: Path, made: ObjectCode) -> None:
     import subprocess
     import tempfile
 
-    with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
-        of_numba, support, whole = (Path(folder) / name for name in ("unit.o", "support.c", "unit.so"))
+    made: ObjectCode = unit.compile()
+    with tempfile.TemporaryDirectory(prefix="kanefe-") as work:
+        of_numba, support, whole = (Path(work) / name for name in ("unit.o", "support.c", "unit.so"))
         of_numba.write_bytes(made.code)
         support.write_text(SUPPORT)
         renamed = f"-Wl,--defsym=kanefe_unit={made.symbol}"
@@ -343,4 +406,4 @@ def write_unit(path: Path, made: ObjectCode) -> None:
             capture_output=True,
             text=True,
         )
-        write_whole(path, lambda file: file.write(whole.read_bytes()))
+        keep(folder, name_of(unit), whole.read_bytes())

@@ -95,18 +95,34 @@ def ready_path(path: str | Path) -> Path:
     """
     path = Path(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
     except OSError as error:
         raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be made") from error
     return path
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and what it lies in: in the cache, for the owner alone, whatever the umask."""
+    if not _is_in_cache(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        return
+    for missing in reversed([place for place in (folder, *folder.parents) if not place.exists()]):
+        missing.mkdir(mode=0o700, exist_ok=True)
+    if not folder.is_dir():
+        raise NotADirectoryError(20, "it is not a folder", str(folder))
+
+
+def _is_in_cache(path: Path) -> bool:
+    """Return whether a path lies in the cache: what is there is the owner's alone."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(cache_folder()))
 
 
 def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
     """Call ``write(file)`` on a temporary file beside `path` and put it in place only when it is complete.
 
     The folder is made where it is missing. A process that is killed leaves a file ``.<name>.<random>`` beside, never a
-    part of `path`. A link stays: what it points to is replaced. A device or pipe is no file that could be replaced: it
-    is given the bytes.
+    part of `path`. In the cache, folders and files are the owner's alone. A link stays: what it points to is replaced.
+    A device or pipe is no file that could be replaced: it is given the bytes.
 
     Raises
     ------
@@ -128,9 +144,10 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
             write(file)
             file.flush()
             os.fsync(file.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(name, 0o666 & ~umask)  # mkstemp makes files that only their owner can read
+        if not _is_in_cache(path):
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(name, 0o666 & ~umask)  # mkstemp makes files that only their owner can read
         os.replace(name, path)
     except OSError as error:
         raise FileError(
