@@ -62,7 +62,7 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
     Raises
     ------
     FileError
-        The file is truncated, not a mesh, or the source has an error, or runs programs or opens files and is not trusted.
+        The file is truncated, not a mesh, or the source has an error, or opens files or runs programs untrusted.
     MeshError
         There is no usable physical group.
     """

@@ -71,11 +71,11 @@ def check_script(script: str, name: str) -> None:
 
 
 def first_command(script: str) -> Command | None:
-    """Return the first word that runs a program, or reads or writes a file; None where there is none.
+    r"""Return the first word that runs a program, or reads or writes a file; None where there is none.
 
     Examples
     --------
-    >>> first_command('Point(1) = {0, 0, 0};\\nSystemCall "ls";')
+    >>> first_command('Point(1) = {0, 0, 0};\nSystemCall "ls";')
     Command(word='SystemCall', what='runs a program', line=2)
     """
     for match in re.finditer(r"[A-Za-z_]\w*", script):
