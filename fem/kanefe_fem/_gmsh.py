@@ -23,6 +23,7 @@ from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import is_supported, row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
+from kanefe_fem.mesh.geo_commands import check_script
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.sagitta import sagitta
 from kanefe_fem.mesh.unfolded import unfolded
@@ -55,19 +56,21 @@ Block = tuple[int, np.ndarray]
 """gmsh's element type and the node tags (m, nodes per element) of elements."""
 
 
-def read(path: Path, order: int | None) -> Mesh:
+def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
     """Return the mesh of a .msh file, or of a .geo or .py source meshed with elements of the given order.
 
     Raises
     ------
     FileError
-        The file is truncated, not a mesh, or the source has an error.
+        The file is truncated, not a mesh, or the source has an error, or opens files or runs programs untrusted.
     MeshError
         There is no usable physical group.
     """
     suffix = path.suffix.lower()
     if suffix == ".msh":
         check_complete(path)
+    elif suffix != ".py" and not trusted:
+        check_script(path.read_text(encoding="utf-8", errors="replace"), path.name)
     build = _build_function(path) if suffix == ".py" else None
     with _LOCK, _session() as gmsh:
         try:

@@ -27,6 +27,7 @@ def read_mesh(
     *,
     names: Mapping[int, str] | None = None,
     cells: str | Sequence[str] | None = None,
+    trusted: bool = False,
 ) -> Mesh:
     """Read a mesh, or mesh a gmsh source.
 
@@ -34,9 +35,11 @@ def read_mesh(
     suffix          how
     ==============  ====================================================================================
     .msh            gmsh (2.2 and 4.1, ascii and binary); groups are the physical groups
-    .geo            gmsh, meshed in 3D, or in 2D if the source has no volume
+    .geo            gmsh, meshed in 3D, or in 2D if the source has no volume; one that runs programs, or reads or
+                    writes other files, is refused unless it is `trusted`
     .py             a Python source which defines ``build(gmsh)``: called with gmsh initialised and an empty
-                    model; it makes the geometry and the physical groups, and may mesh; else it is meshed here
+                    model; it makes the geometry and the physical groups, and may mesh; else it is meshed here.
+                    It is a program, and may do all that a program may: read it before it is run
     .inp            meshio; groups are the element sets that solid sections name (all of them, if none does),
                     the surfaces and the node sets
     any other       meshio (.vtu, .xdmf, .bdf, ...); groups are its cell sets and point sets, else the integers of
@@ -58,6 +61,8 @@ def read_mesh(
         Names of the groups which the file knows by number only (.vtu, .xdmf). Default: the number itself, as in "1".
     cells : str or sequence of str, optional
         Groups of cells to keep: one body of several in the file (see `kanefe_fem.mesh.mesh.part_of`). Default: all.
+    trusted : bool
+        Whether a .geo source may run programs and open other files.
 
     Returns
     -------
@@ -66,7 +71,8 @@ def read_mesh(
     Raises
     ------
     FileError
-        The file is not there, is truncated or cannot be read.
+        The file is not there, is truncated or cannot be read, or runs programs or opens other files without being
+        trusted; the message names the line.
     MeshError
         The mesh cannot be used; the message names the place and the remedy.
     MissingDependency
@@ -96,7 +102,7 @@ def read_mesh(
     if path.suffix.lower() in GMSH_SUFFIXES:
         from kanefe_fem import _gmsh
 
-        mesh = _gmsh.read(path, order)
+        mesh = _gmsh.read(path, order, trusted)
     else:
         from kanefe_fem import _meshio
 
