@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -64,11 +65,17 @@ def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
 
 
 def numbers(value: object) -> np.ndarray:
-    """Return a new array of floats; NaN, of shape (), where `value` is none, so that the caller's check names it."""
+    """Return a new array of floats; NaN, of shape (), where `value` is none, so that the caller's check names it.
+
+    Texts, truth values, complex numbers and numbers beyond the range of floats are none.
+    """
     try:
-        return np.array(value, dtype=float)
-    except (TypeError, ValueError):
+        array = np.array(value)
+        if array.dtype.kind == "O" and all(isinstance(one, Real) and not isinstance(one, bool) for one in array.flat):
+            array = array.astype(float)
+    except (TypeError, ValueError, OverflowError):  # rows of several lengths; a whole number beyond floats
         return np.array(np.nan)
+    return array.astype(float, copy=False) if array.dtype.kind in "fiu" else np.array(np.nan)
 
 
 def shaped_numbers(value: object, shape: tuple[int, ...], what: str, *, is_finite: bool = True) -> np.ndarray:

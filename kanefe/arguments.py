@@ -1,0 +1,223 @@
+"""What users give to public functions, checked where it comes in: numbers by `checked_number`, the rest by type hints.
+
+`checked` holds the arguments of a function, or of the constructor of a class, to the hints of its signature: what is
+behind the door meets finite numbers, texts and objects of the kinds that it was written for. Signs, shapes and meanings
+are left to the function. It is for doors only: what runs in every step is not checked.
+"""
+
+from __future__ import annotations
+
+import builtins
+import inspect
+import math
+import types
+import typing
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache, wraps
+from numbers import Integral, Real
+from os import PathLike
+from typing import Any, Literal, NamedTuple, TypeVar
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+MOST_LETTERS = 120
+"""Of a value in a message."""
+
+
+def told(value: object) -> str:
+    """Return a value for a message, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 3]}..."
+
+
+def checked_number(value: object, what: str, *, above: float | None = None, least: float | None = None) -> float:
+    """Return a finite number.
+
+    Raises
+    ------
+    ModelError
+        If it is none, or not above or at least as large as it must be; the message names `what`.
+    """
+    number = float(numbers(value)) if numbers(value).shape == () else math.nan
+    if not math.isfinite(number) or (above is not None and number <= above) or (least is not None and number < least):
+        limit = f" above {above:g}" if above is not None else "" if least is None else f", {least:g} or above"
+        raise ModelError(f"{what} must be a finite number{limit}, not {told(value)}")
+    return number
+
+
+def checked_count(value: object, what: str, least: int = 1, most: int | None = None) -> int:
+    """Return a whole number; raise a ModelError that names `what` if it is none, below `least` or above `most`."""
+    number = int(value) if isinstance(value, (int, np.integer)) and not isinstance(value, bool) else least - 1
+    if number < least or (most is not None and number > most):
+        limit = f"{least} or above" if most is None else f"{least} to {most}"
+        raise ModelError(f"{what} must be a whole number, {limit}, not {told(value)}")
+    return number
+
+
+def checked(function: F) -> F:
+    """Hold the arguments of a public function, or of the constructor of a class, to the hints of its signature.
+
+    A number must be finite, unless the default of the argument is not; a sequence has a length, so that it is no
+    generator; a text is no sequence of texts, and True is no number.
+
+    Raises
+    ------
+    ModelError
+        When it is called: names argument and function, what is wanted and what was given.
+
+    Examples
+    --------
+    >>> @checked
+    ... def twice(length: float) -> float:
+    ...     return 2.0 * length
+    >>> twice("1")
+    Traceback (most recent call last):
+    kanefe.errors.ModelError: length= of twice must be a finite number, not '1'
+    """
+    if isinstance(function, type):
+        function.__init__ = _guarded(function.__init__, function.__name__)  # type: ignore[misc]
+        return function
+    return typing.cast(F, _guarded(function, function.__name__))
+
+
+def _guarded(function: Callable[..., Any], title: str) -> Callable[..., Any]:
+    @wraps(function)
+    def guarded(*args: Any, **kwargs: Any) -> Any:
+        kinds = _kinds(function)
+        for name, value in (*zip(kinds, args, strict=False), *kwargs.items()):
+            kind = kinds.get(name)
+            if kind is not None and not kind.holds(value):
+                raise ModelError(f"{name}= of {title} must be {kind.words}, not {told(value)}")
+        return function(*args, **kwargs)
+
+    return guarded
+
+
+class Kind(NamedTuple):
+    """What a hint asks for.
+
+    Attributes
+    ----------
+    words : str
+        For messages.
+    holds : function of a value -> bool
+    """
+
+    words: str
+    holds: Callable[[Any], bool]
+
+
+class _ByName(type):
+    """A class that is imported for type checkers only: known by its name, it is met where its objects are."""
+
+    def __instancecheck__(cls, value: object) -> bool:
+        return any(base.__name__ == cls.__name__ for base in type(value).__mro__)
+
+    def __getitem__(cls, _of: object) -> _ByName:
+        return cls
+
+
+class _Names(dict[str, Any]):
+    """The names that hints of a file may use."""
+
+    def __missing__(self, name: str) -> object:
+        return getattr(builtins, name) if hasattr(builtins, name) else _ByName(name, (), {})
+
+
+@cache
+def _kinds(function: Callable[..., Any]) -> dict[str, Kind]:
+    """Return the kinds of the arguments of a function, in their order."""
+    found = {}
+    # the constructor that dataclasses write has globals of its own
+    names = _Names({**vars(inspect.getmodule(function)), **function.__globals__})
+    for one in inspect.signature(function).parameters.values():
+        if one.kind in {one.VAR_POSITIONAL, one.VAR_KEYWORD}:
+            continue
+        hint = object if one.annotation is one.empty else one.annotation
+        while isinstance(hint, str):
+            hint = eval(hint, {}, names)
+        found[one.name] = kind_of(hint, may_be_infinite=bool(np.any(np.isinf(numbers(one.default)))))
+    return found
+
+
+def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
+    """Return what a type hint asks for. Of numbers, infinite ones are refused unless they may be."""
+
+    def are_fine(value: object, ndim: int | None = None) -> bool:
+        given = numbers(value)
+        return (ndim is None or given.ndim == ndim) and not np.any(
+            np.isnan(given) if may_be_infinite else ~np.isfinite(given)
+        )
+
+    origin, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
+    if origin in {typing.Union, types.UnionType}:
+        kinds = [kind_of(one, may_be_infinite) for one in inner]
+        words = " or ".join(dict.fromkeys(kind.words for kind in kinds))
+        return Kind(words, lambda value: any(kind.holds(value) for kind in kinds))
+    if hint is None or hint is type(None):
+        return Kind("None", lambda value: value is None)
+    if origin is Literal:
+        return Kind(" or ".join(map(repr, inner)), lambda value: isinstance(value, str) and value in inner)
+    if hint is float:
+        words = "a number" if may_be_infinite else "a finite number"
+        return Kind(words, lambda value: isinstance(value, (Real, np.ndarray)) and are_fine(value, 0))
+    if hint is int:
+        return Kind("a whole number", lambda value: isinstance(value, Integral) and not isinstance(value, bool))
+    if hint is bool:
+        return Kind("True or False", lambda value: isinstance(value, (bool, np.bool_)))
+    if hint is str:
+        return Kind("a text", lambda value: isinstance(value, str))
+    if origin is np.ndarray:
+        return Kind("an array of finite numbers", lambda value: _is_flags(value) or are_fine(value))
+    if origin is Callable or origin is typing.get_origin(Callable[..., Any]):
+        return Kind("a function", callable)
+    if isinstance(origin, type) and issubclass(origin, PathLike):
+        return Kind("a path", lambda value: isinstance(value, PathLike))
+    if isinstance(origin, type) and origin.__module__ in {"builtins", "collections.abc"} and inner:
+        return _container(origin, [kind_of(one, may_be_infinite) for one in inner], inner, are_fine)
+    if not isinstance(origin, type) or (
+        getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False)
+    ):
+        return Kind("anything", lambda _: True)
+    return Kind(f"a {origin.__name__}", lambda value: isinstance(value, origin))
+
+
+def _is_flags(value: object) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype.kind == "b"
+
+
+def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: Callable[..., bool]) -> Kind:
+    """Return the kind of a sequence, set or mapping of what is of some kinds."""
+    if issubclass(origin, Mapping):
+        key, of = kinds
+        return Kind(
+            f"a mapping of {key.words} to {of.words}",
+            lambda value: (
+                isinstance(value, Mapping) and all(key.holds(name) and of.holds(one) for name, one in value.items())
+            ),
+        )
+    if not issubclass(origin, Collection):
+        return Kind(f"a {origin.__name__.lower()}", lambda value: isinstance(value, origin))
+    if issubclass(origin, tuple) and inner[-1] is not Ellipsis:
+        return Kind(
+            f"({', '.join(kind.words for kind in kinds)})",
+            lambda value: (
+                _is_listed(value)
+                and len(value) == len(kinds)
+                and all(kind.holds(one) for kind, one in zip(kinds, value, strict=True))
+            ),
+        )
+    words = f"a sequence, each {kinds[0].words}"
+    if inner[0] is float:
+        return Kind(words, lambda value: _is_listed(value) and are_fine(value, 1))
+    return Kind(words, lambda value: _is_listed(value, origin) and all(map(kinds[0].holds, value)))
+
+
+def _is_listed(value: object, origin: type = Sequence) -> bool:
+    is_array = isinstance(value, np.ndarray) and value.ndim > 0
+    return is_array or (isinstance(value, (origin, Sequence)) and not isinstance(value, (str, bytes)))
