@@ -10,10 +10,13 @@ from __future__ import annotations
 import builtins
 import inspect
 import math
+import re
+import sys
 import types
 import typing
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, wraps
+from importlib import import_module
 from numbers import Integral, Real
 from os import PathLike
 from typing import Any, Literal, NamedTuple, TypeVar
@@ -112,21 +115,21 @@ class Kind(NamedTuple):
     holds: Callable[[Any], bool]
 
 
-class _ByName(type):
-    """A class that is imported for type checkers only: known by its name, it is met where its objects are."""
-
-    def __instancecheck__(cls, value: object) -> bool:
-        return any(base.__name__ == cls.__name__ for base in type(value).__mro__)
-
-    def __getitem__(cls, _of: object) -> _ByName:
-        return cls
-
-
 class _Names(dict[str, Any]):
-    """The names that hints of a file may use."""
+    """The names that hints of a file may use, those too that it imports for type checkers only."""
+
+    def __init__(self, module: types.ModuleType, more: Mapping[str, Any]) -> None:
+        super().__init__({**vars(module), **more})
+        self.module = module
 
     def __missing__(self, name: str) -> object:
-        return getattr(builtins, name) if hasattr(builtins, name) else _ByName(name, (), {})
+        if hasattr(builtins, name):
+            return getattr(builtins, name)
+        source = inspect.getsource(self.module)
+        found = re.search(rf"from (\S+) import (?:\([^)]*|[^(\n]*)\b{name}\b", source)
+        if found is None:
+            raise NameError(f"{self.module.__name__} has no name {name!r}, which a type hint uses")
+        return getattr(import_module(found[1]), name)
 
 
 @cache
@@ -134,7 +137,7 @@ def _kinds(function: Callable[..., Any]) -> dict[str, Kind]:
     """Return the kinds of the arguments of a function, in their order."""
     found = {}
     # the constructor that dataclasses write has globals of its own
-    names = _Names({**vars(inspect.getmodule(function)), **function.__globals__})
+    names = _Names(sys.modules[function.__module__], function.__globals__)
     for one in inspect.signature(function).parameters.values():
         if one.kind in {one.VAR_POSITIONAL, one.VAR_KEYWORD}:
             continue
@@ -162,7 +165,7 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
     if hint is None or hint is type(None):
         return Kind("None", lambda value: value is None)
     if origin is Literal:
-        return Kind(" or ".join(map(repr, inner)), lambda value: isinstance(value, str) and value in inner)
+        return Kind(" or ".join(map(repr, inner)), lambda value: any(type(value) is type(one) and value == one for one in inner))
     if hint is float:
         words = "a number" if may_be_infinite else "a finite number"
         return Kind(words, lambda value: isinstance(value, (Real, np.ndarray)) and are_fine(value, 0))
@@ -180,7 +183,7 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
         return Kind("a path", lambda value: isinstance(value, PathLike))
     if isinstance(origin, type) and origin.__module__ in {"builtins", "collections.abc"} and inner:
         return _container(origin, [kind_of(one, may_be_infinite) for one in inner], inner, are_fine)
-    if not isinstance(origin, type) or (
+    if hint is Any or not isinstance(origin, type) or (
         getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False)
     ):
         return Kind("anything", lambda _: True)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from kanefe.arguments import checked
 from kanefe.errors import FileError, MeshError
 from kanefe_fem.mesh.checks import check_arrays, check_mesh
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
@@ -17,6 +18,7 @@ SOURCES = (".geo", ".py")
 """Files that hold no mesh, but a geometry to be meshed."""
 
 
+@checked
 def read_mesh(
     path: str | Path,
     order: int | None = None,

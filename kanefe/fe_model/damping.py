@@ -17,10 +17,12 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
 
 
+@checked
 @dataclass(frozen=True)
 class RayleighDamping:
     """C = mass * M + stiffness * K.
@@ -48,6 +50,7 @@ class RayleighDamping:
                 raise ModelError(f"Rayleigh damping: the {name} factor must be finite and >= 0, not {value!r}")
 
     @classmethod
+    @checked
     def fit(cls, frequencies: Sequence[float], ratios: Sequence[float]) -> RayleighDamping:
         """Return the factors that give two damping ratios at two frequencies (Hz).
 
@@ -76,12 +79,14 @@ class RayleighDamping:
             )
         return cls(float(mass), float(stiffness))
 
+    @checked
     def ratio(self, frequency: float) -> float:
         """Return the damping ratio at a frequency in Hz."""
         w = 2 * math.pi * frequency
         return 0.5 * (self.mass / w + self.stiffness * w)
 
 
+@checked
 @dataclass(frozen=True)
 class ModalDamping:
     """A damping ratio for each elastic mode of the body with its fixed interfaces held.
@@ -99,6 +104,7 @@ class ModalDamping:
         if values.ndim != 1 or not len(values) or not np.all(np.isfinite(values)) or np.any(values < 0):
             raise ModelError(f"modal damping ratios must be finite and >= 0, not {self.ratio!r}")
 
+    @checked
     def ratios(self, count: int) -> np.ndarray:
         """Return one ratio for each of `count` modes, shape (count,).
 

@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.fe_model.places import Place, PlaceLike
@@ -16,6 +17,7 @@ RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")
 
 
+@checked
 @dataclass(frozen=True)
 class Interface:
     """How nodes of a body are tied to a frame, and which components of the frame are fixed in G.
@@ -74,7 +76,7 @@ class Interface:
     >>> root = Interface("all", at=OnPlane((0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0)))
     """
 
-    fixed: Sequence[str] = ()
+    fixed: str | Sequence[str] = ()
     _: KW_ONLY
     kind: str = "rigid"
     weights: str | Sequence[float] | None = None
@@ -117,6 +119,7 @@ class Interface:
                 )
             keep(self, "weights", _weights(self.weights))
 
+    @checked
     def group_names(self, name: str) -> tuple[str, ...]:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
         if self.groups is not None:
@@ -131,10 +134,10 @@ class Interface:
         return np.eye(3) if self.axes is None else np.array(self.axes)
 
 
-def _components(given: Sequence[str], does: str) -> tuple[str, ...]:
+def _components(given: str | Sequence[str], does: str) -> tuple[str, ...]:
     unknown = isinstance(given, str) or not all(c in COMPONENTS for c in given)
     if unknown:
-        raise ModelError(f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}")
+        raise ModelError(f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}. Remedy: ('x', 'y')")
     return tuple(dict.fromkeys(given))
 
 

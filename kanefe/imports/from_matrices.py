@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.load_pattern import NodalPattern
@@ -39,6 +40,7 @@ class NodalFormWarning(UserWarning):
     """The inertia of a deformed body is only approximate: nodes rotate, or stand for more, without shape functions."""
 
 
+@checked
 def model_from_matrices(
     mass: Matrix,
     stiffness: Matrix,

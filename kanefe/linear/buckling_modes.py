@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Matrix, Vector
@@ -76,6 +77,7 @@ class Buckling(Shapes):
         return "\n".join(lines)
 
 
+@checked
 def buckling(
     scene: Freezable | Model,
     *,

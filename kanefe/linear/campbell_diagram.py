@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
@@ -88,6 +89,7 @@ class Campbell:
         noise = np.array([1e-9 * np.abs(m.eigenvalues).max(initial=0.0) for m in self.modes])
         return np.asarray(self.eigenvalues.real > noise[:, None])
 
+    @checked
     def critical_speeds(self, order: float = 1.0) -> list[tuple[float, int]]:
         """Return the speeds (rad/s) at which a mode has `order` times the frequency of rotation, with its column.
 
@@ -110,6 +112,7 @@ class Campbell:
                     found.append((float(x + (y - x) * a / (a - b)), j))
         return sorted(found)
 
+    @checked
     def plot(self, path: str | Path | None = None, *, orders: Sequence[float] = (1.0,)) -> Figure:
         """Draw frequencies and damping over the speed, and write the picture to `path` if given.
 
@@ -152,6 +155,7 @@ class Campbell:
         return [f"mode {j + 1}{f' ({name})' if several else ''}" for j, name in enumerate(leading)]
 
 
+@checked
 def campbell(
     build: Callable[[float], Freezable | Model],
     speeds: Sequence[float] | np.ndarray,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
 from kanefe.frames import Vector, numbers
@@ -99,6 +100,7 @@ class Equilibrium(Instant):
             lines.append(f"  contact {name}: carries {carrying[name]:.6g} N{how}{rubs}")
         return lines
 
+    @checked
     def linearise(self, *, inputs: Named | None = None, outputs: Named | None = None) -> Linearisation:
         """Linearise about this state: see `kanefe.linearise`."""
         from kanefe.linear.linearisation import linearised
@@ -106,6 +108,7 @@ class Equilibrium(Instant):
         return linearised(self.model, self.time, self.state, inputs, outputs)
 
 
+@checked
 def equilibrium(
     scene: Freezable | Model,
     *,

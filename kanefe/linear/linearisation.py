@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Matrix, Vector, numbers
@@ -83,6 +84,7 @@ class Linearisation(StateSpace):
                 stacklevel=3,
             )
 
+    @checked
     def frequency_response(self, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
         """Return the response of the outputs to inputs of unit amplitude.
 
@@ -113,6 +115,7 @@ class Linearisation(StateSpace):
 
         return state_space(self)
 
+    @checked
     def to_fmu(self, path: str | Path, *, fmi: str = "2.0") -> Path:
         """Write the linear system as a functional mock-up unit for model exchange; return its path.
 
@@ -141,6 +144,7 @@ class Linearisation(StateSpace):
         self._warn_of_change("units for exchange")
         return write_linear(self, path, fmi)
 
+    @checked
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:
         """Return the state y = (q, u) of the model beside the one of the analysis, to first order in x (states,)."""
         small = _values(x, len(self.A), "x")
@@ -152,6 +156,7 @@ class Linearisation(StateSpace):
         return np.concatenate((q, u + du[:n], internal))
 
 
+@checked
 def linearise(
     scene: Freezable | Model,
     *,

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Options, check_count, is_number
@@ -25,6 +26,7 @@ REFINEMENTS = 2
 """Corrections of a solve with a matrix that is factored without being definite."""
 
 
+@checked
 @dataclass(frozen=True, repr=False)
 class Krylov(Options):
     """Shapes that answer loads around chosen frequencies.

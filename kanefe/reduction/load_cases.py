@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, PRODUCTS, TRANSLATIONS, FiniteElementModel
 from kanefe.fe_model.statics import StaticProblem
@@ -38,6 +39,7 @@ LOADED = 1e-9
 """Share of the largest force of a group below which a column counts as one that does nothing."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class LoadCase:
     """Forces on the nodes of a model, under a name.

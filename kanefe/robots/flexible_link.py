@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation
@@ -26,6 +27,7 @@ class LinkMassWarning(UserWarning):
     """A body from a mesh that is much heavier or lighter than the link whose place it takes."""
 
 
+@checked
 @dataclass(frozen=True)
 class FlexibleLink:
     """A flexible body that takes the place of a robot's link.

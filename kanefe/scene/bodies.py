@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation, numbers
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 class BodyMethods(Scene):
     """The part of `System` that adds bodies."""
 
+    @checked
     def add_rigid_body(
         self,
         name: str,
@@ -71,6 +73,7 @@ class BodyMethods(Scene):
         self._add(name, parent, joint or Fixed(), at, orientation, rigid=properties, gravity=gravity)
         return RigidBody(self, len(self._entries) - 1, name)
 
+    @checked
     def add_point(
         self,
         name: str,
@@ -106,6 +109,7 @@ class BodyMethods(Scene):
             name, mass, parent=parent, joint=joint or Translation(), at=at, orientation=orientation, gravity=gravity
         )
 
+    @checked
     def add_frame(
         self,
         name: str,
@@ -132,6 +136,7 @@ class BodyMethods(Scene):
         """
         return self.add_rigid_body(name, 0.0, parent=parent, joint=joint, at=at, orientation=orientation)
 
+    @checked
     def add_rotor(self, body: Frame, axis: str | Sequence[float], inertia: float, rate: float) -> None:
         """Add the spin of a balanced flywheel that turns in a rigid body at a constant rate.
 
@@ -170,6 +175,7 @@ class BodyMethods(Scene):
         direction = carrier.axes @ axis_direction(axis, "rotor's")
         entry.rigid = replace(entry.rigid, rotor=entry.rigid.rotor + inertia * rate * direction)
 
+    @checked
     def add_flexible_body(
         self,
         name: str,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Orientation, Vector
 from kanefe.scene.loads import LoadMethods
@@ -40,6 +41,7 @@ class ContactMethods(LoadMethods):
         super().__init__()
         self._surfaces: dict[str, Surface] = {}
 
+    @checked
     def add_surface(
         self,
         name: str,
@@ -106,6 +108,7 @@ class ContactMethods(LoadMethods):
             for surface in self._surfaces.values()
         ]
 
+    @checked
     def add_contact(
         self,
         name: str,
@@ -196,6 +199,7 @@ class ContactMethods(LoadMethods):
         given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0
         self.add(Contact(*given) if convex is None else ConvexContact(*given, touching=convex))
 
+    @checked
     def add_contacts(
         self,
         among: Sequence[Surface],

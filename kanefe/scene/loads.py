@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.base import Load
@@ -22,6 +23,7 @@ LoadValue = Callable[..., Any] | Sequence[float] | float
 class LoadMethods(Scene):
     """The part of `System` that adds loads."""
 
+    @checked
     def add(self, load: Load) -> None:
         """Add a load between frames, of kanefe or of a class of your own: see `kanefe.Load`.
 
@@ -63,6 +65,7 @@ class LoadMethods(Scene):
         ]
         self._loads.append(load.with_ends(tuple(markers)))
 
+    @checked
     def add_force(
         self, target: Frame, force: LoadValue, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
     ) -> None:
@@ -98,6 +101,7 @@ class LoadMethods(Scene):
         where = target.at + target.axes @ three(point, f"point of {label}")
         entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
 
+    @checked
     def add_torque(self, target: Frame, torque: LoadValue, *, follows: bool = False) -> None:
         """Apply a torque.
 
@@ -129,6 +133,7 @@ class LoadMethods(Scene):
         load = _point_load(label, torque, True, np.zeros(3), follows, target)
         entry.loads.append((load, target.interface_frame))
 
+    @checked
     def add_motor(self, body: Frame, force: LoadValue, *, coordinate: int = 0) -> None:
         """Apply the force of a motor along a coordinate of a body's joint: on the body and, reversed, on its parent.
 
@@ -184,6 +189,7 @@ class LoadMethods(Scene):
         value = float(constant)
         entry.joint_loads.append(JointLoad(label, Constant(value), coordinate))
 
+    @checked
     def add_spring(
         self,
         name: str,
@@ -242,6 +248,7 @@ class LoadMethods(Scene):
             raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or force")
         self._loads.append(SpringDamper(name, ends, k, c, float(rest), lengths, forces, function))
 
+    @checked
     def add_bushing(
         self,
         name: str,

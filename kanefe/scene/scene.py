@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.marker import Marker
 from kanefe.bodies.rigid import RigidMass
 from kanefe.errors import ModelError
@@ -86,6 +87,7 @@ class Frame:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.label})"
 
+    @checked
     def frame(self, at: Sequence[float] = (0.0, 0.0, 0.0), orientation: Orientation = (1.0, 0.0, 0.0, 0.0)) -> Frame:
         """Return a frame fixed in this one.
 
@@ -250,6 +252,7 @@ class Scene:
         other.is_frozen = False
         return other
 
+    @checked
     def body(self, name: str) -> RigidBody | FlexibleMember:
         """Return a body of the scene by its name, as it was returned where it was added.
 

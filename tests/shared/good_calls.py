@@ -578,7 +578,7 @@ call("kanefe_fem.beam_model", fem.beam_model, nodes=[(0, 0, 0), (1, 0, 0), (2, 0
 call("kanefe_fem.beam_body", fem.beam_body, model=steel_beam(4), interfaces={"root": "clamped"}, reduction=kf.CraigBampton(modes=2),
      damping=kf.ModalDamping(0.01), stiffening="none", lines=None)
 call("kanefe_fem.box_mesh", fem.box_mesh, size=(1.0, 1.0, 1.0), counts=(1, 1, 1), kind="hexahedron", start=(0.0, 0.0, 0.0))
-call("kanefe_fem.cylinder_mesh", fem.cylinder_mesh, length=1.0, radius=0.5, counts=(8, 1, 1), inner_radius=0.2, order=2)
+call("kanefe_fem.cylinder_mesh", fem.cylinder_mesh, length=1.0, radius=0.5, counts=(1, 1, 8), inner_radius=0.2, order=2)
 call("kanefe_fem.rectangle_mesh", fem.rectangle_mesh, length=1.0, height=1.0, counts=(1, 1), start=(0.0, 0.0))
 box = cache(lambda: fem.box_mesh((1.0, 1.0, 1.0), (1, 1, 1)))
 on("kanefe_fem.Mesh.with_groups", box, places={"a": kf.OnPlane((0, 0, 0), (1, 0, 0))})

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 from kanefe_fem.beams.section_shapes import box_shear_factor, box_torsion, circle, rectangle, rectangle_torsion
@@ -60,17 +61,20 @@ class CrossSection(BeamSection):
         """Whether both directions across are alike."""
         return bool(np.isclose(self.I_y, self.I_z, rtol=1e-12) and np.isclose(self.shear_y, self.shear_z, rtol=1e-12))
 
+    @checked
     def stiffness_of(self, material: Any, *, planar: bool) -> np.ndarray:
         """Return EA, kappa G A, GJ and EI on the diagonal, shape (6, 6)."""
         E, G = material.E, material.shear_modulus
         shear_y, shear_z = self.shear_y * G * self.A, self.shear_z * G * self.A
         return np.diag([E * self.A, shear_y, shear_z, G * self.J, E * self.I_y, E * self.I_z])
 
+    @checked
     def mass_of(self, material: Any) -> LineMass:
         """Return the mass, whose centre is on the axis."""
         rho = material.rho
         return LineMass(rho * self.A, np.zeros(2), np.diag([rho * self.I_z, rho * self.I_y]))
 
+    @checked
     def fibres_of(self, material: Any) -> np.ndarray | None:
         """Return the fibres of the outline, all of one material."""
         outline = self._outline()
@@ -102,6 +106,7 @@ class CrossSection(BeamSection):
             )
 
 
+@checked
 @dataclass(frozen=True)
 class Section(CrossSection):
     """Section given by its numbers.
@@ -140,6 +145,7 @@ class Section(CrossSection):
                 )
 
     @classmethod
+    @checked
     def from_stiffness(
         cls,
         *,
@@ -201,6 +207,7 @@ class Section(CrossSection):
         return StiffnessSection.of(numbers, stiffness, rho_A, rho_I, centre_of_mass, mass)
 
 
+@checked
 @dataclass(frozen=True)
 class SolidCircle(CrossSection):
     """Solid round bar.
@@ -238,6 +245,7 @@ class SolidCircle(CrossSection):
         return circle(self.diameter)
 
 
+@checked
 @dataclass(frozen=True)
 class Tube(CrossSection):
     """Round tube.
@@ -287,6 +295,7 @@ class Tube(CrossSection):
         return circle(self.outer_diameter)
 
 
+@checked
 @dataclass(frozen=True)
 class Rectangle(CrossSection):
     """Solid rectangle. A planar model bends in its plane, across the `width`.
@@ -324,6 +333,7 @@ class Rectangle(CrossSection):
         return rectangle(self.width, self.height)
 
 
+@checked
 @dataclass(frozen=True)
 class Box(CrossSection):
     """Rectangular hollow section of one wall thickness, with sharp corners.

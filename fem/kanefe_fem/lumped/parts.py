@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel, MassField, rigid_motion
 from kanefe_fem.lumped.mean_motion import Target, mean_motion, patch, place
@@ -29,6 +30,7 @@ FOLLOWS = 1e-8
 """Relative part of a motion that nodes cannot follow from which it is refused."""
 
 
+@checked
 @dataclass(frozen=True)
 class LumpedMass:
     """A small rigid body that moves with a node or a group.
@@ -136,6 +138,7 @@ class LumpedMass:
             )
 
 
+@checked
 @dataclass(frozen=True)
 class LumpedSpring:
     """A massless spring from a node or a group to G, or to another one.
@@ -213,6 +216,7 @@ class _Cloud(NamedTuple):
     arms: np.ndarray
 
 
+@checked
 def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElementModel:
     """Return the model with lumped masses and springs on its nodes and groups.
 

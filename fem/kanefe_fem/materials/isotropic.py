@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError, UnitWarning
 from kanefe_fem.materials.voigt import isotropic, one_number
 
@@ -32,6 +33,7 @@ LOCKING_NU = 0.45
 """Poisson ratio from which elements of order 1 are much too stiff."""
 
 
+@checked
 @dataclass(frozen=True)
 class Material:
     """Isotropic linear elastic material.

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import Shape, shape
@@ -145,6 +146,7 @@ def rosette_directions(direction: Vector, normal: Vector, angles: Sequence[float
     return [np.cos(angle) * first + np.sin(angle) * second for angle in angles]
 
 
+@checked
 def rosette_principal(strains: np.ndarray, angles: Sequence[float] = (0.0, np.pi / 4, np.pi / 2)) -> np.ndarray:
     """Return greatest and least strain in the surface and the angle of the greatest, from a rosette of three gauges.
 

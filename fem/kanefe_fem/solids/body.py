@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
@@ -52,6 +53,7 @@ STRAIGHT = 1e-12
 """Mid-side nodes this close (relative to the body) to the means of their corners make a straight geometry."""
 
 
+@checked
 def solid_model(
     mesh: Mesh | str | Path,
     materials: Materials,
@@ -184,6 +186,7 @@ def solid_model(
     return model if preload is None else preloaded(model, preload, factorise)
 
 
+@checked
 def solid_body(
     mesh: Mesh | str | Path,
     materials: Materials,

@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
@@ -33,6 +34,7 @@ SLACK = 1e-6
 """A load this close to the one at which the body buckles counts as buckling it: its frequency means nothing."""
 
 
+@checked
 @dataclass(frozen=True)
 class Preload:
     """A static load case that a body is under.
