@@ -17,16 +17,14 @@ import typing
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, wraps
 from importlib import import_module
-from numbers import Integral, Real
+from numbers import Real
 from os import PathLike
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 MOST_LETTERS = 120
 """Of a value in a message."""
@@ -62,16 +60,22 @@ def checked_count(value: object, what: str, least: int = 1, most: int | None = N
     return number
 
 
-def checked(function: F) -> F:
+def checked(*held: Any) -> Any:
     """Hold the arguments of a public function, or of the constructor of a class, to the hints of its signature.
 
     A number must be finite, unless the default of the argument is not; a sequence has a length, so that it is no
     generator; a text is no sequence of texts, and True is no number.
 
+    Parameters
+    ----------
+    *held : str
+        The arguments to hold; all of them, where it stands without brackets. The function has words of its own for
+        the others.
+
     Raises
     ------
     ModelError
-        When it is called: names argument and function, what is wanted and what was given.
+        When the function is called: names argument and function, what is wanted and what was given.
 
     Examples
     --------
@@ -82,16 +86,22 @@ def checked(function: F) -> F:
     Traceback (most recent call last):
     kanefe.errors.ModelError: length= of twice must be a finite number, not '1'
     """
-    if isinstance(function, type):
-        function.__init__ = _guarded(function.__init__, function.__name__)  # type: ignore[misc]
-        return function
-    return typing.cast(F, _guarded(function, function.__name__))
+    if isinstance(held[0], str):
+        return lambda function: _guarded_thing(function, held)
+    return _guarded_thing(held[0], ())
 
 
-def _guarded(function: Callable[..., Any], title: str) -> Callable[..., Any]:
+def _guarded_thing(thing: Any, held: tuple[str, ...]) -> Any:
+    if isinstance(thing, type):
+        thing.__init__ = _guarded(thing.__init__, thing.__name__, held)  # type: ignore[misc]
+        return thing
+    return _guarded(thing, thing.__name__, held)
+
+
+def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) -> Callable[..., Any]:
     @wraps(function)
     def guarded(*args: Any, **kwargs: Any) -> Any:
-        kinds = _kinds(function)
+        kinds = _kinds(function, held)
         for name, value in (*zip(kinds, args, strict=False), *kwargs.items()):
             kind = kinds.get(name)
             if kind is not None and not kind.holds(value):
@@ -133,18 +143,19 @@ class _Names(dict[str, Any]):
 
 
 @cache
-def _kinds(function: Callable[..., Any]) -> dict[str, Kind]:
-    """Return the kinds of the arguments of a function, in their order."""
-    found = {}
+def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> dict[str, Kind | None]:
+    """Return the kinds of the arguments of a function, in their order; None of what is not held."""
+    found: dict[str, Kind | None] = {}
     # the constructor that dataclasses write has globals of its own
     names = _Names(sys.modules[function.__module__], function.__globals__)
     for one in inspect.signature(function).parameters.values():
         if one.kind in {one.VAR_POSITIONAL, one.VAR_KEYWORD}:
             continue
-        hint = object if one.annotation is one.empty else one.annotation
+        hint = object if one.annotation is one.empty or (held and one.name not in held) else one.annotation
         while isinstance(hint, str):
             hint = eval(hint, {}, names)
-        found[one.name] = kind_of(hint, may_be_infinite=bool(np.any(np.isinf(numbers(one.default)))))
+        may_be_infinite = bool(np.any(np.isinf(numbers(one.default))))
+        found[one.name] = None if hint is object else kind_of(hint, may_be_infinite)
     return found
 
 
@@ -165,12 +176,13 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
     if hint is None or hint is type(None):
         return Kind("None", lambda value: value is None)
     if origin is Literal:
-        return Kind(" or ".join(map(repr, inner)), lambda value: any(type(value) is type(one) and value == one for one in inner))
+        known = [(type(one), one) for one in inner]
+        return Kind(" or ".join(map(repr, inner)), lambda value: any((type(value), value) == one for one in known))
     if hint is float:
         words = "a number" if may_be_infinite else "a finite number"
         return Kind(words, lambda value: isinstance(value, (Real, np.ndarray)) and are_fine(value, 0))
     if hint is int:
-        return Kind("a whole number", lambda value: isinstance(value, Integral) and not isinstance(value, bool))
+        return Kind("a whole number", _is_whole)
     if hint is bool:
         return Kind("True or False", lambda value: isinstance(value, (bool, np.bool_)))
     if hint is str:
@@ -183,11 +195,17 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
         return Kind("a path", lambda value: isinstance(value, PathLike))
     if isinstance(origin, type) and origin.__module__ in {"builtins", "collections.abc"} and inner:
         return _container(origin, [kind_of(one, may_be_infinite) for one in inner], inner, are_fine)
-    if hint is Any or not isinstance(origin, type) or (
-        getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False)
+    if (
+        hint is Any
+        or not isinstance(origin, type)
+        or (getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False))
     ):
         return Kind("anything", lambda _: True)
     return Kind(f"a {origin.__name__}", lambda value: isinstance(value, origin))
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and abs(int(value)) < 2**63
 
 
 def _is_flags(value: object) -> bool:
@@ -216,8 +234,9 @@ def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: 
             ),
         )
     words = f"a sequence, each {kinds[0].words}"
-    if inner[0] is float:
-        return Kind(words, lambda value: _is_listed(value) and are_fine(value, 1))
+    rows = typing.get_args(inner[0])
+    if inner[0] is float or (rows and rows[0] in {int, float}):
+        return Kind(words, lambda value: _is_listed(value) and are_fine(value, 2 if rows and len(value) else 1))
     return Kind(words, lambda value: _is_listed(value, origin) and all(map(kinds[0].holds, value)))
 
 

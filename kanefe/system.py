@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from kanefe.stepping.simulation import Simulation
 
 
-@checked
+@checked("slopes")
 class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, HeldInputMethods):
     """A scene of rigid and flexible bodies in a tree.
 
@@ -102,7 +102,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         """How the slopes of interfaces that carry bodies are read as rotations."""
         return self._slopes
 
-    @checked
+    @checked("t")
     def freeze(self, t: float = 0.0, start: Start = None) -> Model:
         """Return the immutable model of the scene. Nothing can be added to the scene afterwards, but to a `copy` of it.
 
@@ -338,7 +338,6 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         )
         return started(self, Asked(start, inputs, outputs, every, options))
 
-    @checked
     def to_fmu(
         self,
         path: str | Path,

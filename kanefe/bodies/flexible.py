@@ -18,6 +18,7 @@ from kanefe.arguments import checked
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
+from kanefe.frames import shaped_numbers
 from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.scipy_later import scipy, sp
 
@@ -264,7 +265,8 @@ class FlexibleBody(PickledByFields):
     @checked
     def node_displacements(self, eta: np.ndarray) -> np.ndarray:
         """Return the displacement of every node in G, shape (n, 3) in m, from the free coordinates (k,)."""
-        motion = (self.basis[:, : self.free_count] @ eta).reshape(len(self.nodes), len(self.components))
+        given = shaped_numbers(eta, (self.free_count,), "eta, the free coordinates of this body,")
+        motion = (self.basis[:, : self.free_count] @ given).reshape(len(self.nodes), len(self.components))
         displacement = np.zeros((len(self.nodes), 3))
         for column, component in enumerate(self.components):
             if component in ("x", "y", "z"):

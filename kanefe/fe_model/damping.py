@@ -17,12 +17,12 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, checked_number
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
+from kanefe.frames import numbers
 
 
-@checked
 @dataclass(frozen=True)
 class RayleighDamping:
     """C = mass * M + stiffness * K.
@@ -50,7 +50,7 @@ class RayleighDamping:
                 raise ModelError(f"Rayleigh damping: the {name} factor must be finite and >= 0, not {value!r}")
 
     @classmethod
-    @checked
+    @checked("frequencies", "ratios")
     def fit(cls, frequencies: Sequence[float], ratios: Sequence[float]) -> RayleighDamping:
         """Return the factors that give two damping ratios at two frequencies (Hz).
 
@@ -82,11 +82,11 @@ class RayleighDamping:
     @checked
     def ratio(self, frequency: float) -> float:
         """Return the damping ratio at a frequency in Hz."""
+        checked_number(frequency, "the frequency of a damping ratio, Hz,", above=0.0)
         w = 2 * math.pi * frequency
         return 0.5 * (self.mass / w + self.stiffness * w)
 
 
-@checked
 @dataclass(frozen=True)
 class ModalDamping:
     """A damping ratio for each elastic mode of the body with its fixed interfaces held.
@@ -100,11 +100,11 @@ class ModalDamping:
     ratio: float | Sequence[float]
 
     def __post_init__(self) -> None:
-        values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
+        values = np.atleast_1d(numbers(self.ratio))
         if values.ndim != 1 or not len(values) or not np.all(np.isfinite(values)) or np.any(values < 0):
             raise ModelError(f"modal damping ratios must be finite and >= 0, not {self.ratio!r}")
 
-    @checked
+    @checked("count")
     def ratios(self, count: int) -> np.ndarray:
         """Return one ratio for each of `count` modes, shape (count,).
 
@@ -113,7 +113,7 @@ class ModalDamping:
         ModelError
             If more ratios were given than there are modes.
         """
-        values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
+        values = np.atleast_1d(numbers(self.ratio))
         if len(values) > count:
             raise ModelError(
                 f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out"

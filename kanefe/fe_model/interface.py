@@ -17,7 +17,7 @@ RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")
 
 
-@checked
+@checked("fixed", "kind", "released")
 @dataclass(frozen=True)
 class Interface:
     """How nodes of a body are tied to a frame, and which components of the frame are fixed in G.
@@ -119,7 +119,7 @@ class Interface:
                 )
             keep(self, "weights", _weights(self.weights))
 
-    @checked
+    @checked("name")
     def group_names(self, name: str) -> tuple[str, ...]:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
         if self.groups is not None:
@@ -137,7 +137,9 @@ class Interface:
 def _components(given: str | Sequence[str], does: str) -> tuple[str, ...]:
     unknown = isinstance(given, str) or not all(c in COMPONENTS for c in given)
     if unknown:
-        raise ModelError(f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}. Remedy: ('x', 'y')")
+        raise ModelError(
+            f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}. Remedy: ('x', 'y')"
+        )
     return tuple(dict.fromkeys(given))
 
 

@@ -14,7 +14,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, unit_vector
 
@@ -30,7 +29,6 @@ class Place(ABC):
         """Return which points (n, 3) are in the place, or no further from it than the slack in m; bool, shape (n,)."""
 
 
-@checked
 @dataclass(frozen=True)
 class Near(Place):
     """What is within a distance of a point.
@@ -65,7 +63,6 @@ class Near(Place):
         return np.asarray(np.linalg.norm(points - np.array(self.point), axis=1) <= self.distance + slack)
 
 
-@checked
 @dataclass(frozen=True)
 class OnPlane(Place):
     """What lies on a plane.
@@ -103,7 +100,6 @@ class OnPlane(Place):
         return np.asarray(abs((points - np.array(self.point)) @ np.array(self.normal)) <= self.distance + slack)
 
 
-@checked
 @dataclass(frozen=True)
 class InBox(Place):
     """What is in a box along the axes of the mesh, its sides included.
@@ -139,7 +135,6 @@ class InBox(Place):
         return np.asarray(inside.all(axis=1))
 
 
-@checked
 @dataclass(frozen=True)
 class InCylinder(Place):
     """What is in a cylinder, or between two of one axis: the wall of a bore lies just inside its radius.

@@ -40,7 +40,19 @@ class NodalFormWarning(UserWarning):
     """The inertia of a deformed body is only approximate: nodes rotate, or stand for more, without shape functions."""
 
 
-@checked
+@checked(
+    "components",
+    "groups",
+    "cells",
+    "load_patterns",
+    "geometric_stiffness",
+    "stress_stiffness",
+    "order",
+    "expected_mass",
+    "expected_center",
+    "expected_inertia",
+    "source",
+)
 def model_from_matrices(
     mass: Matrix,
     stiffness: Matrix,

@@ -101,6 +101,7 @@ class Shapes(ABC):
     @checked
     def describe(self, mode: int) -> str:
         """Return who takes part in a shape: bodies by kinetic energy, the largest first."""
+        self._check(mode)
         shares = sorted(((float(part[mode]), name) for name, part in self.participation.items()), reverse=True)
         return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares[:3] if share >= 0.05)
 

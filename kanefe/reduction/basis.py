@@ -76,7 +76,7 @@ def check_frequency(name: str, value: float | None) -> None:
 
 def check_count(method: str, modes: Any) -> None:
     """Refuse a number of modes that is no whole number."""
-    if modes is not None and not (is_number(modes) and modes == int(modes) and modes >= 0):
+    if modes is not None and not (is_number(modes) and 0 <= modes < 2**63 and modes == int(modes)):
         raise ModelError(f"the number of {method} modes must be a whole number >= 0, not {modes!r}")
 
 

@@ -21,7 +21,7 @@ from kanefe.reduction.mode_choice import chosen_modes
 from kanefe.reduction.normal_modes import normal_modes
 
 
-@checked
+@checked("loads", "error_up_to", "up_to_frequency")
 @dataclass(frozen=True, repr=False)
 class CraigBampton(Options):
     """Constraint modes, and the normal modes with all interfaces held.

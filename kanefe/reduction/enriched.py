@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Options, Reduction
@@ -16,7 +15,6 @@ from kanefe.reduction.load_cases import Load, some_groups
 from kanefe.reduction.orthonormal import orthonormal_modes
 
 
-@checked
 @dataclass(frozen=True, repr=False)
 class Enriched(Options):
     """A basis with the statics of all it leaves unbalanced: residuals of its modes, of loads and of inertia.

@@ -29,6 +29,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, PRODUCTS, TRANSLATIONS, FiniteElementModel
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.frames import numbers
 from kanefe.reduction.patch_case import PatchCase
 
 INERTIAL = ("gravity", "angular acceleration", "centrifugal")
@@ -39,7 +40,7 @@ LOADED = 1e-9
 """Share of the largest force of a group below which a column counts as one that does nothing."""
 
 
-@checked
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class LoadCase:
     """Forces on the nodes of a model, under a name.
@@ -67,7 +68,7 @@ class LoadCase:
     forces: np.ndarray
 
     def __post_init__(self) -> None:
-        forces = np.array(self.forces, dtype=float)
+        forces = numbers(self.forces)
         if forces.ndim not in (1, 2) or not np.all(np.isfinite(forces)):
             raise ModelError(
                 f"the forces of load case {self.name!r} must be finite numbers of shape (N,) or (N, m), not of shape "

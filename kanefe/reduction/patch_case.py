@@ -28,7 +28,7 @@ LOOKED_AT = 4
 """Points of each surface of a body at which is looked how much of its yielding the modes have."""
 
 
-@checked
+@checked("most")
 @dataclass(frozen=True)
 class PatchCase:
     """Unit forces along x, y and z on each point of a contact patch.

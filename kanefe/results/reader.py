@@ -404,6 +404,8 @@ class Reader:
     @checked
     def parts(self, quantity: str, name: str = "") -> tuple[tuple[str, str, tuple[str, ...]], ...]:
         """Return label, unit and column names of a quantity of a body, columns of one unit together."""
+        if quantity not in QUANTITIES:
+            raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
         if not name or quantity in LOOPS:
             return resolved_parts(quantity)
         if quantity in LOADS:

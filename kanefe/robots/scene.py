@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError
@@ -33,7 +32,6 @@ class OddInertiaWarning(UserWarning):
     """An inertia in a robot's file that no distribution of mass has."""
 
 
-@checked
 class RobotScene(System):
     """A scene read from a robot's file: a `System` that also knows the names of the file.
 

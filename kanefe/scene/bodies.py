@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class BodyMethods(Scene):
     """The part of `System` that adds bodies."""
 
-    @checked
+    @checked("name")
     def add_rigid_body(
         self,
         name: str,
@@ -73,7 +73,7 @@ class BodyMethods(Scene):
         self._add(name, parent, joint or Fixed(), at, orientation, rigid=properties, gravity=gravity)
         return RigidBody(self, len(self._entries) - 1, name)
 
-    @checked
+    @checked("name")
     def add_point(
         self,
         name: str,
@@ -109,7 +109,7 @@ class BodyMethods(Scene):
             name, mass, parent=parent, joint=joint or Translation(), at=at, orientation=orientation, gravity=gravity
         )
 
-    @checked
+    @checked("name")
     def add_frame(
         self,
         name: str,
@@ -136,7 +136,6 @@ class BodyMethods(Scene):
         """
         return self.add_rigid_body(name, 0.0, parent=parent, joint=joint, at=at, orientation=orientation)
 
-    @checked
     def add_rotor(self, body: Frame, axis: str | Sequence[float], inertia: float, rate: float) -> None:
         """Add the spin of a balanced flywheel that turns in a rigid body at a constant rate.
 
@@ -175,7 +174,7 @@ class BodyMethods(Scene):
         direction = carrier.axes @ axis_direction(axis, "rotor's")
         entry.rigid = replace(entry.rigid, rotor=entry.rigid.rotor + inertia * rate * direction)
 
-    @checked
+    @checked("name")
     def add_flexible_body(
         self,
         name: str,

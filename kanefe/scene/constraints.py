@@ -27,7 +27,6 @@ class ConstraintMethods(Scene):
         super().__init__()
         self._constraints: list[Constraint] = []
 
-    @checked
     def add_loop_joint(
         self, name: str, joint: Joint | type[Joint], a: Frame, b: Frame, *, starts_on: bool | None = None
     ) -> None:
@@ -82,7 +81,6 @@ class ConstraintMethods(Scene):
         rows = loop_joint_rows(made, *ends)
         self._constraints.append(Constraint(name, f"{made.kind} loop joint", rows, *ends, held.facing, starts_on))
 
-    @checked
     def add_distance(self, name: str, a: Frame, b: Frame, length: float, *, starts_on: bool | None = None) -> None:
         """Keep the origins of two frames at a distance: a massless rod with a ball joint at each end.
 
@@ -112,7 +110,7 @@ class ConstraintMethods(Scene):
             Constraint(name, "distance", (DistanceRow("distance", *ends, size),), *ends, (), starts_on)
         )
 
-    @checked
+    @checked("constant")
     def add_gear(
         self,
         name: str,
@@ -149,7 +147,6 @@ class ConstraintMethods(Scene):
             raise ModelError(f"{label} takes a dict of bodies and coefficients, such as {{small: 10, large: 30}}")
         self._add_coupler(name, "gear", label, coefficients, constant, starts_on)
 
-    @checked
     def add_rack(self, name: str, pinion: Frame, rack: Frame, radius: float, *, starts_on: bool | None = None) -> None:
         """Let a pinion move a rack: the rack's distance grows by radius times the pinion's angle.
 
@@ -180,7 +177,6 @@ class ConstraintMethods(Scene):
                 raise ModelError(f"the {what} of {label} is on a {joint.kind} joint. Remedy: a {kind} one")
         self._add_coupler(name, "rack", label, {rack: 1.0, pinion: -float(radius)}, None, starts_on)
 
-    @checked
     def add_rolling_wheel(
         self, name: str, wheel: Frame, radius: float, plane: Frame | None = None, *, starts_on: bool | None = None
     ) -> None:
@@ -210,7 +206,6 @@ class ConstraintMethods(Scene):
         """
         self._add_rolling(name, "rolling wheel", wheel, radius, plane, starts_on, is_ball=False)
 
-    @checked
     def add_rolling_ball(
         self, name: str, ball: Frame, radius: float, plane: Frame | None = None, *, starts_on: bool | None = None
     ) -> None:

@@ -41,7 +41,7 @@ class ContactMethods(LoadMethods):
         super().__init__()
         self._surfaces: dict[str, Surface] = {}
 
-    @checked
+    @checked("name")
     def add_surface(
         self,
         name: str,
@@ -108,7 +108,7 @@ class ContactMethods(LoadMethods):
             for surface in self._surfaces.values()
         ]
 
-    @checked
+    @checked("name", "one")
     def add_contact(
         self,
         name: str,
@@ -199,7 +199,7 @@ class ContactMethods(LoadMethods):
         given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0
         self.add(Contact(*given) if convex is None else ConvexContact(*given, touching=convex))
 
-    @checked
+    @checked("among", "ignore")
     def add_contacts(
         self,
         among: Sequence[Surface],

@@ -22,7 +22,7 @@ VectorLoad = Callable[..., Any] | Sequence[float]
 class FieldLoadMethods(Scene):
     """The part of `System` that adds distributed loads."""
 
-    @checked
+    @checked("surface", "follows")
     def add_traction(
         self, member: FlexibleMember, surface: str, traction: VectorLoad, *, follows: bool = False
     ) -> None:
@@ -89,7 +89,7 @@ class FieldLoadMethods(Scene):
         function, takes = _vector(load, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
-    @checked
+    @checked("surface")
     def add_pressure(self, member: FlexibleMember, surface: str, pressure: Callable[..., Any] | float) -> None:
         """Apply a uniform pressure to the outside of a surface of a flexible body.
 

@@ -23,7 +23,6 @@ LoadValue = Callable[..., Any] | Sequence[float] | float
 class LoadMethods(Scene):
     """The part of `System` that adds loads."""
 
-    @checked
     def add(self, load: Load) -> None:
         """Add a load between frames, of kanefe or of a class of your own: see `kanefe.Load`.
 
@@ -65,7 +64,7 @@ class LoadMethods(Scene):
         ]
         self._loads.append(load.with_ends(tuple(markers)))
 
-    @checked
+    @checked("follows")
     def add_force(
         self, target: Frame, force: LoadValue, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
     ) -> None:
@@ -101,7 +100,7 @@ class LoadMethods(Scene):
         where = target.at + target.axes @ three(point, f"point of {label}")
         entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
 
-    @checked
+    @checked("follows")
     def add_torque(self, target: Frame, torque: LoadValue, *, follows: bool = False) -> None:
         """Apply a torque.
 
@@ -133,7 +132,7 @@ class LoadMethods(Scene):
         load = _point_load(label, torque, True, np.zeros(3), follows, target)
         entry.loads.append((load, target.interface_frame))
 
-    @checked
+    @checked("coordinate")
     def add_motor(self, body: Frame, force: LoadValue, *, coordinate: int = 0) -> None:
         """Apply the force of a motor along a coordinate of a body's joint: on the body and, reversed, on its parent.
 
@@ -189,7 +188,7 @@ class LoadMethods(Scene):
         value = float(constant)
         entry.joint_loads.append(JointLoad(label, Constant(value), coordinate))
 
-    @checked
+    @checked("name")
     def add_spring(
         self,
         name: str,
@@ -248,7 +247,7 @@ class LoadMethods(Scene):
             raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or force")
         self._loads.append(SpringDamper(name, ends, k, c, float(rest), lengths, forces, function))
 
-    @checked
+    @checked("name")
     def add_bushing(
         self,
         name: str,

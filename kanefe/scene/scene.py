@@ -87,7 +87,6 @@ class Frame:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.label})"
 
-    @checked
     def frame(self, at: Sequence[float] = (0.0, 0.0, 0.0), orientation: Orientation = (1.0, 0.0, 0.0, 0.0)) -> Frame:
         """Return a frame fixed in this one.
 
@@ -252,7 +251,7 @@ class Scene:
         other.is_frozen = False
         return other
 
-    @checked
+    @checked("name")
     def body(self, name: str) -> RigidBody | FlexibleMember:
         """Return a body of the scene by its name, as it was returned where it was added.
 

@@ -564,8 +564,6 @@ call("kanefe_fem.Tube", fem.Tube, outer_diameter=0.1, thickness=0.01, nu=0.3)
 call("kanefe_fem.Section", fem.Section, A=1e-4, I_y=1e-9, I_z=1e-9, J=1e-9, shear_y=0.8, shear_z=0.8)
 call("kanefe_fem.Section.from_stiffness", fem.Section.from_stiffness, EA=1e7, EI_y=1e3, EI_z=1e3, GJ=1e3, GA_y=1e7, GA_z=1e7,
      rho_A=1.0, rho_I=1e-4, centre_of_mass=(0.0, 0.0))
-for name in ("stiffness_of", "mass_of", "fibres_of"):
-    on(f"kanefe_fem.Rectangle.{name}", lambda: fem.Rectangle(0.1, 0.1), material=STEEL, **({"planar": False} if name == "stiffness_of" else {}))
 call("kanefe_fem.LumpedMass", fem.LumpedMass, at="tip", mass=1.0, inertia=(1.0, 1.0, 1.0), position=None)
 call("kanefe_fem.LumpedSpring", fem.LumpedSpring, at="tip", stiffness=(1.0,) * 6, to=None, position=None)
 call("kanefe_fem.attach", fem.attach, model=steel_beam(4), lumped=[fem.LumpedMass("tip", 1.0)])

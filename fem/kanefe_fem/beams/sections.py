@@ -19,13 +19,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, checked_number
 from kanefe.errors import ModelError
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 from kanefe_fem.beams.section_shapes import box_shear_factor, box_torsion, circle, rectangle, rectangle_torsion
 
 if TYPE_CHECKING:
     from kanefe_fem.beams.stiffness_section import StiffnessSection
+
+
+LARGEST = 1e60
+"""Of a number of a section: fourth powers of lengths stay within the range of floats."""
 
 
 @dataclass(frozen=True)
@@ -61,20 +65,17 @@ class CrossSection(BeamSection):
         """Whether both directions across are alike."""
         return bool(np.isclose(self.I_y, self.I_z, rtol=1e-12) and np.isclose(self.shear_y, self.shear_z, rtol=1e-12))
 
-    @checked
     def stiffness_of(self, material: Any, *, planar: bool) -> np.ndarray:
         """Return EA, kappa G A, GJ and EI on the diagonal, shape (6, 6)."""
         E, G = material.E, material.shear_modulus
         shear_y, shear_z = self.shear_y * G * self.A, self.shear_z * G * self.A
         return np.diag([E * self.A, shear_y, shear_z, G * self.J, E * self.I_y, E * self.I_z])
 
-    @checked
     def mass_of(self, material: Any) -> LineMass:
         """Return the mass, whose centre is on the axis."""
         rho = material.rho
         return LineMass(rho * self.A, np.zeros(2), np.diag([rho * self.I_z, rho * self.I_y]))
 
-    @checked
     def fibres_of(self, material: Any) -> np.ndarray | None:
         """Return the fibres of the outline, all of one material."""
         outline = self._outline()
@@ -93,9 +94,9 @@ class CrossSection(BeamSection):
     def _require_positive(self, *names: str) -> None:
         for name in names:
             value = getattr(self, name)
-            if isinstance(value, bool) or not hasattr(value, "__float__") or not 0.0 < float(value) < math.inf:
+            if not 0.0 < checked_number(value, f"{name} of {type(self).__name__}") < LARGEST:
                 raise ModelError(
-                    f"{type(self).__name__}: {name} = {value!r} must be a positive, finite number. "
+                    f"{type(self).__name__}: {name} = {value!r} must be a positive number below {LARGEST:g}. "
                     "Remedy: give it in SI units"
                 )
 

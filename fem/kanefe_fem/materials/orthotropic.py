@@ -103,7 +103,10 @@ class Orthotropic:
             Density in kg/m3.
         name : str, optional
         """
-        across = check_numbers(f"material {name!r}" if name else "material", ("E2",), (E2,), "moduli in Pa")[0]
+        label = f"material {name!r}" if name else "material"
+        across = check_numbers(label, ("E2",), (E2,), "moduli in Pa")[0]
+        if nu23 <= -1.0:
+            raise ModelError(f"{label}: nu23 = {nu23!r} must be above -1. Remedy: Poisson's ratio across the fibres")
         return cls(
             E1=E1,
             E2=E2,
