@@ -201,7 +201,8 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
         or (getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False))
     ):
         return Kind("anything", lambda _: True)
-    return Kind(f"a {origin.__name__}", lambda value: isinstance(value, origin))
+    article = "an" if origin.__name__[0] in "AEIO" else "a"
+    return Kind(f"{article} {origin.__name__}", lambda value: isinstance(value, origin))
 
 
 def _is_whole(value: object) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
-from kanefe.errors import FileError, ModelError
+from kanefe.errors import FileError, ModelError, outside
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
@@ -187,7 +187,7 @@ def model_from_matrices(
             "are exact, what its deformation changes in them while it turns is estimated from M, well where it turns "
             "slowly against its lowest frequency. Remedy for fast spins: export the full matrices",
             NodalFormWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(
@@ -195,7 +195,7 @@ def model_from_matrices(
             "form of Eq. 38, "
             "whose gyroscopic terms are wrong by some percent for one element and better with every finer mesh",
             NodalFormWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
     return model
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.equations.model import Model
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import is_known, warn_of_missed
@@ -81,7 +81,7 @@ class Linearisation(StateSpace):
                 f"its small motions change (by {self.change:.2g} of their largest rates). Remedy: kanefe.floquet, "
                 "where the motion repeats",
                 AccuracyWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
 
     @checked

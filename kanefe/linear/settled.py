@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.equations.model import Model
+from kanefe.errors import outside
 from kanefe.frames import Vector
 
 ITERATIONS = 12
@@ -59,6 +60,6 @@ def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
         "linearise: the start is no balance, and what stiffens flexible bodies is the load that they carry in balance. "
         "Remedy: kanefe.equilibrium(scene).linearise()",
         UnsettledWarning,
-        stacklevel=4,
+        stacklevel=outside(),
     )
     return q

@@ -12,7 +12,6 @@ from typing import Literal
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Options, check_count, check_frequency, is_number
@@ -21,7 +20,6 @@ from kanefe.reduction.mode_choice import chosen_modes
 from kanefe.reduction.normal_modes import normal_modes
 
 
-@checked("loads", "error_up_to", "up_to_frequency")
 @dataclass(frozen=True, repr=False)
 class CraigBampton(Options):
     """Constraint modes, and the normal modes with all interfaces held.

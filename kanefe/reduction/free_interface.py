@@ -23,7 +23,7 @@ from kanefe.reduction.load_cases import Load, load_vectors
 from kanefe.reduction.normal_modes import free_normal_modes
 
 
-@checked("attachment", "loads", "error_up_to")
+@checked("attachment")
 @dataclass(frozen=True, repr=False)
 class FreeInterface(Options):
     """Normal modes with the interfaces free that are not fixed in G, and attachment modes of those.

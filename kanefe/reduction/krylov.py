@@ -26,7 +26,7 @@ REFINEMENTS = 2
 """Corrections of a solve with a matrix that is factored without being definite."""
 
 
-@checked("order", "loads", "error_up_to")
+@checked("order")
 @dataclass(frozen=True, repr=False)
 class Krylov(Options):
     """Shapes that answer loads around chosen frequencies.

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, outside
 from kanefe.frames import Orientation
 from kanefe.robots.description import Pose, RobotLink
 from kanefe.scene.scene import orientation_matrix, three
@@ -104,7 +104,7 @@ class FlexibleLink:
                 f"link {link.name!r} has {link.mass:.4g} kg in the file, the body in its place {self.body.mass:.4g} "
                 "kg. Remedy: check its units, density and name",
                 LinkMassWarning,
-                stacklevel=2,
+                stacklevel=outside(),
             )
 
     @property

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Orientation, Vector
 from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import ContactPatch, Frame, three
@@ -319,7 +319,7 @@ def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> 
             f"{patch.frames[0].name!r} have, {softening:.2g} times as much as by the law of the contact. Remedy: a "
             f"PatchCase of the same place and most={len(patch.frames)} among the loads of its reduction",
             AccuracyWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 
@@ -334,7 +334,7 @@ def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -
             f"{largest:.2g} m, lies on two places; one is followed. Remedy: smoother heights, or points of its shape, "
             "shape.sampled(spacing)",
             AccuracyWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 

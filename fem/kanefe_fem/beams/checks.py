@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.csgraph
 
-from kanefe.errors import ModelError, UnitWarning
+from kanefe.errors import ModelError, UnitWarning, outside
 from kanefe.fe_model.model import NodeGroup
 from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
@@ -143,7 +143,7 @@ def warn_of_beam_units(
         warnings.warn(
             f"the beams: {'; '.join(odd)}. Remedy: lengths in m, E in Pa, rho in kg/m3, EA in N, rho_A in kg/m",
             UnitWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.errors import ModelError, UnitWarning
+from kanefe.errors import ModelError, UnitWarning, outside
 from kanefe_fem.materials.voigt import isotropic, one_number
 
 
@@ -139,7 +139,7 @@ def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) ->
             f"{label}: {'; '.join(odd)}. First frequency as a free rod: {math.sqrt(E / rho) / (2.0 * size):.3g} Hz. "
             "Remedy: lengths in m, E in Pa, rho in kg/m3",
             UnitWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 

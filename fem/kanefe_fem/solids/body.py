@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
-from kanefe.errors import MeshError, ModelError
+from kanefe.errors import MeshError, ModelError, outside
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.fe_model.places import PlaceLike
@@ -293,7 +293,7 @@ def _warn_of_straight_sides(mesh: Mesh, order: int) -> None:
             "curves are off by that order. Remedy: read_mesh(..., order=2), or give the source itself; with cells fine "
             "enough to follow the curves",
             MeshWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 
