@@ -1,4 +1,4 @@
-"""What users give to public functions, checked where it comes in: numbers by `checked_number`, the rest by type hints.
+"""What users give to public functions, held to the type hints of their signatures.
 
 `checked` holds the arguments of a function, or of the constructor of a class, to the hints of its signature: what is
 behind the door meets finite numbers, texts and objects of the kinds that it was written for. Signs, shapes and meanings
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import builtins
 import inspect
-import math
 import re
 import sys
 import types
@@ -19,12 +18,14 @@ from functools import cache, wraps
 from importlib import import_module
 from numbers import Real
 from os import PathLike
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeVar, overload
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 MOST_LETTERS = 120
 """Of a value in a message."""
@@ -36,28 +37,12 @@ def told(value: object) -> str:
     return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 3]}..."
 
 
-def checked_number(value: object, what: str, *, above: float | None = None, least: float | None = None) -> float:
-    """Return a finite number.
-
-    Raises
-    ------
-    ModelError
-        If it is none, or not above or at least as large as it must be; the message names `what`.
-    """
-    number = float(numbers(value)) if numbers(value).shape == () else math.nan
-    if not math.isfinite(number) or (above is not None and number <= above) or (least is not None and number < least):
-        limit = f" above {above:g}" if above is not None else "" if least is None else f", {least:g} or above"
-        raise ModelError(f"{what} must be a finite number{limit}, not {told(value)}")
-    return number
+@overload
+def checked(function: F, /) -> F: ...
 
 
-def checked_count(value: object, what: str, least: int = 1, most: int | None = None) -> int:
-    """Return a whole number; raise a ModelError that names `what` if it is none, below `least` or above `most`."""
-    number = int(value) if isinstance(value, (int, np.integer)) and not isinstance(value, bool) else least - 1
-    if number < least or (most is not None and number > most):
-        limit = f"{least} or above" if most is None else f"{least} to {most}"
-        raise ModelError(f"{what} must be a whole number, {limit}, not {told(value)}")
-    return number
+@overload
+def checked(*held: str) -> Callable[[F], F]: ...
 
 
 def checked(*held: Any) -> Any:
@@ -238,7 +223,15 @@ def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: 
     rows = typing.get_args(inner[0])
     if inner[0] is float or (rows and rows[0] in {int, float}):
         return Kind(words, lambda value: _is_listed(value) and are_fine(value, 2 if rows and len(value) else 1))
-    return Kind(words, lambda value: _is_listed(value, origin) and all(map(kinds[0].holds, value)))
+    of_texts = inner[0] is str  # an array of them is compared entry by entry
+    return Kind(
+        words,
+        lambda value: (
+            _is_listed(value, origin)
+            and not (of_texts and isinstance(value, np.ndarray))
+            and all(map(kinds[0].holds, value))
+        ),
+    )
 
 
 def _is_listed(value: object, origin: type = Sequence) -> bool:

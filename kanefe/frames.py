@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from numbers import Real
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -67,15 +66,15 @@ def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
 def numbers(value: object) -> np.ndarray:
     """Return a new array of floats; NaN, of shape (), where `value` is none, so that the caller's check names it.
 
-    Texts, truth values, complex numbers and numbers beyond the range of floats are none.
+    Texts, truth values, complex numbers and whole numbers beyond the range of floats are none.
     """
     try:
-        array = np.array(value)
-        if array.dtype.kind == "O" and all(isinstance(one, Real) and not isinstance(one, bool) for one in array.flat):
-            array = array.astype(float)
-    except (TypeError, ValueError, OverflowError):  # rows of several lengths; a whole number beyond floats
+        given = np.array(value)
+        if given.dtype.kind == "O" and not any(isinstance(one, (str, bool, complex)) for one in given.flat):
+            given = given.astype(float)
+    except (TypeError, ValueError, OverflowError):
         return np.array(np.nan)
-    return array.astype(float, copy=False) if array.dtype.kind in "fiu" else np.array(np.nan)
+    return given.astype(float, copy=False) if given.dtype.kind in "fiu" else np.array(np.nan)
 
 
 def shaped_numbers(value: object, shape: tuple[int, ...], what: str, *, is_finite: bool = True) -> np.ndarray:

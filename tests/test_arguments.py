@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import pytest
 
-from kanefe.arguments import checked, checked_count, checked_number
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 
@@ -34,14 +34,6 @@ def test_what_is_no_number_becomes_none(given: Any) -> None:
 @pytest.mark.parametrize("given", [2, np.int64(2), np.float32(2), Fraction(4, 2), np.array(2)])
 def test_numbers_of_all_kinds_are_read(given: Any) -> None:
     assert numbers(given) == 2.0
-    assert checked_number(given, "x", above=1.0) == 2.0
-
-
-@pytest.mark.parametrize("given", [0, True, 2.0, "2", None, 4])
-def test_a_count_is_whole_and_in_its_range(given: Any) -> None:
-    assert checked_count(np.int32(3), "cells", most=3) == 3
-    with pytest.raises(ModelError, match="cells must be a whole number, 1 to 3, not"):
-        checked_count(given, "cells", most=3)
 
 
 @checked

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from kanefe.arguments import checked_number
+from kanefe.environment.checks import checked_number
 from kanefe.environment.spectra import GRAVITY
 from kanefe.frames import Vector
 

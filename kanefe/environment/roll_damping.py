@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.arguments import checked_number
+from kanefe.environment.checks import checked_number
 from kanefe.environment.dispersion import encounter_frequency, wave_number
 from kanefe.environment.rao import MotionRao
 from kanefe.errors import ModelError

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.arguments import checked_number
+from kanefe.environment.checks import checked_number
 from kanefe.environment.directional import DirectionalTable, of_compass
 from kanefe.environment.dispersion import wave_number
 from kanefe.environment.spectra import GRAVITY, Bretschneider, Jonswap, Spectrum, Tabulated

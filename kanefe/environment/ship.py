@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.arguments import checked_number
+from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
 from kanefe.environment.directional import DirectionalTable
 from kanefe.environment.dispersion import encounter_frequency, wave_number

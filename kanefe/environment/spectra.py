@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.arguments import checked_number
+from kanefe.environment.checks import checked_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kanefe.arguments import checked_number
+from kanefe.environment.checks import checked_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 

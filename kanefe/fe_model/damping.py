@@ -17,7 +17,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-from kanefe.arguments import checked, checked_number
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import numbers
@@ -82,7 +82,8 @@ class RayleighDamping:
     @checked
     def ratio(self, frequency: float) -> float:
         """Return the damping ratio at a frequency in Hz."""
-        checked_number(frequency, "the frequency of a damping ratio, Hz,", above=0.0)
+        if frequency <= 0.0:
+            raise ModelError(f"the frequency of a damping ratio must be above zero Hz, not {frequency!r}")
         w = 2 * math.pi * frequency
         return 0.5 * (self.mass / w + self.stiffness * w)
 

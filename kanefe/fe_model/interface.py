@@ -100,7 +100,8 @@ class Interface:
         if self.axes is not None:
             keep(self, "axes", tuple(map(tuple, _axes(self.axes).tolist())))
         if self.groups is not None:
-            given = (self.groups,) if isinstance(self.groups, str) else tuple(self.groups)
+            given = (self.groups,) if isinstance(self.groups, str) else self.groups
+            given = tuple(given) if isinstance(given, Sequence) else ()
             if not given or not all(isinstance(name, str) for name in given):
                 raise ModelError(f"groups={self.groups!r} of an interface. Remedy: names of groups of the mesh")
             keep(self, "groups", tuple(dict.fromkeys(given)))
@@ -119,7 +120,6 @@ class Interface:
                 )
             keep(self, "weights", _weights(self.weights))
 
-    @checked("name")
     def group_names(self, name: str) -> tuple[str, ...]:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
         if self.groups is not None:

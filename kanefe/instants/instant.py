@@ -65,7 +65,6 @@ class Instant(Reader):
         """Coordinates q by name."""
         return dict(zip(self.model.coordinate_names(), self.q.tolist(), strict=True))
 
-    @checked
     def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
         """Return any quantity by its name, without the axis of times: see `Reader.read`."""
         found: np.ndarray = self.history.read(quantity, name, interface)[0]

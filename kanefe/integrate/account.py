@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import SimulationWarning, outside
+from kanefe.errors import SimulationWarning
 from kanefe.integrate.status import UNFIT
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.scales import displacement_scales, scene_length
@@ -37,7 +37,7 @@ def accounted(model: Model, run: Trajectory) -> Trajectory:
     # lists, as files give them back
     of_run = replace(run, statistics=run.statistics | {name: list(told) for name, told in found.items() if told})
     for text in remarks(of_run.statistics):
-        warnings.warn(text, SimulationWarning, stacklevel=outside())
+        warnings.warn(text, SimulationWarning, stacklevel=3)
     return of_run
 
 

@@ -18,7 +18,7 @@ from kanefe.tree.scene_state import SceneState
 DIRECTIONS = (-1, 0, 1)
 
 
-@checked("terminal")
+@checked("direction", "terminal")
 @dataclass(frozen=True, eq=False)
 class Event:
     """A moment at which a function of the state passes zero.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import SimulationWarning, outside
+from kanefe.errors import SimulationWarning
 from kanefe.integrate.methods.table import serving
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsWorst
@@ -116,7 +116,7 @@ class Pace:
                 f"at this pace the run takes {_duration(left)} more. Remedy: check loads for noise and jumps, loosen "
                 f"rtol, or another method, such as {self._others()}",
                 SimulationWarning,
-                stacklevel=outside(),
+                stacklevel=7,
             )
 
     def limit(self, steps: int) -> RunStatus | None:

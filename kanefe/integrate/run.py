@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError, SimulationWarning, outside
+from kanefe.errors import ModelError, SimulationWarning
 from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contacts
@@ -104,7 +104,7 @@ def _run(model: Model, options: RunOptions) -> Trajectory:
                 loop.resume(saved)
         status = loop.go(file)
     if status.kind == "failed" or loop.is_interrupted:
-        warnings.warn(str(status), SimulationWarning, stacklevel=outside())
+        warnings.warn(str(status), SimulationWarning, stacklevel=4)
     stored, states, rates = min(loop.stored, len(wanted)), loop.states, loop.accelerations
     times, states = times[:stored], states[:stored]
     if rates is not None:

@@ -8,7 +8,6 @@ import numpy as np
 
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.equations.model import Model
-from kanefe.errors import outside
 from kanefe.frames import Vector
 
 ITERATIONS = 12
@@ -60,6 +59,6 @@ def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
         "linearise: the start is no balance, and what stiffens flexible bodies is the load that they carry in balance. "
         "Remedy: kanefe.equilibrium(scene).linearise()",
         UnsettledWarning,
-        stacklevel=outside(),
+        stacklevel=4,
     )
     return q

@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.frames import numbers
 from kanefe.reduction.load_cases import Load, checked_loads
 
 
@@ -81,5 +82,5 @@ def check_count(method: str, modes: Any) -> None:
 
 
 def is_number(value: Any) -> bool:
-    """Return whether a value is a real number."""
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    """Return whether a value is a real number in the range of floats."""
+    return isinstance(value, (int, float, np.integer, np.floating)) and not np.isnan(numbers(value))

@@ -9,7 +9,7 @@ M-orthonormal before the next solve (block Arnoldi), without which three of them
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,7 +61,7 @@ class Krylov(Options):
 
     def __post_init__(self) -> None:
         given: Any = self.frequencies
-        if isinstance(given, str) or not isinstance(given, Iterable):
+        if isinstance(given, str) or not isinstance(given, (Sequence, np.ndarray)):
             raise ModelError(f"the frequencies of Krylov must be a sequence in Hz, such as (0.0, 50.0), not {given!r}")
         object.__setattr__(self, "frequencies", tuple(given))
         for frequency in self.frequencies:

@@ -19,7 +19,7 @@ Wilson, Yuan & Dickens (1982), "Dynamic analysis by direct superposition of Ritz
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,14 +107,14 @@ class LoadGroup:
 
 def checked_loads(loads: Any) -> tuple[Load, ...]:
     """Return loads as a tuple; refuse what is no sequence of names and load cases."""
-    if isinstance(loads, (str, LoadCase, PatchCase)) or not isinstance(loads, Iterable):
+    if isinstance(loads, (str, LoadCase, PatchCase)) or not isinstance(loads, Sequence):
         raise ModelError(f"loads must be a sequence of names and LoadCases, such as ('gravity', 'tip'), not {loads!r}")
     kept = tuple(loads)
     for load in kept:
         if not isinstance(load, (str, LoadCase, PatchCase)):
             raise ModelError(
-                f"a load is a name, a LoadCase or a PatchCase, not {type(load).__name__}. Remedy: LoadCase('my load', "
-                "forces) with forces on the degrees of freedom of the model"
+                f"each of loads is a name, a LoadCase or a PatchCase, not {type(load).__name__}. Remedy: "
+                "LoadCase('my load', forces) with forces on the degrees of freedom of the model"
             )
     return kept
 

@@ -199,7 +199,6 @@ class Reader:
         """Return translation (m) and slopes (rad) of an interface from its undeformed place in G, shape (T, 6)."""
         return self.read("deflection", name, interface)
 
-    @checked
     def coupling_force(self, name: str, interface: str) -> np.ndarray:
         """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).
 
@@ -416,7 +415,6 @@ class Reader:
             quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
         )
 
-    @checked
     def read(self, quantity: str, name: str = "", interface: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.results.quantities` by its name; the methods above are the readable way.
 

@@ -88,7 +88,7 @@ class ContactMethods(LoadMethods):
 
         label = f"surface {name!r}"
         self._check_open(label)
-        if not name or not isinstance(name, str):
+        if not isinstance(name, str) or not name:
             raise ModelError(f"the name of a surface must be a text, not {name!r}")
         if name in self._surfaces:
             raise ModelError(f"the scene already has a surface called {name!r}. Remedy: another name")

@@ -41,7 +41,7 @@ ELSEWHERE = {
 class ControllerMethods(Scene):
     """The part of `System` that adds controllers."""
 
-    @checked("every", "delay")
+    @checked("every", "reads", "drives", "delay")
     def add_controller(
         self,
         name: str,

@@ -311,7 +311,7 @@ class LoadMethods(Scene):
         """Return the label of a new load between frames; raise a ModelError if its name is none or taken."""
         label = f"{kind} {name!r}"
         self._check_open(label)
-        if not name or not isinstance(name, str):
+        if not isinstance(name, str) or not name:
             raise ModelError(f"the name of a {kind} must be a text, not {name!r}")
         taken = next((other for other in self._loads if other.name == name), None)
         if taken is not None:

@@ -1,6 +1,7 @@
 """Bad input to every public function: refused in clear words, or taken where it is right.
 
-A call that is good is spoiled in one argument at a time. The short form tries some hundreds; `pytest -m stress` ten thousand.
+A call that is good is spoiled in one argument at a time. The short form tries some hundreds; `pytest -m stress` ten
+thousand.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ RUN_IN_STEPS = (
     "contains|harmonics|wanted|projected|stiffness_of|mass_of|fibres_of|stiffness_at|cloud|table|ratio_at|factor|fitted|headings|values|"
     "of_nodes|of_error|sampled"
 )
-"""Methods by which loads, joints, shapes, laws and the like serve the equations: their arguments come from these, and are not checked."""
+"""Methods by which loads, joints, shapes and laws serve the equations, which give them checked arguments."""
 
 MADE_BY_KANEFE = (
     "Action|Buckling|Campbell|End|Equilibrium|FiniteElementModel|FlexibleBody|FloquetModes|FloquetModes.harmonics|Frame|FrequencyResponse|"

@@ -1,4 +1,4 @@
-"""A good call of each public function: what it is called on, and arguments that it takes. `bad_input` spoils them one by one."""
+"""A good call of each public function; `bad_input` spoils its arguments one by one."""
 
 from __future__ import annotations
 

@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.arguments import checked, checked_number
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import shaped_numbers
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 from kanefe_fem.beams.section_shapes import box_shear_factor, box_torsion, circle, rectangle, rectangle_torsion
 
@@ -94,7 +95,7 @@ class CrossSection(BeamSection):
     def _require_positive(self, *names: str) -> None:
         for name in names:
             value = getattr(self, name)
-            if not 0.0 < checked_number(value, f"{name} of {type(self).__name__}") < LARGEST:
+            if not 0.0 < shaped_numbers(value, (), f"{name} of {type(self).__name__}") < LARGEST:
                 raise ModelError(
                     f"{type(self).__name__}: {name} = {value!r} must be a positive number below {LARGEST:g}. "
                     "Remedy: give it in SI units"

@@ -1,0 +1,24 @@
+"""Numbers as users give them, checked where they come in."""
+
+from __future__ import annotations
+
+import math
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+
+
+def checked_number(value: object, what: str, *, above: float | None = None, least: float | None = None) -> float:
+    """Return a finite number.
+
+    Raises
+    ------
+    ModelError
+        If it is none, or not above or at least as large as it must be; the message names `what`.
+    """
+    given = numbers(value)
+    number = float(given) if given.shape == () else math.nan
+    if not math.isfinite(number) or (above is not None and number <= above) or (least is not None and number < least):
+        limit = f" above {above:g}" if above is not None else "" if least is None else f", {least:g} or above"
+        raise ModelError(f"{what} must be a finite number{limit}, not {value!r}")
+    return number
