@@ -7,9 +7,11 @@ out a namespace `fx` from which the forms are made (`kanefe_fem.solids.forms`); 
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import logging
 import os
+import shutil
 import tempfile
 import threading
 import warnings
@@ -23,6 +25,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import FileError, MeshError, MissingDependency, outside
 from kanefe.fe_model.shapes import Shape
+from kanefe.storage.kept_code import check_entry, check_folder
 from kanefe_fem._petsc import start_mpi
 
 OLDEST, NEWEST = (0, 5), (0, 11)
@@ -84,23 +87,34 @@ def load_ufl() -> tuple[Any, type[Exception]]:
 
 
 def make_cache_writable() -> Path:
-    """Return the folder of compiled forms; choose a temporary one if the usual one cannot be written."""
+    """Return the folder of compiled forms; one of this process alone where the usual one cannot be written.
+
+    Raises
+    ------
+    FileError
+        If others than the user could put code into it; names the remedy.
+    """
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "fenics"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return folder
+            pass
     except OSError as problem:
-        spare = Path(tempfile.gettempdir()) / f"kanefe-cache-{os.getuid()}"
-        spare.mkdir(mode=0o700, exist_ok=True)
-        os.environ["XDG_CACHE_HOME"] = str(spare)
+        # its name cannot be foreseen, so that nobody has laid anything in it
+        spare = tempfile.mkdtemp(prefix="kanefe-forms-")
+        atexit.register(shutil.rmtree, spare, ignore_errors=True)
+        os.environ["XDG_CACHE_HOME"] = spare
         warnings.warn(
-            f"the cache of compiled forms {folder} cannot be written ({problem}); using {spare}. "
+            f"the cache of compiled forms {folder} cannot be written ({problem}); this process compiles its own. "
             "Set XDG_CACHE_HOME to a folder of yours to keep them",
             UserWarning,
-            stacklevel=outside(),
+            stacklevel=5,
         )
-        return spare / "fenics"
+        return Path(spare) / "fenics"
+    check_folder(folder, "XDG_CACHE_HOME")
+    for entry in folder.iterdir():
+        check_entry(entry, "XDG_CACHE_HOME")
+    return folder
 
 
 def _reference_points(fx: Any, element: Shape) -> np.ndarray:

@@ -19,6 +19,9 @@ from kanefe.storage.files import cache_folder, write_whole
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 """Bits of a mode: its group, or all, may write."""
 
+CACHE = "KANEFE_CACHE_DIR"
+"""Variable of the environment that names the folder of the cache."""
+
 _checked: set[Path] = set()
 _names: dict[Path, dict[str, str]] = {}
 
@@ -99,8 +102,14 @@ def is_sound(path: Path) -> bool:
         return False
 
 
-def check_folder(folder: Path) -> None:
+def check_folder(folder: Path, variable: str = CACHE) -> None:
     """Refuse a folder that others can have written; of the cache's own folders what is too open is shut.
+
+    Parameters
+    ----------
+    folder : Path
+    variable : str
+        Of the environment, that names another folder.
 
     Raises
     ------
@@ -118,23 +127,30 @@ def check_folder(folder: Path) -> None:
         if is_own and about.st_mode & OTHERS_WRITE:
             place.chmod(stat.S_IRWXU)
         elif place == real or not about.st_mode & stat.S_ISVTX or not _is_trusted(about.st_uid):
-            _check(place, about, place)
+            _check(place, about, place, variable)
     _checked.add(folder)
 
 
-def _check(path: Path, about: os.stat_result, to_remove: Path) -> None:
+def check_entry(path: Path, variable: str = CACHE) -> None:
+    """Refuse a file, or a link, that others own or may write; errors as of `check_folder`."""
+    about = path.lstat()
+    if not stat.S_ISLNK(about.st_mode) or not _is_trusted(about.st_uid):
+        _check(path, about, path, variable)
+
+
+def _check(path: Path, about: os.stat_result, to_remove: Path, variable: str = CACHE) -> None:
     if os.name != "posix":  # modes tell nothing there
         return
     if not _is_trusted(about.st_uid):
         raise FileError(
-            f"the compiled solver is not taken from {path}: it belongs to user {about.st_uid}, who could run code "
-            f"here. Remedy: KANEFE_CACHE_DIR=a folder of your own, or remove {to_remove} if it is yours to remove"
+            f"compiled code is not taken from {path}: it belongs to user {about.st_uid}, who could run code "
+            f"here. Remedy: {variable}=a folder of your own, or remove {to_remove} if it is yours to remove"
         )
     if _others_write(about):
         raise FileError(
-            f"the compiled solver is not taken from {path}: others may write it (mode {stat.S_IMODE(about.st_mode):o}) "
+            f"compiled code is not taken from {path}: others may write it (mode {stat.S_IMODE(about.st_mode):o}) "
             f"and could run code here. Remedy: {f'chmod go-w {path}' if path == to_remove else f'rm -r {to_remove}'}, "
-            "or KANEFE_CACHE_DIR=a folder that only you write"
+            f"or {variable}=a folder that only you write"
         )
 
 
