@@ -17,7 +17,7 @@ from functools import cache, lru_cache
 from types import FunctionType
 from typing import Any, TypeVar
 
-from kanefe.errors import ModelError
+from kanefe.errors import MissingDependency, ModelError
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -50,16 +50,14 @@ def numba_for(what: str) -> Any:
 
     Raises
     ------
-    ModelError
+    MissingDependency
         If it is not installed; the message says what it is for.
     """
     try:
         import numba
     except ImportError as error:
-        raise ModelError(
-            f"{what} needs numba, which is not installed. Remedy: pip install 'kanefe[compile]', or KANEFE_JIT=0 to do "
-            "without, some hundred times slower"
-        ) from error
+        remedy = "pip install 'kanefe[compile]', or KANEFE_JIT=0 to do without, some hundred times slower"
+        raise MissingDependency("numba", what, remedy) from error
     return numba
 
 

@@ -124,7 +124,8 @@ def check_folder(folder: Path, variable: str = CACHE) -> None:
     for place in (real, *real.parents):
         about = place.stat()
         is_own = place.is_relative_to(cache) and hasattr(os, "geteuid") and about.st_uid == os.geteuid()
-        if is_own and about.st_mode & OTHERS_WRITE:
+        is_shared = place == cache and about.st_mode & stat.S_ISVTX  # as /tmp, which stays as it is
+        if is_own and about.st_mode & OTHERS_WRITE and not is_shared:
             place.chmod(stat.S_IRWXU)
         elif place == real or not about.st_mode & stat.S_ISVTX or not _is_trusted(about.st_uid):
             _check(place, about, place, variable)

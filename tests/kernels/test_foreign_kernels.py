@@ -206,3 +206,29 @@ def test_a_folder_is_checked_before_it_is_listed(tmp_path: Path) -> None:
     folder.chmod(0o777)
     with pytest.raises(FileError, match="others may write it"):
         kept_code.kept(folder, "unit-stamp")
+
+
+SCENE = """
+import kanefe as kf
+scene = kf.System(gravity=(0, -9.81, 0))
+scene.add_rigid_body("p", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z", position=0.1))
+for method in ("auto", "dop853", "rk4", "radau5"):
+    try:
+        scene.simulate((0.0, 1.0), method=method, **({"step": 0.01} if method == "rk4" else {}))
+    except kf.FileError as error:
+        print("refused:", error)
+"""
+
+
+def test_a_run_whose_kernels_are_refused_ends_at_once(cache: Path) -> None:
+    """It took the refusal for a state without an answer, and tried for ever."""
+    cache.parent.chmod(0o777)
+    variables = os.environ | {"KANEFE_CACHE_DIR": str(cache), "KANEFE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", SCENE], env=variables, capture_output=True, text=True, timeout=60)
+    assert done.stdout.count("refused: the compiled solver is not taken from") == 4, done
+
+
+def test_a_shared_folder_as_cache_stays_shared(cache: Path) -> None:
+    cache.chmod(0o1777)
+    assert run(cache) == ("[3.0, 4.0]", "")
+    assert cache.stat().st_mode & 0o7777 == 0o1777

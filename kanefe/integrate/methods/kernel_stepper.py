@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.errors import KanefeError
+from kanefe.errors import FileError, KanefeError, MissingDependency
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.knots import changes_of, knots_of
@@ -279,6 +279,8 @@ class KernelStepper:
             try:
                 with np.errstate(over="ignore", invalid="ignore"):  # of states too far ahead, which are not kept
                     command, is_quiet = self._command(run, is_compiled, values)
+            except (FileError, MissingDependency):
+                raise  # there is no code to go on with: a smaller step is no remedy
             except KanefeError as error:
                 self._answer_nothing(error)
                 continue
