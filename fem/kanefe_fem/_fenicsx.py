@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.errors import FileError, MeshError, MissingDependency, outside
+from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.shapes import Shape
 from kanefe.storage.kept_code import check_entry, check_folder
 from kanefe_fem._petsc import start_mpi
@@ -61,7 +61,7 @@ def load() -> Any:
             f"dolfinx {dolfinx.__version__} is outside the tested range {OLDEST[0]}.{OLDEST[1]} to "
             f"{NEWEST[0]}.{NEWEST[1]}; the numbering of its nodes is checked, the rest is not",
             UserWarning,
-            stacklevel=outside(),
+            stacklevel=4,
         )
     versions = {"dolfinx": dolfinx.__version__, "PETSc": ".".join(str(part) for part in PETSc.Sys.getVersion())}
     return SimpleNamespace(

@@ -24,7 +24,7 @@ from kanefe.environment.roll_damping import RollDamping
 from kanefe.environment.sea import Sea
 from kanefe.environment.spectra import gauss
 from kanefe.environment.spreading import Spreading
-from kanefe.errors import AccuracyWarning, ModelError, outside
+from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import Vector, shaped_numbers
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ class Ship:
                 f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
                 "an RAO of that depth; of waves that are shorter than twice both depths it is the same",
                 AccuracyWarning,
-                stacklevel=outside(),
+                stacklevel=3,
             )
         left = self.left_out
         if max(left.values(), default=0.0) > TOLD:
@@ -123,7 +123,7 @@ class Ship:
                 f"motions in the plane slower than {self.slowest_hz:g} Hz are left out; of the variance it is {said}. "
                 "Remedy: slowest_hz=0 to keep them",
                 AccuracyWarning,
-                stacklevel=outside(),
+                stacklevel=3,
             )
 
     @classmethod

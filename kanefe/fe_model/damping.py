@@ -17,7 +17,6 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import numbers
@@ -51,7 +50,6 @@ class RayleighDamping:
                 raise ModelError(f"Rayleigh damping: the {name} factor must be finite and >= 0, not {value!r}")
 
     @classmethod
-    @checked("frequencies", "ratios")
     def fit(cls, frequencies: Sequence[float], ratios: Sequence[float]) -> RayleighDamping:
         """Return the factors that give two damping ratios at two frequencies (Hz).
 
@@ -80,11 +78,8 @@ class RayleighDamping:
             )
         return cls(float(mass), float(stiffness))
 
-    @checked
     def ratio(self, frequency: float) -> float:
         """Return the damping ratio at a frequency in Hz."""
-        if frequency <= 0.0:
-            raise ModelError(f"the frequency of a damping ratio must be above zero Hz, not {frequency!r}")
         w = 2 * math.pi * frequency
         return 0.5 * (self.mass / w + self.stiffness * w)
 
@@ -120,7 +115,6 @@ class ModalDamping:
                 f"vibrate. Remedy: {values.max() / 100.0:g} for {values.max():g} %, or overdamped=True if it is meant"
             )
 
-    @checked("count")
     def ratios(self, count: int) -> np.ndarray:
         """Return one ratio for each of `count` modes, shape (count,).
 
@@ -129,7 +123,7 @@ class ModalDamping:
         ModelError
             If more ratios were given than there are modes.
         """
-        values = np.atleast_1d(numbers(self.ratio))
+        values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
         if len(values) > count:
             raise ModelError(
                 f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out"

@@ -13,8 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.arguments import checked
-from kanefe.errors import FileError, ModelError, outside
+from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
@@ -41,19 +40,6 @@ class NodalFormWarning(UserWarning):
     """The inertia of a deformed body is only approximate: nodes rotate, or stand for more, without shape functions."""
 
 
-@checked(
-    "components",
-    "groups",
-    "cells",
-    "load_patterns",
-    "geometric_stiffness",
-    "stress_stiffness",
-    "order",
-    "expected_mass",
-    "expected_center",
-    "expected_inertia",
-    "source",
-)
 def model_from_matrices(
     mass: Matrix,
     stiffness: Matrix,
@@ -188,7 +174,7 @@ def model_from_matrices(
             "are exact, what its deformation changes in them while it turns is estimated from M, well where it turns "
             "slowly against its lowest frequency. Remedy for fast spins: export the full matrices",
             NodalFormWarning,
-            stacklevel=outside(),
+            stacklevel=2,
         )
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(
@@ -196,7 +182,7 @@ def model_from_matrices(
             "form of Eq. 38, "
             "whose gyroscopic terms are wrong by some percent for one element and better with every finer mesh",
             NodalFormWarning,
-            stacklevel=outside(),
+            stacklevel=2,
         )
     return model
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 from kanefe.imports.from_matrices import Order, model_from_matrices
@@ -19,7 +18,6 @@ from kanefe.imports.text import read_market
 from kanefe.imports.units import Units, in_si, scales
 
 
-@checked
 def read_matrix_market(
     nodes: str | Path | np.ndarray | Sequence[Sequence[float]],
     stiffness: str | Path,

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
@@ -92,7 +91,6 @@ class StabilityLimit(Shapes):
         return f"stable up to {self.factor:.6g} times its loads, {self.path}; then {how} of {self.describe(0)}"
 
 
-@checked
 def stability_limit(
     scene: Freezable | Model,
     *,

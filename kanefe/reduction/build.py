@@ -15,7 +15,6 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.bodies.nodal_moments import NodalMoments
@@ -39,7 +38,6 @@ LARGEST_DENSE = 300
 """Coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit integrator."""
 
 
-@checked("model", "stiffening")
 def flexible_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, str | Interface] | None = None,

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.contact_points import contact_points
 from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel
@@ -28,7 +27,6 @@ LOOKED_AT = 4
 """Points of each surface of a body at which is looked how much of its yielding the modes have."""
 
 
-@checked("most")
 @dataclass(frozen=True)
 class PatchCase:
     """Unit forces along x, y and z on each point of a contact patch.

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kanefe.errors import ModelError, SimulationWarning, outside
+from kanefe.errors import ModelError, SimulationWarning
 from kanefe.integrate.options import RunOptions
 from kanefe.storage.digest import Unhashable, digest_of_functions, installed_versions
 from kanefe.studies.cases import Cases, cases_of, key_of
@@ -285,7 +285,7 @@ class Study:
                         "the study was stopped by Ctrl-C; what is done is in its table. Remedy: run it again with "
                         "store=, to go on",
                         SimulationWarning,
-                        stacklevel=outside(),
+                        stacklevel=3,
                     )
                 except BaseException:
                     pool.abandon()

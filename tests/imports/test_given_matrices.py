@@ -189,7 +189,7 @@ def shuffled(nodes: np.ndarray) -> np.ndarray:
         ),
         (lambda: given(groups={"tip": [0, 99]}), r"group 'tip' must be node numbers from 0 to 8, not \[0, 99\]"),
         (lambda: given(groups={"tip": []}), "group 'tip' must be node numbers from 0 to 8"),
-        (lambda: given(groups={"tip": [0.5]}), "groups= of model_from_matrices must be a mapping"),
+        (lambda: given(groups={"tip": [0.5]}), "group 'tip' must be node numbers from 0 to 8"),
     ],
 )
 def test_bad_input_is_named(make: Any, message: str) -> None:

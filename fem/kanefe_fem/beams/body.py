@@ -18,7 +18,6 @@ import numpy as np
 import scipy
 import scipy.sparse as sp
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
 from kanefe_fem.beams import elements as be
@@ -39,7 +38,6 @@ Theory = Literal["timoshenko", "euler-bernoulli"]
 ENDS: Groups = {"root": 0, "tip": -1}
 
 
-@checked
 def beam_model(
     nodes: np.ndarray | Sequence[Sequence[float]],
     elements: np.ndarray | Sequence[Sequence[int]],
@@ -156,7 +154,6 @@ def beam_model(
     )
 
 
-@checked
 def straight_beam(
     length: float,
     section: BeamSection,
@@ -224,7 +221,6 @@ def straight_beam(
     )
 
 
-@checked
 def beam_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, Any],

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.arguments import checked
-from kanefe.errors import ModelError, UnitWarning, outside
+from kanefe.errors import ModelError, UnitWarning
 from kanefe_fem.materials.voigt import isotropic, one_number
 
 
@@ -33,7 +32,6 @@ LOCKING_NU = 0.45
 """Poisson ratio from which elements of order 1 are much too stiff."""
 
 
-@checked
 @dataclass(frozen=True)
 class Material:
     """Isotropic linear elastic material.
@@ -139,7 +137,7 @@ def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) ->
             f"{label}: {'; '.join(odd)}. First frequency as a free rod: {math.sqrt(E / rho) / (2.0 * size):.3g} Hz. "
             "Remedy: lengths in m, E in Pa, rho in kg/m3",
             UnitWarning,
-            stacklevel=outside(),
+            stacklevel=3,
         )
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import numbers
 
 PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 """Tensor components of the six places."""
@@ -96,7 +95,7 @@ def check_stiffness(label: str, stiffness: Any, remedy: str) -> np.ndarray:
         It has another shape, is not finite, not symmetric, or not positive definite; the message names the strain that
         would gain energy.
     """
-    C = numbers(stiffness)
+    C = np.asarray(stiffness, dtype=float)
     if C.shape != (6, 6):
         raise ModelError(f"{label}: the stiffness has shape {C.shape}, not (6, 6). Remedy: {remedy}")
     if not np.isfinite(C).all():
@@ -128,10 +127,10 @@ def one_number(label: str, name: str, value: Any) -> float:
 
 def check_numbers(label: str, names: Sequence[str], values: Sequence[Any], remedy: str) -> list[float]:
     """Return positive finite numbers; raise a ModelError that names the first one which is not."""
-    found = []
+    numbers = []
     for name, value in zip(names, values, strict=True):
         number = one_number(label, name, value)
         if not np.isfinite(number) or number <= 0.0:
             raise ModelError(f"{label}: {name} = {number:g} must be positive and finite. Remedy: {remedy}")
-        found.append(number)
-    return found
+        numbers.append(number)
+    return numbers
