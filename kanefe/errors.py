@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from types import FrameType
 
-INSIDE = {"kanefe", "kanefe_fem", "functools"}
-"""Packages whose lines no warning points to; functools for properties that are computed once."""
+INSIDE = {"kanefe", "kanefe_fem", "functools", "scipy"}
+"""Packages whose lines no warning points to: ours, and what calls functions of ours for us."""
 
 
 class KanefeError(Exception):

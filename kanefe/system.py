@@ -338,6 +338,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         )
         return started(self, Asked(start, inputs, outputs, every, options))
 
+    @checked("path", "fmi", "every", "duration", "method", "rtol", "atol", "step")
     def to_fmu(
         self,
         path: str | Path,

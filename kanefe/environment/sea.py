@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.directional import DirectionalTable, of_compass
 from kanefe.environment.dispersion import wave_number
@@ -133,7 +134,7 @@ class Sea:
             raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
         needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
         if self.count is not None and not 1 <= self.count <= MOST_WAVES:
-            raise ModelError(f"a sea has 1 to {MOST_WAVES} waves, not {self.count!r}")
+            raise ModelError(f"a sea has 1 to {MOST_WAVES} waves, not {self.count!r}. Remedy: that many")
         if self.frequencies == "equal" and self.count is not None and self.count < needed:
             again = 2.0 * math.pi * self.count / (high - low)
             raise ModelError(
@@ -196,7 +197,7 @@ class Sea:
         The number is also the `sea_state` of the seed.
         """
         if number not in STATES:
-            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}")
+            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}. Remedy: one of them")
         return cls(Bretschneider(*STATES[number]), Spreading(spreading, spreading_deg), sea_state=number, **options)
 
     @classmethod
@@ -251,6 +252,7 @@ class Sea:
         low, high = self.spectrum.usual_range if self.frequency_range is None else self.frequency_range
         return float(low), float(high)
 
+    @checked
     def kept(self, order: int = 0) -> float:
         """Return the share of a moment of the spectrum that the range of frequencies keeps: 0 heights, 2 velocities."""
         return self.spectrum.moment(order, *self.range) / self.spectrum.moment(order)
@@ -287,6 +289,7 @@ class Sea:
             omega, wave_number(omega, self.depth, self.gravity), np.sqrt(power), 2.0 * math.pi * phases, direction
         )
 
+    @checked
     def elevation(self, times: Sequence[float] | Vector, x: float = 0.0, y: float = 0.0) -> Vector:
         """Return the height of the surface at a place, m; x points where the main waves go, y to the left of it, m."""
         w = self.waves

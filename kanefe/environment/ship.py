@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
 from kanefe.environment.directional import DirectionalTable
@@ -165,6 +166,7 @@ class Ship:
             rao = damped(rao, damping, sea.gravity)
         return cls(rao, sea, speed, heading_deg, slowest_hz)
 
+    @checked("rotations")
     def at(
         self,
         point: Sequence[float] | Vector,
@@ -217,10 +219,12 @@ class Ship:
         response = self._filtered(self.rao.at(waves.frequency, headings, self.speed), met)
         return Harmonics(met, response * (waves.amplitude * np.exp(1j * waves.phase))[:, None])
 
+    @checked
     def motions(self, times: Sequence[float] | Vector) -> np.ndarray:
         """Return surge to yaw, with rates and accelerations, at times in s, without ramp, (times, 3, 6), m and rad."""
         return self.harmonics.at(np.atleast_1d(np.asarray(times, dtype=float)))
 
+    @checked
     def response_spectra(self, omega: Sequence[float] | Vector) -> np.ndarray:
         """Return the spectra of surge to yaw over *wave* frequency (rad/s), shape (n, 6), m2 s/rad and rad2 s/rad.
 
@@ -252,6 +256,7 @@ class Ship:
         shares = np.divide(slow, whole, out=np.zeros(len(whole)), where=whole > 0.0)
         return {NAMES[k]: float(share) for k, share in zip(HORIZONTAL, shares, strict=True)}
 
+    @checked
     def plot_rao(self, path: str | Path | None = None) -> Figure:
         """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
 

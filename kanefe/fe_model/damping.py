@@ -149,13 +149,24 @@ def damping_matrix(
     return reduced
 
 
+def real_matrix(given: object) -> sp.csr_matrix:
+    """Return a matrix, dense or sparse, as sparse floats; one entry of NaN, where it is none."""
+    if sp.issparse(given):
+        return sp.csr_matrix(given, dtype=float)
+    array = numbers(given)
+    return sp.csr_matrix(array if array.ndim == 2 else np.full((1, 1), np.nan))
+
+
 def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
     """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
     if isinstance(damping, (int, float, str)):
         raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
-    C = sp.csr_matrix(damping)
+    C = real_matrix(damping)
     if C.shape != (model.size, model.size):
-        raise ModelError(f"the damping matrix has shape {C.shape}, the model has {model.size} degrees of freedom")
+        raise ModelError(
+            f"the damping matrix has shape {C.shape}, the model has {model.size} degrees of freedom. Remedy: one row "
+            "for each of them"
+        )
     if not np.all(np.isfinite(C.data)) or abs(C - C.T).max() > 1e-9 * abs(C).max():
         raise ModelError("the damping matrix is not symmetric or not finite. Remedy: pass its symmetric part")
     return C

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.loads.base import Action, End, Load, LoadKernel
@@ -26,6 +27,7 @@ def checked_history(given: object, what: str) -> tuple[np.ndarray, np.ndarray]:
     return times, values
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class PeriodicLoad(Load):
     """Force and moment on a frame, along its axes, that repeat with the turns of a rotor: the loads of its hub.

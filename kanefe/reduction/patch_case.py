@@ -60,7 +60,9 @@ class PatchCase:
 
     def __post_init__(self) -> None:
         if not isinstance(self.place, (str, Place)):
-            raise ModelError(f"the place of a PatchCase is a group's name, OnPlane, Near or so on, not {self.place!r}")
+            raise ModelError(
+                f"the place of a PatchCase must be a group's name, OnPlane, Near or so on, not {self.place!r}"
+            )
         if isinstance(self.most, bool) or not isinstance(self.most, int) or self.most < 1:
             raise ModelError(f"most of a PatchCase must be a whole number of points, 1 or more, not {self.most!r}")
 

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.result import Result
 
@@ -122,6 +123,7 @@ class HistorySpectrum:
         return found | {"spectrum step": 1.0 / (length * step)}
 
 
+@checked("component", "kind", "name")
 def peak(
     quantity: Quantity,
     *names: str,
@@ -169,6 +171,7 @@ def peak(
     return Peak(_history(quantity, names, component, after, name), kind)
 
 
+@checked("component", "name")
 def exceedances(
     quantity: Quantity,
     *names: str,
@@ -193,6 +196,7 @@ def exceedances(
     return Exceedances(_history(quantity, names, component, after, name), finite(level, "level"))
 
 
+@checked("component", "segment", "after", "name")
 def spectrum(
     quantity: Quantity,
     *names: str,

@@ -223,7 +223,7 @@ def test_unknown_joints_and_links_of_the_caller_are_refused() -> None:
         read("arm", positions={"ankle": 0.1})
     with pytest.raises(kf.ModelError, match="robot 'arm' has no link 'leg'"):
         read("arm", flexible={"leg": beam_arm()})
-    with pytest.raises(kf.ModelError, match="link 'forearm' is to become 3"):
+    with pytest.raises(kf.ModelError, match="flexible= of read_urdf must be a mapping"):
         read("arm", flexible={"forearm": 3})
     with pytest.raises(kf.ModelError, match=r"base must be a joint, .*, not 'free'"):
         read("arm", base="free")

@@ -102,6 +102,16 @@ SYNONYMS = {
 }
 """Words by which messages of a function name its arguments, beside their own names."""
 
+BY_ARGUMENT = {
+    "start": ("state",),
+    "find": ("body",),
+    "speeds": ("body",),
+    "dt": ("step",),
+    "simulate": ("run",),
+    "path": ("file",),
+}
+"""The same, for arguments that have one meaning wherever they are."""
+
 
 class Hang(BaseException):
     """A call that takes too long."""
@@ -126,6 +136,8 @@ def hint_of(function: Callable[..., Any], argument: str) -> tuple[str, Any]:
 def may_be_taken(function: Callable[..., Any], case: Case) -> bool:
     """Return whether a value may be right for an argument, as far as its kind says."""
     hint, default = hint_of(function, case.argument)
+    if case.bad == "None" and case.argument == "start":
+        return True  # the start that the scene was given
     if "inf" in case.bad and "inf" in repr(default):
         return True
     return hint == "<class 'inspect._empty'>" or re.search(BAD[case.bad].fits, hint) is not None
@@ -143,12 +155,11 @@ def cases(calls: dict[str, Callable[[], tuple[Callable[..., Any], dict[str, Any]
 def names_it(message: str, case: Case, value: object) -> bool:
     """Return whether a message names the argument, in its own or in plain words, or shows the value."""
     told = message.lower().replace("-", " ").replace("_", " ")
-    words = [case.argument.lower().replace("_", " "), *case.argument.lower().split("_"), *SYNONYMS.get(case.name, ())]
-    return (
-        any(re.search(rf"\b{re.escape(word)}", told) for word in words)
-        or repr(value)[:15] in message
-        or str(value)[:15] in message
-    )
+    plain = case.argument.lower().split("_")
+    words = ["".join(plain), " ".join(plain), *plain, *BY_ARGUMENT.get(case.argument, ()), *SYNONYMS.get(case.name, ())]
+    stems = [re.escape(re.sub("(ies|s)$", "", word)) + (r"\w*" if len(word) > 3 else r"\b") for word in words]
+    is_named = any(re.search(rf"\b{stem}", told) for stem in stems)
+    return is_named or any(text[:15] in message for text in (repr(value), str(value)))
 
 
 def verdict(case: Case, made: Any) -> tuple[str, str]:

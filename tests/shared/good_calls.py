@@ -883,13 +883,7 @@ def state() -> kf.SceneState:
 
 
 for method in ("angular_velocity", "position", "rotation", "velocity"):
-    on(
-        f"kanefe.SceneState.{method}",
-        state,
-        name="rod",
-        interface="",
-        **({"point": (0, 0, 0)} if method in {"position", "velocity"} else {}),
-    )
+    on(f"kanefe.SceneState.{method}", state, name="rod")
 for method in ("joint_coordinates", "joint_speeds"):
     on(f"kanefe.SceneState.{method}", state, name="rod")
 

@@ -22,6 +22,10 @@ IN_PLANE = (0, 1, 5)
 _ROWS, _COLUMNS = (np.array(indices) for indices in zip(*PLACES, strict=True))
 
 
+LARGEST = 1e100
+"""Of a modulus, Pa, or a density: products of some of them stay within the range of floats."""
+
+
 def rotated(stiffness: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """Return stiffness matrices in components of G, ``C_G = T C_M T^T``.
 
@@ -131,7 +135,7 @@ def check_numbers(label: str, names: Sequence[str], values: Sequence[Any], remed
     found = []
     for name, value in zip(names, values, strict=True):
         number = one_number(label, name, value)
-        if not np.isfinite(number) or number <= 0.0:
-            raise ModelError(f"{label}: {name} = {number:g} must be positive and finite. Remedy: {remedy}")
+        if not 0.0 < number < LARGEST:
+            raise ModelError(f"{label}: {name} = {number:g} must be positive and below {LARGEST:g}. Remedy: {remedy}")
         found.append(number)
     return found
