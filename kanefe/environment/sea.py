@@ -134,7 +134,7 @@ class Sea:
             raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
         needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
         if self.count is not None and not 1 <= self.count <= MOST_WAVES:
-            raise ModelError(f"a sea has 1 to {MOST_WAVES} waves, not {self.count!r}. Remedy: that many")
+            raise ModelError(f"a sea has 1 to {MOST_WAVES} waves, not {self.count!r}")
         if self.frequencies == "equal" and self.count is not None and self.count < needed:
             again = 2.0 * math.pi * self.count / (high - low)
             raise ModelError(
