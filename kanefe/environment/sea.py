@@ -197,7 +197,7 @@ class Sea:
         The number is also the `sea_state` of the seed.
         """
         if number not in STATES:
-            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}. Remedy: one of them")
+            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}")
         return cls(Bretschneider(*STATES[number]), Spreading(spreading, spreading_deg), sea_state=number, **options)
 
     @classmethod
