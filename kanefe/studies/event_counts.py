@@ -7,6 +7,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.result import Result
 from kanefe.studies.reducers import finite
@@ -30,6 +31,7 @@ class EventCounts:
         return found
 
 
+@checked("after")
 def events(*, after: float = 0.0, **patterns: str) -> EventCounts:
     """Return a reducer to how many events of a run have names like some patterns.
 

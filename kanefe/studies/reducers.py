@@ -123,7 +123,7 @@ class HistorySpectrum:
         return found | {"spectrum step": 1.0 / (length * step)}
 
 
-@checked("component", "kind", "name")
+@checked("component", "kind", "after", "name")
 def peak(
     quantity: Quantity,
     *names: str,
@@ -171,7 +171,7 @@ def peak(
     return Peak(_history(quantity, names, component, after, name), kind)
 
 
-@checked("component", "name")
+@checked("component", "after", "name")
 def exceedances(
     quantity: Quantity,
     *names: str,

@@ -64,7 +64,7 @@ BAD = {
     "no text": Bad(lambda: "", rf"{ANY}|str|Path|Literal|Named|Units|Target"),
     "bytes": Bad(lambda: b"x", ANY),
     "object": Bad(object, ANY),
-    "class": Bad(lambda: int, rf"{ANY}|Callable|type|PlaceLike|Axes|LoadValue|VectorLoad"),
+    "class": Bad(lambda: int, rf"{ANY}|Callable|type|PlaceLike|Axes|LoadValue|VectorLoad|Quantity|Field"),
     "generator": Bad(lambda: (x for x in (1.0, 2.0, 3.0)), rf"{ANY}|Iterable|Iterator"),
     "endless": Bad(itertools.count, rf"{ANY}|Iterable|Iterator"),
     "empty list": Bad(list, r"."),
@@ -108,7 +108,10 @@ BY_ARGUMENT = {
     "speeds": ("body",),
     "dt": ("step",),
     "simulate": ("run",),
-    "path": ("file",),
+    "path": ("file", "data set"),
+    "fps": ("every",),
+    "gravity": ("steep",),
+    "length": ("distribution",),
 }
 """The same, for arguments that have one meaning wherever they are."""
 
@@ -136,8 +139,8 @@ def hint_of(function: Callable[..., Any], argument: str) -> tuple[str, Any]:
 def may_be_taken(function: Callable[..., Any], case: Case) -> bool:
     """Return whether a value may be right for an argument, as far as its kind says."""
     hint, default = hint_of(function, case.argument)
-    if case.bad == "None" and case.argument == "start":
-        return True  # the start that the scene was given
+    if case.bad == "None" and default is None:
+        return True
     if "inf" in case.bad and "inf" in repr(default):
         return True
     return hint == "<class 'inspect._empty'>" or re.search(BAD[case.bad].fits, hint) is not None
