@@ -68,7 +68,7 @@ class RayleighDamping:
         if len(frequencies) != 2 or len(ratios) != 2 or min(frequencies) <= 0 or frequencies[0] == frequencies[1]:
             raise ModelError(
                 f"Rayleigh damping is fitted to two ratios at two different frequencies above zero, "
-                f"not to {tuple(ratios)} at {tuple(frequencies)} Hz. Remedy: two of each"
+                f"not to {tuple(ratios)} at {tuple(frequencies)} Hz"
             )
         w = 2 * math.pi * np.asarray(frequencies, dtype=float)
         mass, stiffness = np.linalg.solve(np.column_stack((0.5 / w, 0.5 * w)), np.asarray(ratios, dtype=float))

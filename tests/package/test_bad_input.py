@@ -63,7 +63,7 @@ def covered(name: str, calls: set[str]) -> bool:
 def tried(seed: int, start: int, stop: int, *options: str) -> list[dict[str, str]]:
     """Return the faults among some cases, tried in a process of its own; a crash or an end without end is one."""
     command = [sys.executable, str(PROGRAM), str(seed), str(start), str(stop), *options]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=900, check=False)
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=900, check=False)
     lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     if not lines or "tried" not in lines[-1]:
         last = done.stderr.splitlines()[-1:]
