@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import sys
+import tempfile
 import threading
 import uuid
 import warnings
@@ -23,7 +24,7 @@ from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import is_supported, row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
-from kanefe_fem.mesh.geo_commands import check_script
+from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.sagitta import sagitta
 from kanefe_fem.mesh.unfolded import unfolded
@@ -69,15 +70,13 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
     suffix = path.suffix.lower()
     if suffix == ".msh":
         check_complete(path)
-    elif suffix != ".py" and not trusted:
-        check_script(path.read_text(encoding="utf-8", errors="replace"), path.name)
     build = _build_function(path) if suffix == ".py" else None
-    with _LOCK, _session() as gmsh:
+    with _to_merge(path, trusted) as merged, _LOCK, _session() as gmsh:
         try:
             if build is not None:
                 build(gmsh)
             else:
-                gmsh.merge(str(path))
+                gmsh.merge(str(merged))
             if suffix != ".msh":
                 _generate(gmsh, order)
             messages = [m for m in gmsh.logger.get() if m.startswith("Error")]
@@ -87,11 +86,28 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
             messages = [m for m in gmsh.logger.get() if m.startswith("Error")] or [str(problem)]
         if messages:
             text = "; ".join(m.removeprefix("Error").lstrip(" :") for m in messages[:3])
+            text = text.replace(str(merged), path.name)
             raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and mend it")
         mesh = _extract(gmsh, path)
         if suffix == ".msh" or mesh.dimension == 1:
             return mesh
         return unfolded(mesh) if mesh.order == 2 else replace(mesh, sagitta=sagitta(gmsh))
+
+
+@contextlib.contextmanager
+def _to_merge(path: Path, trusted: bool) -> Iterator[Path]:
+    """Yield the file that gmsh is given: of a script that is not trusted, a copy of what has been checked."""
+    if trusted or path.suffix.lower() == ".py":
+        yield path
+    elif path.suffix.lower() == ".msh":
+        refuse_options(path)
+        yield path
+    else:
+        script = harmless_script(path)
+        with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
+            copy = Path(folder) / path.name
+            copy.write_bytes(script)
+            yield copy
 
 
 def check_complete(path: Path) -> None:
@@ -120,7 +136,8 @@ def check_complete(path: Path) -> None:
 def _msh_version(path: Path) -> str:
     """Return the version in the head of a .msh file, "" if it has none."""
     with path.open("rb") as stream:
-        head = re.match(rb"\s*\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
+        # of a file that does not begin with these very letters gmsh makes a script, and runs it
+        head = re.match(rb"\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
     return head.group(1).decode() if head else ""
 
 

@@ -1,37 +1,79 @@
-"""What a gmsh script (.geo) asks for beyond a geometry: programs to be run, and files to be read or written."""
+"""What a gmsh script (.geo) asks for beyond a geometry: programs to be run, and files to be read or written.
+
+Of a script that is not trusted gmsh is given a copy without comments, in which texts are short and of one line. Its own
+reader could else be led out of comments and texts: it goes back to the line after a `For` or a `Call`, looks for the
+end of what an `If` leaves out by letters alone, ends texts that are long, and keeps the rest of a last line.
+"""
 
 from __future__ import annotations
 
 import re
+from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 from kanefe.errors import FileError
 
-RUNS = frozenset({"SystemCall", "NonBlockingSystemCall", "OnelabRun", "ExternalProcess"})
-"""Words that run a program: commands, and the mesh size field that asks one. Refused wherever they stand, also in texts
-and comments, so that nothing depends on where gmsh takes a text to end."""
+RUNS = "runs a program"
+OPENS = "reads or writes files of its choice"
 
-OPENS = frozenset({"Include", "Merge", "ShapeFromFile", "ListFromFile", "Print", "Save", "CreateDir", "Plugin"})
-"""Words that read or write files of the script's choice."""
+COMMANDS = {
+    **dict.fromkeys(("System", "SystemCall", "NonBlockingSystemCall", "OnelabRun", "ExternalProcess"), RUNS),
+    **dict.fromkeys(("Include", "Merge", "MergeWithBoundingBox", "ShapeFromFile", "ListFromFile"), OPENS),
+    **dict.fromkeys(("Print", "Save", "CreateDir", "Plugin"), OPENS),
+    **dict.fromkeys(("StringToName", "S2N"), "makes a name of a text, and so hides what it calls"),
+    "SetString": "sets what other programs are told",
+    "SendToServer": "opens a connection",
+    "Exit": "ends Python",
+    "Abort": "leaves gmsh in the middle of a script",
+}
+"""Words that are refused: commands, functions, and the mesh size field that asks a program."""
 
-NAMES = frozenset({"StringToName", "S2N"})
-"""Words that make a name out of a text, so that the script does not show what it calls."""
-
-PRINTS = frozenset({"Printf", "Error", "Warning"})
+PRINTS = ("Printf", "Error", "Warning")
 """Words that print a line, and write it to a file where ``>`` follows."""
 
-FILE_OPTION = re.compile(r"\w*File(Name)?\w*")
-"""Names of options that name files, such as the file of a mesh size field."""
+TAKES_TEXT = frozenset("SetName OptimizeMesh View Macro Function Call Point Line Curve Surface Volume".split())
+"""Words that may stand before a text and run nothing. Others that do are commands that are not known here."""
+
+TEXT_FUNCTION = re.compile(
+    r"Str(Cat|Prefix|Relative|Replace|Choice|Sub)?|Sprintf|N2S|NameToString|NameStruct|DefineString|Today|CodeName"
+    r"|Get(Env|String|StringValue|ForcedStr)|UpperCase|LowerCase(In)?|OnelabAction|GmshExecutableName"
+    r"|Current(Dir|Directory|FileName)|DirName|FixRelativePath|AbsolutePath"
+)
+"""Functions that return a text."""
+
+OPTION = re.compile(r"\w*(FileName|FilePattern|FileToLoad|RecentFile|Command|Executable|Interpreter|SocketName)\w*")
+"""Names of options that are files or programs, such as the file of a mesh size field."""
+
+JUMPS = ("For", "EndFor", "Macro", "Function", "Call", "Return")
+"""Words after which gmsh goes on in another line."""
+
+ENDS = re.compile(r"EndIf|EndFor|Else(?:If)?|Return")
+"""Where gmsh ends what it leaves out: it finds them also within texts, and in front of a digit."""
+
+LONGEST_TEXT = 1000
+"""Characters; gmsh ends a text after 1,023."""
+
+LONGEST_LINE = 8000
+"""Characters; gmsh reads 8,192 of a line at once, and comes back to where it has read to."""
 
 TOKEN = re.compile(
-    r"""//[^\n]* | /\*.*?(?:\*/|\Z) | "[^"]*(?:"|\Z) | '[^']*(?:'|\Z) | [A-Za-z_]\w* | >>? | ; | \. | \n""",
-    re.VERBOSE | re.DOTALL,
+    r"""(?P<comment>//[^\n]*|/\*.*?(?:\*/|\Z)) | (?P<text>"[^"]*(?:"|\Z)|'[^']*(?:'|\Z))
+    | (?P<number>\d+(?:\.\d*)?(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?) | (?P<word>[A-Za-z_]\w*) | (?P<sign>\S)""",
+    re.VERBOSE | re.DOTALL | re.ASCII,
 )
-"""Comments, texts, words, and the signs that tell what a word does."""
 
 
-class Command(NamedTuple):
-    """A word of a script, and what is wrong with it.
+class Token(NamedTuple):
+    """A text, number, word or sign of a script, and the place of its first character."""
+
+    kind: str
+    text: str
+    place: int
+
+
+class Refused(NamedTuple):
+    """A word of a script, what is wrong with it, and where it stands.
 
     Attributes
     ----------
@@ -46,55 +88,135 @@ class Command(NamedTuple):
     line: int
 
 
-def check_script(script: str, name: str) -> None:
-    """Refuse a script that does more than make a geometry and mesh it.
-
-    Parameters
-    ----------
-    script : str
-        Text of a .geo file.
-    name : str
-        Of the file.
+def harmless_script(path: Path) -> bytes:
+    """Return what gmsh may be given of a script: one that makes a geometry and meshes it, and does nothing else.
 
     Raises
     ------
     FileError
-        Names the line, and the remedy.
+        Names the line that does more, and the remedy.
     """
-    found = first_command(script)
+    refuse_options(path)
+    script = path.read_bytes().decode("latin-1")  # one character a byte, as gmsh reads it
+    if script.startswith("$"):
+        raise FileError(f"{path.name} is no script, but begins as a mesh. Remedy: name it .msh")
+    found = first_refused(script)
     if found is not None:
-        text = script.splitlines()[found.line - 1].strip()
+        line = script.split("\n")[found.line - 1].encode("latin-1").decode("utf-8", errors="replace")
         raise FileError(
-            f"{name}, line {found.line}: {found.word} {found.what}: {text[:120]!r}. Remedy: a script that makes its "
-            "geometry by itself; or, if you know what this one does, read_mesh(..., trusted=True)"
+            f"{path.name}, line {found.line}: {found.word} {found.what}: {line.strip()[:120]!r}. Remedy: a script that "
+            "makes its geometry by itself; or, if you know what this one does, read_mesh(..., trusted=True)"
+        )
+    return without_comments(script).encode("latin-1")
+
+
+def refuse_options(path: Path) -> None:
+    """Refuse a script or mesh with a file of options beside it, which gmsh runs as a script.
+
+    Raises
+    ------
+    FileError
+        Names both files.
+    """
+    options = f"{path.name}.opt"
+    if path.with_name(options).exists():
+        raise FileError(
+            f"beside {path.name} lies {options}, which gmsh would run as a script. Remedy: remove or rename it; or, if "
+            "you know what it does, read_mesh(..., trusted=True)"
         )
 
 
-def first_command(script: str) -> Command | None:
-    r"""Return the first word that runs a program, or reads or writes a file; None where there is none.
+def without_comments(script: str) -> str:
+    """Return a script with blanks for its comments, in its lines, of which the last one has an end."""
+
+    def blank(found: re.Match[str]) -> str:
+        return re.sub(r"[^\n]", " ", found[0]) if found.lastgroup == "comment" else found[0]
+
+    return TOKEN.sub(blank, script).replace("\r", " ") + "\n"
+
+
+def first_refused(script: str) -> Refused | None:
+    r"""Return the first word of a script that runs a program, reads or writes a file, or could hide that.
 
     Examples
     --------
-    >>> first_command('Point(1) = {0, 0, 0};\nSystemCall "ls";')
-    Command(word='SystemCall', what='runs a program', line=2)
+    >>> first_refused('Point(1) = {0, 0, 0};\nSystemCall "ls";')
+    Refused(word='SystemCall', what='runs a program', line=2)
     """
-    for match in re.finditer(r"[A-Za-z_]\w*", script):
-        if match[0] in RUNS | NAMES:
-            what = "runs a program" if match[0] in RUNS else "hides what it calls"
-            return Command(match[0], what, 1 + script.count("\n", 0, match.start()))
-    line, printing, after_dot = 1, "", False
-    for match in TOKEN.finditer(script):
-        token = match[0]
-        if token in OPENS and not after_dot:
-            return Command(token, "reads or writes files of its choice", line)
-        if token in PRINTS:
-            printing = token
-        elif token.startswith(">") and printing:
-            return Command(printing, "writes a file", line)
-        elif token == ";":
+    tokens = [Token(str(found.lastgroup), found[0], found.start()) for found in TOKEN.finditer(script)]
+    tokens = [token for token in tokens if token.kind != "comment" or _is_open(token.text)]
+    printing, depth, previous, loops = "", 0, ";", []
+    for token, after in pairwise([*tokens, Token("sign", ";", len(script))]):
+        what = _fault(script, token, previous, after)
+        if token.text == "For":
+            loops.append(token)
+        elif token.text == "EndFor" and not (loops and loops.pop()):
+            what = "ends no loop"
+        if what:
+            return _refused(script, token.text, what, token.place)
+        if token.text in PRINTS:
+            printing, depth = token.text, 0
+        elif token.text == ">" and printing and depth == 0:
+            return _refused(script, printing, "writes a file", token.place)
+        elif token.text == ";":
             printing = ""
-        elif after_dot and FILE_OPTION.fullmatch(token):
-            return Command(token, "is the name of a file of its choice", line)
-        after_dot = token == "."
-        line += token.count("\n")
-    return None
+        depth += (token.text in ("(", "[", "{")) - (token.text in (")", "]", "}"))
+        previous = token.text
+    return _refused(script, "For", "has no EndFor", loops[-1].place) if loops else None
+
+
+def _refused(script: str, word: str, what: str, place: int) -> Refused:
+    return Refused(word[:40], what, 1 + script.count("\n", 0, place))
+
+
+def _fault(script: str, token: Token, previous: str, after: Token) -> str:
+    """Return what is wrong with a token, or an empty text."""
+    word = token.text
+    if token.kind in ("text", "comment"):
+        return _fault_of_text(word)
+    if word == "\0":
+        return "is a zero byte, which is no text"
+    if token.kind != "word":
+        return ""
+    if word in COMMANDS and not (word == "Print" and after.text == "."):
+        return COMMANDS[word]
+    if word == "Solver" and after.text == ".":
+        return "names programs"
+    if previous == "." and after.text == "=" and OPTION.fullmatch(word):
+        return "is a file or a program of its choice"
+    if _gives_text(after) and previous not in (",", "{", "[", "(", ".") and not _may_precede_text(word):
+        return "is a command that is not known to be harmless"
+    if re.search(rf"({ENDS.pattern})\d", word):
+        return "may be read as two words by gmsh"
+    if word in JUMPS and _line_length(script, token.place) > LONGEST_LINE:
+        return f"stands in a line of more than {LONGEST_LINE} characters, of which gmsh could repeat a part"
+    return ""
+
+
+def _fault_of_text(text: str) -> str:
+    if _is_open(text):
+        return "has no end"
+    if "\0" in text or "\n" in text or "\r" in text:
+        return "is a text of several lines, within which gmsh could go on"
+    if len(text) > LONGEST_TEXT:
+        return f"is a text of more than {LONGEST_TEXT} characters, which gmsh ends early"
+    return "is a text in which gmsh could end what an If leaves out" if ENDS.search(text) else ""
+
+
+def _is_open(text: str) -> bool:
+    """Return whether a text or comment has no end."""
+    end = "" if text.startswith("//") else "*/" if text.startswith("/*") else text[0]
+    return not text[len(end) :].endswith(end)
+
+
+def _gives_text(token: Token) -> bool:
+    return token.kind == "text" or (token.kind == "word" and TEXT_FUNCTION.fullmatch(token.text) is not None)
+
+
+def _may_precede_text(word: str) -> bool:
+    return word in TAKES_TEXT or TEXT_FUNCTION.fullmatch(word) is not None
+
+
+def _line_length(script: str, place: int) -> int:
+    end = script.find("\n", place)
+    return (len(script) if end < 0 else end) - script.rfind("\n", 0, place) - 1
