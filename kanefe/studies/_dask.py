@@ -10,9 +10,10 @@ On a cluster with Slurm, workers are jobs::
     table = study.run(executor=Client(cluster), store="study/")
 
 Each job needs kanefe in the same version. Kernels come with the wheel, or each user prepares them on the machines of
-the workers (``kanefe prepare``): a folder that others may write is refused, since its files are run. What a study sends
-to its workers is a pickle, which is code: connect to schedulers that you trust. Jobs that end or are killed take no
-case with them: Dask hands their blocks to others. Rows come back to the process that asked, which alone writes the store.
+the workers (``kanefe prepare``): a folder that others may write is refused, since its files are run. What a study
+sends to its workers is a pickle, which is code: connect to schedulers that you trust. Jobs that end or are killed
+take no case with them: Dask hands their blocks to others. Rows come back to the process that asked, which alone
+writes the store.
 """
 
 from __future__ import annotations
