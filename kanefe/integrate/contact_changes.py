@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.integrate.events import Bound, Event
+from kanefe.integrate.events import Event, MarginEvent
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
@@ -31,7 +31,7 @@ FAR = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class ContactChange(Bound):
+class ContactChange(MarginEvent):
     """A moment at which a rigid contact of a scene touches, lifts, slips or sticks; not told itself.
 
     Attributes

@@ -14,7 +14,7 @@ from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.crossings import crossing_between
-from kanefe.integrate.events import Bound, Event
+from kanefe.integrate.events import Event, MarginEvent
 from kanefe.integrate.load_events import EventOfLoad
 from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
 from kanefe.integrate.valleys import lowest_between
@@ -84,7 +84,7 @@ class EventWatch:
             for i, event in enumerate(self.events)
             if isinstance(event, EventOfLoad) and event.number in columns
         }
-        self._is_bound = np.array([isinstance(event, Bound) for event in self.events], dtype=bool)
+        self._is_bound = np.array([isinstance(event, MarginEvent) for event in self.events], dtype=bool)
         self._values = np.zeros(len(self.events))
         self._noise = np.zeros(len(self.events))
         self._ways = np.zeros(len(self.events))
@@ -96,7 +96,7 @@ class EventWatch:
         """Take in a state from which the run goes on, after what has just happened there."""
         self._values = self._values_of(np.array([t]), y[None])[0]
         for i, event in enumerate(self.events):
-            if isinstance(event, Bound):
+            if isinstance(event, MarginEvent):
                 self._noise[i] = event.blur(t, seen(self._model, t, y))
             elif event not in happened or abs(self._values[i]) > self._noise[i]:
                 self._noise[i] = 0.0

@@ -121,7 +121,7 @@ class Event:
         return after
 
 
-class Bound(Event):
+class MarginEvent(Event):
     """An event whose function must not be below zero: it happens where it is, also where it has not passed zero."""
 
     @abstractmethod

@@ -39,7 +39,7 @@ class Acting(NamedTuple):
     wrench: Vector
 
 
-class Run(Protocol):
+class RunStates(Protocol):
     """What is asked of a run in memory: `kanefe.results.channels.RunChannels`."""
 
     @property
@@ -57,7 +57,7 @@ class Run(Protocol):
     def acting_states(self) -> Iterator[tuple[State, Vector]]: ...  # noqa: D102
 
 
-def coupling_forces(run: Run, body: str, interface: str, of: str) -> dict[tuple[str, ...], Matrix]:
+def coupling_forces(run: RunStates, body: str, interface: str, of: str) -> dict[tuple[str, ...], Matrix]:
     """Return a part of the coupling force at an interface (Eq. 30), (T, 6), and what comes with it; "" is the whole.
 
     About the interface where it is, in axes of G: see `kanefe.results.reader.Reader.coupling_force`.
@@ -73,7 +73,7 @@ def coupling_forces(run: Run, body: str, interface: str, of: str) -> dict[tuple[
     return {key: _of_carrier(run, body, interface) if first.end == 0 else _of_carried(run, body, interface, first.name)}
 
 
-def _of_carrier(run: Run, body: str, interface: str) -> Matrix:
+def _of_carrier(run: RunStates, body: str, interface: str) -> Matrix:
     """Return F_u of the components fixed in G, along the axes that they hold: see `unit_wrenches`."""
     terms = run.model.flexible_terms(body)
     frame = terms.body.interface(interface)
@@ -86,13 +86,13 @@ def _of_carrier(run: Run, body: str, interface: str) -> Matrix:
     return np.array([wrench @ force for wrench, force in zip(wrenches, forces, strict=True)])
 
 
-def _fixed_columns(run: Run, body: str, frame: InterfaceFrame) -> list[int]:
+def _fixed_columns(run: RunStates, body: str, frame: InterfaceFrame) -> list[int]:
     terms = run.model.flexible_terms(body)
     first = terms.fixed.start - terms.body.free_count - run.model.free_count
     return [first + column for column in frame.fixed_columns]
 
 
-def _of_carried(run: Run, body: str, interface: str, child: str) -> Matrix:
+def _of_carried(run: RunStates, body: str, interface: str, child: str) -> Matrix:
     """Return the reaction of a body that hangs on an interface, reversed, about the interface."""
     reaction = -run.read("joint_reaction", child)
     axes, own = (np.array([rotation_matrix(e) for e in run.read("rotation", name)]) for name in (child, body))
@@ -102,7 +102,7 @@ def _of_carried(run: Run, body: str, interface: str, child: str) -> Matrix:
     return np.hstack([(part[:, None, :] @ own)[:, 0] for part in (force, moment)])
 
 
-def _of_loads_and_loops(run: Run) -> dict[tuple[str, ...], Matrix]:
+def _of_loads_and_loops(run: RunStates) -> dict[tuple[str, ...], Matrix]:
     """Return what loops, contacts, loads and given forces do at all interfaces: they come out of the same states."""
     model = run.model
     places: Places = {}
@@ -127,7 +127,7 @@ def _of_loads_and_loops(run: Run) -> dict[tuple[str, ...], Matrix]:
     return kept
 
 
-def _states(run: Run, is_held: bool) -> Iterator[SceneState]:
+def _states(run: RunStates, is_held: bool) -> Iterator[SceneState]:
     """Return the states, as cheap as will do: forces that hold need partial velocities, loads need places."""
     if is_held:
         return (state for state, _ in run.acting_states())

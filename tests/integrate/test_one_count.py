@@ -107,9 +107,9 @@ def _counts_of(run: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> tu
     def found(unit: units.Unit) -> Path | None:
         return there(unit) if any(unit.name in names for names in counts) else None
 
-    def loaded(path: Path) -> units.MachineCode:
-        used.add(path.stem.rpartition("-")[0])
-        return opened(path)
+    def loaded(name: str, path: Path) -> units.MachineCode:
+        used.add(path.stem.rsplit("-", 3)[0])  # stamp, size and digest follow
+        return opened(name, path)
 
     monkeypatch.setattr(units, "_loaded", {})
     monkeypatch.setattr(units, "path_of", found)
