@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import itertools
 import os
 import re
 import sys
@@ -110,6 +111,7 @@ class MachineCode(NamedTuple):
 
 _loaded: dict[tuple[str, str], MachineCode] = {}
 _lock = threading.RLock()
+_opens = itertools.count()
 _foreseen: list[Callable[[], Iterable[Unit]]] = []
 
 
@@ -147,7 +149,7 @@ def _name_to_open(descriptor: int, path: Path) -> str:
     """
     if sys.platform != "linux" or not os.path.isdir("/proc/self/fd"):
         return str(path)
-    return f"/proc/self/fd/{'/' * len(_loaded)}{descriptor}"
+    return f"/proc/self/fd/{'/' * next(_opens)}{descriptor}"
 
 
 def loaded_files() -> dict[int, Path]:
