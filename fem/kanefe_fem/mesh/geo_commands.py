@@ -32,7 +32,9 @@ COMMANDS = {
 PRINTS = ("Printf", "Error", "Warning")
 """Words that print a line, and write it to a file where ``>`` follows."""
 
-TAKES_TEXT = frozenset("SetName OptimizeMesh View Macro Function Call Point Line Curve Surface Volume".split())
+TAKES_TEXT = frozenset(
+    ["SetName", "OptimizeMesh", "View", "Macro", "Function", "Call", "Point", "Line", "Curve", "Surface", "Volume"]
+)
 """Words that may stand before a text and run nothing. Others that do are commands that are not known here."""
 
 TEXT_FUNCTION = re.compile(

@@ -125,9 +125,7 @@ def test_a_script_runs_nothing_unless_it_is_trusted(tmp_path: Path) -> None:
 def test_a_mesh_that_gmsh_takes_for_a_script_is_refused(tmp_path: Path, head: str) -> None:
     owned, path = tmp_path / "owned", tmp_path / "part.msh"
     sections = "".join(f"${name}\n$End{name}\n" for name in ("Nodes", "Elements"))
-    path.write_text(
-        f'{head}$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{sections};\nSystem "touch {owned}";\n$EndElements\n'
-    )
+    path.write_text(f'{head}$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{sections};\nSystem "touch {owned}";\n$EndElements\n')
     with pytest.raises(FileError, match="does not begin with"):
         read_mesh(path)
     assert not owned.exists()
