@@ -131,9 +131,9 @@ def ready_path(path: str | Path) -> Path:
     return path
 
 
-def make_folder(folder: Path) -> None:
-    """Make a folder and what it lies in: in the cache, for the owner alone, whatever the umask."""
-    if not _is_in_cache(folder):
+def make_folder(folder: Path, is_own: bool = False) -> None:
+    """Make a folder and what it lies in: in the cache, and if `is_own`, for the owner alone, whatever the umask."""
+    if not (is_own or _is_in_cache(folder)):
         folder.mkdir(parents=True, exist_ok=True)
         return
     for missing in reversed([place for place in (folder, *folder.parents) if not place.exists()]):
