@@ -86,8 +86,8 @@ def _guarded_thing(thing: Any, held: tuple[str, ...]) -> Any:
 def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) -> Callable[..., Any]:
     @wraps(function)
     def guarded(*args: Any, **kwargs: Any) -> Any:
-        kinds = _kinds(function, held)
-        for name, value in (*zip(kinds, args, strict=False), *kwargs.items()):
+        places, kinds = _kinds(function, held)
+        for name, value in (*zip(places, args, strict=False), *kwargs.items()):
             kind = kinds.get(name)
             if kind is not None and not kind.holds(value):
                 raise ModelError(f"{name}= of {title} must be {kind.words}, not {told(value)}")
@@ -128,8 +128,9 @@ class _Names(dict[str, Any]):
 
 
 @cache
-def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> dict[str, Kind | None]:
-    """Return the kinds of the arguments of a function, in their order; None of what is not held."""
+def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, Kind | None]]:
+    """Return the arguments of a function that may be given by place, and the kinds of all; None of what is not held."""
+    places: list[str] = []
     found: dict[str, Kind | None] = {}
     # the constructor that dataclasses write has globals of its own
     names = _Names(sys.modules[function.__module__], function.__globals__)
@@ -141,7 +142,9 @@ def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> dict[str, Kin
             hint = eval(hint, {}, names)
         may_be_infinite = bool(np.any(np.isinf(numbers(one.default))))
         found[one.name] = None if hint is object else kind_of(hint, may_be_infinite)
-    return found
+        if one.kind is not one.KEYWORD_ONLY:
+            places.append(one.name)
+    return tuple(places), found
 
 
 def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:

@@ -87,6 +87,26 @@ def test_places_are_held_as_names_are() -> None:
         door(colour=3)  # type: ignore[call-arg]
 
 
+def test_what_follows_places_without_number_is_not_by_place() -> None:
+    @checked
+    def told(first: str, *names: str, level: float | None = None) -> tuple[str, ...]:
+        return names
+
+    assert told("a", "b", "c", level=1.0) == ("b", "c")
+    with pytest.raises(ModelError, match="level= of told must be a finite number or None, not 'c'"):
+        told("a", "b", level="c")  # type: ignore[arg-type]
+
+
+def test_some_arguments_may_be_left_to_the_function() -> None:
+    @checked("second")
+    def two(first: float, second: float) -> object:
+        return first
+
+    assert two("1", 2.0) == "1"  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match="second= of two must be a finite number, not '2'"):
+        two(1.0, "2")  # type: ignore[arg-type]
+
+
 def test_constructors_are_held_too() -> None:
     @checked
     @dataclass(frozen=True)

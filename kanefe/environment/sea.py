@@ -289,7 +289,7 @@ class Sea:
             omega, wave_number(omega, self.depth, self.gravity), np.sqrt(power), 2.0 * math.pi * phases, direction
         )
 
-    @checked
+    @checked("x", "y")
     def elevation(self, times: Sequence[float] | Vector, x: float = 0.0, y: float = 0.0) -> Vector:
         """Return the height of the surface at a place, m; x points where the main waves go, y to the left of it, m."""
         w = self.waves

@@ -105,7 +105,7 @@ class PeriodicLoad(Load):
         rows = np.zeros((len(self.harmonics), 13))
         for row, (n, parts) in zip(rows, self.harmonics.items(), strict=True):
             if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 1:
-                raise ModelError(f"harmonics of {label} are by whole numbers per turn, 1 or above, not {n!r}")
+                raise ModelError(f"harmonics of {label} must be by whole numbers per turn, 1 or above, not {n!r}")
             row[0], row[1:] = n, shaped_numbers(parts, (2, 6), f"harmonic {n} of {label}").ravel()
         object.__setattr__(self, "rows", rows)
         if self.share is not None:

@@ -17,7 +17,7 @@ from kanefe.loads.periodic_load import checked_history
 from kanefe.loads.rope import Path, path_over
 
 
-@checked("name", "stiffness", "speed", "damping")
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Winch(Load):
     """A cable from a winch at the first end over points to the last, held at a tension by what the winch pays out.

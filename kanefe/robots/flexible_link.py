@@ -27,7 +27,7 @@ class LinkMassWarning(UserWarning):
     """A body from a mesh that is much heavier or lighter than the link whose place it takes."""
 
 
-@checked("body", "at", "orientation", "interfaces")
+@checked("body", "at", "interfaces")
 @dataclass(frozen=True)
 class FlexibleLink:
     """A flexible body that takes the place of a robot's link.

@@ -24,7 +24,7 @@ BODY = 1  # mjtObj
 NO_GRAVITY = 1 << 7  # mjtDisableBit
 
 
-@checked("path", "flexible", "limit_stiffness", "limit_damping", "joint_forces")
+@checked("path", "limit_stiffness", "limit_damping", "joint_forces")
 def read_mjcf(
     path: str | Path,
     *,

@@ -27,7 +27,7 @@ TAKEN = {"link", "joint", "material"}
 MOMENTS = ("ixx", "iyy", "izz")
 
 
-@checked("path", "flexible", "limit_damping", "joint_forces")
+@checked("path", "limit_damping", "joint_forces")
 def read_urdf(
     path: str | Path,
     *,

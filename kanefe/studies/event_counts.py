@@ -7,7 +7,6 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.result import Result
 from kanefe.studies.reducers import finite
@@ -31,7 +30,6 @@ class EventCounts:
         return found
 
 
-@checked("after")
 def events(*, after: float = 0.0, **patterns: str) -> EventCounts:
     """Return a reducer to how many events of a run have names like some patterns.
 

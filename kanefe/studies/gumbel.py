@@ -55,7 +55,6 @@ class GumbelFit:
     count: int
 
     @classmethod
-    @checked
     def of(cls, maxima: np.ndarray) -> GumbelFit:
         """Return the most probable law of some maxima, shape (n,).
 

@@ -162,7 +162,7 @@ def test_a_wave_that_is_told_elsewhere() -> None:
     k = FREQUENCIES**2 / 9.81
     np.testing.assert_allclose(moved.values[0, 0], rao.values[0, 0] * np.exp(12j * k)[:, None], atol=1e-14)
     np.testing.assert_allclose(moved.values[0, 3], rao.values[0, 3] * np.exp(-5j * k)[:, None], atol=1e-14)
-    with pytest.raises(ModelError, match="wave_at must be two numbers"):
+    with pytest.raises(ModelError, match="wave_at= of read_rao must be"):
         kf.read_rao("none.re1", wave_at=(1.0, 2.0, 3.0))
 
 

@@ -295,7 +295,7 @@ class TestGivenMatrices:
             self.given(replace(pattern, pressure=np.zeros(3)))
         with pytest.raises(ModelError, match="must have finite forces"):
             self.given(replace(pattern, traction=np.full((27, 3), np.nan)))
-        with pytest.raises(ModelError, match="must be a NodalPattern"):
+        with pytest.raises(ModelError, match="NodalPattern"):
             self.given(shares)
 
 

@@ -64,7 +64,7 @@ BAD = {
     "no text": Bad(lambda: "", rf"{ANY}|str|Path|Literal|Named|Units|Target"),
     "bytes": Bad(lambda: b"x", ANY),
     "object": Bad(object, ANY),
-    "class": Bad(lambda: int, rf"{ANY}|Callable|type|PlaceLike|Axes|LoadValue|VectorLoad|Quantity|Field"),
+    "class": Bad(lambda: int, rf"{ANY}|Callable|type|PlaceLike|Axes|LoadValue|VectorLoad|Quantity|Field|Function"),
     "generator": Bad(lambda: (x for x in (1.0, 2.0, 3.0)), rf"{ANY}|Iterable|Iterator"),
     "endless": Bad(itertools.count, rf"{ANY}|Iterable|Iterator"),
     "empty list": Bad(list, r"."),
@@ -112,6 +112,10 @@ BY_ARGUMENT = {
     "fps": ("every",),
     "gravity": ("steep",),
     "length": ("distribution",),
+    "spreading": ("spread",),
+    "wind": ("waves",),
+    "build": ("needs a system",),
+    "scale": ("triangles",),
 }
 """The same, for arguments that have one meaning wherever they are."""
 
