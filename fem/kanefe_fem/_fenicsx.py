@@ -7,12 +7,8 @@ out a namespace `fx` from which the forms are made (`kanefe_fem.solids.forms`); 
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import logging
-import os
-import shutil
-import tempfile
 import threading
 import warnings
 from collections.abc import Callable, Iterator
@@ -25,8 +21,8 @@ import scipy.sparse as sp
 
 from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.shapes import Shape
-from kanefe.storage.kept_code import check_entry, check_folder
 from kanefe_fem._petsc import start_mpi
+from kanefe_fem.compiled_forms import check_forms, forms_folder, keep_digests, refuse_options
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Versions of dolfinx this door was tested with."""
@@ -45,12 +41,13 @@ SHAPES = ("triangle", "quad", "tetra", "hexahedron", "triangle6", "quad9", "tetr
 def load() -> Any:
     """Import FEniCSx, once MPI is made safe, and return what the forms need of it."""
     start_mpi()
-    cache = make_cache_writable()
+    refuse_options()
     try:
         from mpi4py import MPI  # isort: skip
         import basix
         import dolfinx
         import dolfinx.fem.petsc
+        import dolfinx.jit
         import ufl
         from petsc4py import PETSc
     except ImportError as problem:
@@ -73,7 +70,7 @@ def load() -> Any:
         ufl=ufl,
         old=version < (0, 8),
         versions=versions,
-        cache=cache,
+        cache=_own_cache(dolfinx.jit),
     )
 
 
@@ -86,34 +83,13 @@ def load_ufl() -> tuple[Any, type[Exception]]:
     return ufl, getattr(ufl, "UFLException", ValueError)
 
 
-def make_cache_writable() -> Path:
-    """Return the folder of compiled forms; one of this process alone where the usual one cannot be written.
-
-    Raises
-    ------
-    FileError
-        If others than the user could put code into it; names the remedy.
-    """
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "fenics"
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as problem:
-        # its name cannot be foreseen, so that nobody has laid anything in it
-        spare = tempfile.mkdtemp(prefix="kanefe-forms-")
-        atexit.register(shutil.rmtree, spare, ignore_errors=True)
-        os.environ["XDG_CACHE_HOME"] = spare
-        warnings.warn(
-            f"the cache of compiled forms {folder} cannot be written ({problem}); this process compiles its own. "
-            "Set XDG_CACHE_HOME to a folder of yours to keep them",
-            UserWarning,
-            stacklevel=5,
-        )
-        return Path(spare) / "fenics"
-    check_folder(folder, "XDG_CACHE_HOME")
-    for entry in folder.iterdir():
-        check_entry(entry, "XDG_CACHE_HOME")
+def _own_cache(jit: Any) -> Path:
+    """Have dolfinx keep compiled forms in our folder, or where options of the user say, and return it, checked."""
+    defaults = getattr(jit, "DOLFINX_DEFAULT_JIT_OPTIONS", None) or jit.DOLFINX_DEFAULT_JIT_PARAMETERS
+    defaults["cache_dir"] = (forms_folder(), defaults["cache_dir"][1])
+    options = (getattr(jit, "get_options", None) or jit.get_parameters)()
+    folder = Path(options["cache_dir"])
+    check_forms(folder)
     return folder
 
 
@@ -217,10 +193,11 @@ def assemble_matrix(fx: Any, form: Any) -> sp.csr_matrix:
 
 
 @contextlib.contextmanager
-def compiling() -> Iterator[None]:
-    """Turn the failures of the form compiler into errors with a remedy."""
+def compiling(fx: Any) -> Iterator[None]:
+    """Turn the failures of the form compiler into errors with a remedy; keep digests of what it has made."""
     try:
         yield
+        keep_digests(fx.cache)
     except PermissionError as problem:
         raise FileError(
             f"the compiled forms cannot be written: {problem}. Remedy: set XDG_CACHE_HOME to a folder of yours"

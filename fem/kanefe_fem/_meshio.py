@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,9 +16,9 @@ from kanefe.fe_model.shapes import corner_kind, is_supported
 from kanefe.fe_model.skin import facet_of
 from kanefe.imports.abaqus_input import keywords
 from kanefe.imports.text import read_text
-from kanefe.storage.files import regular_file
 from kanefe_fem.mesh.abaqus_sets import face_corners, section_sets, surfaces
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
+from kanefe_fem.mesh.named_files import check_named_files
 
 GROUP_DATA = (
     "gmsh:physical",
@@ -36,7 +35,7 @@ GROUP_DATA = (
 _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
 
 
-def read(path: Path, names: Mapping[int, str]) -> Mesh:
+def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
     """Return the mesh of a file that meshio can read.
 
     Groups come from meshio's cell sets; else from the families of a MED file; else from the first cell data among
@@ -49,7 +48,7 @@ def read(path: Path, names: Mapping[int, str]) -> Mesh:
     FileError
         meshio does not know the format, or the file is damaged.
     """
-    check_others(path, path.suffix.lower())
+    check_named_files(path, trusted)
     raw = _read(path)
     try:
         return _mesh_of(raw, path, names)
@@ -117,37 +116,6 @@ def _as_sections_say(
                     found.setdefault(facet, []).append(nodes[np.asarray(rows, dtype=np.int64)][:, list(columns)])
         if found and surface not in by_dimension[2]:
             by_dimension[2][surface] = [Cells(facet, np.concatenate(tables)) for facet, tables in found.items()]
-
-
-_OTHERS = {
-    ".inp": re.compile(rb"^[ \t]*\*[ \t]*include\b[^\n]*=([^\n]*)", re.IGNORECASE | re.MULTILINE),
-    ".xdmf": re.compile(rb"<DataItem[^>]*Format\s*=\s*[\"'](?:HDF|HDF5|Binary)[\"'][^>]*>([^<:]*)", re.IGNORECASE),
-}
-"""By suffix, what names other files that meshio reads."""
-_OTHERS[".xmf"] = _OTHERS[".xdmf"]
-
-MOST_INCLUDED = 10
-"""Files in files; more is a file that includes itself."""
-
-
-def check_others(path: Path, suffix: str, depth: int = 0) -> None:
-    """Refuse a mesh whose file names another one that never ends, is not there, or is itself.
-
-    Raises
-    ------
-    FileError
-        The message names both files.
-    """
-    pattern = _OTHERS.get(suffix)
-    if pattern is None:
-        return
-    if depth > MOST_INCLUDED:
-        raise FileError(f"{path} includes itself, or too many files in files. Remedy: check its *INCLUDE")
-    for found in dict.fromkeys(pattern.findall(path.read_bytes())):
-        name = Path(found.decode("utf-8", errors="replace").strip().strip("\"'"))
-        other = regular_file(name if name.exists() else path.parent / name, f"that {path.name} reads")
-        if suffix == ".inp":
-            check_others(other, suffix, depth + 1)
 
 
 def _read(path: Path) -> Any:

@@ -62,7 +62,8 @@ def read_mesh(
     cells : str or sequence of str, optional
         Groups of cells to keep: one body of several in the file (see `kanefe_fem.mesh.mesh.part_of`). Default: all.
     trusted : bool
-        Whether a .geo source may run programs and open other files.
+        Whether a .geo source may run programs and open other files, also by options in a file ``.opt`` beside it or a
+        .msh; and whether a file may name others outside its folder (``*INCLUDE`` of Abaqus, data of XDMF).
 
     Returns
     -------
@@ -106,7 +107,7 @@ def read_mesh(
     else:
         from kanefe_fem import _meshio
 
-        mesh = _meshio.read(path, names or {})
+        mesh = _meshio.read(path, names or {}, trusted)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     provenance = {"file": path.name, "sha256": digest, **mesh.provenance}
     mesh = replace(mesh, provenance=provenance)

@@ -43,6 +43,7 @@ def read_abaqus(
     expected_center: Sequence[float] | None = None,
     expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
     factorise: Factorise | None = None,
+    trusted: bool = False,
 ) -> FiniteElementModel:
     """Return the model of matrices that Abaqus wrote.
 
@@ -62,6 +63,8 @@ def read_abaqus(
         What M must have, in kg, m and kg m2 (inertia about the centre of mass).
     factorise : callable, optional
         Factors large matrices for the count of zero modes: see `kanefe.imports.self_check.self_check`.
+    trusted : bool
+        Whether the input file may include files outside its folder.
 
     Returns
     -------
@@ -71,7 +74,7 @@ def read_abaqus(
     Raises
     ------
     FileError
-        If a file is not there, truncated, or in another format.
+        If a file is not there, truncated, in another format, or included from elsewhere without being trusted.
     ModelError
         If the matrices do not belong to these nodes, are supported, have degrees of freedom that are no motion, or
         fail the self-check of `kanefe.model_from_matrices`.
@@ -81,7 +84,7 @@ def read_abaqus(
     >>> arm = kf.read_abaqus("job.inp", "job_STIF1.mtx", "job_MASS1.mtx", units="mm, t, s")  # doctest: +SKIP
     >>> body = kf.flexible_body(arm, {"ROOT": "clamped", "TIP": "rigid"})  # doctest: +SKIP
     """
-    table = _nodes(nodes)
+    table = _nodes(nodes, trusted)
     if substructure is not None:
         if stiffness is not None or mass is not None or damping is not None:
             raise ModelError("give either substructure=, or stiffness= and mass=, not both")
@@ -96,9 +99,9 @@ def read_abaqus(
     return model_of_labelled(matrices, table, groups=groups, units=units, expected=expected, source=f"Abaqus {source}")
 
 
-def _nodes(nodes: Nodes) -> NodeTable:
+def _nodes(nodes: Nodes, trusted: bool) -> NodeTable:
     if isinstance(nodes, (str, Path)) and Path(nodes).suffix.lower() == ".inp":
-        return node_table(nodes)
+        return node_table(nodes, trusted)
     return given_nodes(nodes)
 
 

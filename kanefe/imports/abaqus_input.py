@@ -10,6 +10,7 @@ import numpy as np
 from kanefe.errors import FileError, ModelError
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.text import numbers, read_text
+from kanefe.storage.files import named_file
 
 REFUSED = {
     "SYSTEM": "nodes in a system of their own",
@@ -65,17 +66,17 @@ def keywords(text: str) -> list[Keyword]:
     return blocks
 
 
-def node_table(path: str | Path) -> NodeTable:
-    """Return the nodes and node sets of an input file in the labels of its matrices.
+def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
+    """Return the nodes and node sets of an input file in the labels of its matrices; trusted: it includes any file.
 
     Raises
     ------
     FileError
-        If the file is not there or has no nodes.
+        If the file is not there or has no nodes, or names a file outside its folder and is not trusted.
     ModelError
         If it holds several instances, or moves nodes or turns their degrees of freedom: these are not followed.
     """
-    blocks = _with_includes(keywords(read_text(path, "nodes")), Path(path), depth=0)
+    blocks = _with_includes(Path(path), Path(path), trusted)
     instances = [block for block in blocks if block.name == "INSTANCE"]
     if len(instances) > 1 or any(block.lines for block in instances):
         raise ModelError(
@@ -133,14 +134,15 @@ def _members(block: Keyword, sets: dict[str, list[int]], path: str | Path) -> li
     return members
 
 
-def _with_includes(blocks: list[Keyword], path: Path, depth: int) -> list[Keyword]:
-    """Return the keywords with those of ``*INCLUDE, INPUT=file`` in their place."""
+def _with_includes(path: Path, top: Path, trusted: bool, depth: int = 0) -> list[Keyword]:
+    """Return the keywords of a file with those of ``*INCLUDE, INPUT=file`` in their place."""
     if depth > 10:
         raise FileError(f"{path} includes itself. Remedy: check its *INCLUDE")
     found: list[Keyword] = []
-    for block in blocks:
+    for block in keywords(read_text(path, "nodes")):
         found.append(block)
         if block.name == "INCLUDE":
-            other = path.parent / block.options.get("INPUT", "")
-            found += _with_includes(keywords(read_text(other, "nodes")), other, depth + 1)
+            named = path.parent / block.options.get("INPUT", "")
+            other = named_file(named, path, top=top, trusted=trusted, reader="read_abaqus")
+            found += _with_includes(other, top, trusted, depth + 1)
     return found

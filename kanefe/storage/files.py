@@ -72,6 +72,36 @@ def regular_file(
     return path
 
 
+def named_file(path: Path, by: Path, *, top: Path, trusted: bool, reader: str) -> Path:
+    """Return a file that another one names, so that it is read with it: one below the folder of the first of them.
+
+    Parameters
+    ----------
+    path : Path
+    by : Path
+        The file that names it.
+    top : Path
+        The file that the user named.
+    trusted : bool
+        Whether it may lie anywhere.
+    reader : str
+        The function that the user called.
+
+    Raises
+    ------
+    FileError
+        If it lies elsewhere, also by a link; or as `regular_file`.
+    """
+    regular_file(path, f"that {by.name} reads")
+    folder = os.path.realpath(top.parent)
+    if not trusted and not Path(os.path.realpath(path)).is_relative_to(folder):
+        raise FileError(
+            f"{by} reads {path}, which does not lie below {folder}. Remedy: put it there; or, if you know what it is, "
+            f"{reader}(..., trusted=True)"
+        )
+    return path
+
+
 def usable_memory() -> float:
     """Return the bytes that this process can have at most: of the machine, or of its own limit."""
     found = float("inf")
@@ -101,9 +131,9 @@ def ready_path(path: str | Path) -> Path:
     return path
 
 
-def make_folder(folder: Path) -> None:
-    """Make a folder and what it lies in: in the cache, for the owner alone, whatever the umask."""
-    if not _is_in_cache(folder):
+def make_folder(folder: Path, is_own: bool = False) -> None:
+    """Make a folder and what it lies in: in the cache, and if `is_own`, for the owner alone, whatever the umask."""
+    if not (is_own or _is_in_cache(folder)):
         folder.mkdir(parents=True, exist_ok=True)
         return
     for missing in reversed([place for place in (folder, *folder.parents) if not place.exists()]):

@@ -81,7 +81,7 @@ def evaluate_expression(
         )
     kind, connectivity = body.cells[0].kind, np.concatenate([block.nodes for block in body.cells])
     fx = _fenicsx.load()
-    with _fenicsx.quiet(), _fenicsx.compiling():
+    with _fenicsx.quiet(), _fenicsx.compiling(fx):
         evaluator = _Evaluator(fx, body.nodes, Cells(kind, connectivity), elasticity, function, at)
         values = np.array([evaluator.values(u) for u in displacements])
     if at == "nodes":

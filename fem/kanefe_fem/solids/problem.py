@@ -134,7 +134,7 @@ def assemble(
     The mass is integrated exactly.
     """
     fx = _fenicsx.load()
-    with _fenicsx.quiet(), _fenicsx.compiling():
+    with _fenicsx.quiet(), _fenicsx.compiling(fx):
         return _assemble(fx, nodes, connectivity, kind, straight, moduli, density)
 
 
@@ -197,7 +197,7 @@ def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
     dimension = problem.element.dimension
 
     def geometric_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
-        with _fenicsx.quiet(), _fenicsx.compiling():
+        with _fenicsx.quiet(), _fenicsx.compiling(problem.fx):
             if not made:
                 made.append(_form(problem))
             loaded, form = made[0]

@@ -164,7 +164,7 @@ class TestAssembly:
         assert abs(model.stiffness - plain.stiffness).max() == 0.0
 
     def test_all_anisotropic_materials_share_one_kernel(self):
-        cache = _fenicsx.make_cache_writable()
+        cache = _fenicsx.load().cache
         mesh = box("tetra", (2, 1, 1), SIZE)
         solid_model(mesh, crystal())
         before = {path.name for path in cache.iterdir()}

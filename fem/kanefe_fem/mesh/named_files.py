@@ -1,0 +1,55 @@
+"""Files that a mesh file names, and that meshio reads with it: looked at before it does."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from pathlib import Path
+
+from kanefe.errors import FileError
+from kanefe.storage.files import named_file
+
+MOST = 10
+"""Files in files; more is a file that includes itself."""
+
+
+def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth: int = 0) -> None:
+    """Refuse a mesh whose file names one that lies elsewhere, never ends, is not there, or is itself.
+
+    Raises
+    ------
+    FileError
+        The message names both files.
+    """
+    if depth > MOST:
+        raise FileError(f"{path} includes itself, or too many files in files. Remedy: check its *INCLUDE")
+    top = top or path
+    for name in dict.fromkeys(_names(path)):
+        other = named_file(name, path, top=top, trusted=trusted, reader="read_mesh")
+        check_named_files(other, trusted, top, depth + 1)
+
+
+def _names(path: Path) -> Iterator[Path]:
+    """Yield the files that one names, where meshio looks for them."""
+    suffix = path.suffix.lower()
+    if suffix == ".inp":
+        for line in re.split("[\r\n]+", path.read_bytes().decode("utf-8", errors="replace")):
+            word = line.partition(",")[0].strip().replace("*", "")
+            if word.upper() == "INCLUDE" and not line.startswith("**"):
+                name = Path(line.split("=")[-1].strip())
+                yield name if name.exists() else path.parent / name
+    elif suffix in (".xdmf", ".xmf"):
+        for item in _data_items(path):
+            text = (item.text or "").strip()
+            if item.get("Format", "").upper().startswith("HDF"):
+                yield path.parent / text.partition(":")[0]
+            elif item.get("Format", "").upper() == "BINARY":
+                yield Path(text)
+
+
+def _data_items(path: Path) -> Iterator[ElementTree.Element]:
+    try:
+        yield from ElementTree.parse(path).iter("DataItem")
+    except (ElementTree.ParseError, ValueError, LookupError) as error:  # of the last two: an encoding that is none
+        raise FileError(f"{path} is no XML: {error}. Remedy: write it again") from error
