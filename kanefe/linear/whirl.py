@@ -14,6 +14,9 @@ from kanefe.linear.small_motions import SmallMotions
 SPINS = 1e-9
 """Angular velocity, rad/s, below which nothing spins."""
 
+ALONG = 1e-9
+"""Mean square across the axis, of all, below which a mode moves along it."""
+
 
 def spin_axis(small: SmallMotions) -> Vector | None:
     """Return the direction in N of the fastest spin of a body, a unit vector, None if nothing spins."""
@@ -37,14 +40,16 @@ def whirl_of(modes: Modes) -> Vector:
     """
     small = modes.linearisation.small
     axis = spin_axis(small)
-    areas, sizes = np.zeros(len(modes.eigenvalues)), np.zeros(len(modes.eigenvalues))
+    areas, across, sizes = np.zeros((3, len(modes.eigenvalues)))
     if axis is None:
         return areas
     for mass, moved in _points(modes):
         # x = Re(z exp(i w t)) turns about the axis with the area pi Im(z x conj z) . axis / 2
         areas += mass * np.einsum("nmi,i->m", np.cross(moved, moved.conj()).imag, axis)
-        sizes += mass * np.einsum("nmi,nmi->m", moved, moved.conj()).real
-    return np.asarray(np.divide(areas, sizes, out=areas, where=sizes > 0.0))
+        size = mass * np.einsum("nmi,nmi->m", moved, moved.conj()).real
+        sizes += size
+        across += size - mass * (np.abs(moved @ axis) ** 2).sum(axis=0)
+    return np.asarray(np.divide(areas, across, out=np.zeros_like(areas), where=across > ALONG * sizes))
 
 
 def _points(modes: Modes) -> Iterator[tuple[float, np.ndarray]]:
