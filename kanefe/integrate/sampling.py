@@ -29,6 +29,11 @@ END_SHARE = 1e-9
 """Of the time between samples: one that would be as near to the end of a run has nothing left to drive."""
 
 
+AT_ONCE = 1e-9
+"""Of the shortest time between samples: what is due within it is done at once, such as after 3 times 0.1 s and 15 times
+0.02 s."""
+
+
 @dataclass(frozen=True, eq=False)
 class ControllerLog:
     """All samples of a controller in a run, K of them.
@@ -66,7 +71,9 @@ class Sampler:
     def __init__(self, model: Model, start: float, stop: float) -> None:
         self._model, self._stop = model, stop
         self._first_held = model.coordinate_count + model.free_count
-        self._controllers = [_Sampled(model, one, start) for one in model.controllers if one.is_sampled]
+        sampled = [one for one in model.controllers if one.is_sampled]
+        together = AT_ONCE * min((one.every for one in sampled), default=0.0)
+        self._controllers = [_Sampled(model, one, start, together) for one in sampled]
 
     def aim(self, stop: float) -> None:
         """Let the run end at another time, s."""
@@ -82,7 +89,7 @@ class Sampler:
         route, before, y = self._model.route, y, y.copy()
         state = cache(lambda: route.state(t, before))  # joints are read without it
         for one in self._controllers:
-            values = one.at(t, self._stop, y, state)
+            values = one.at(t, self._stop, before, state)  # all read what was before any of them drove
             if values is not None:
                 held = self._model.held[one.controller.name]
                 y[self._first_held + held.start : self._first_held + held.stop] = values
@@ -128,8 +135,8 @@ class Sampler:
 class _Sampled:
     """One controller in a run."""
 
-    def __init__(self, model: Model, controller: Controller, start: float) -> None:
-        self.controller, self._start = controller, start
+    def __init__(self, model: Model, controller: Controller, start: float, together: float) -> None:
+        self.controller, self._start, self._together = controller, start, together
         self._count = 0
         self._memory: dict[str, Any] = {}
         self._late: deque[tuple[float, Vector]] = deque()
@@ -150,9 +157,10 @@ class _Sampled:
     def at(self, t: float, stop: float, y: Vector, state: Callable[[], SceneState]) -> Vector | None:
         """Sample if that is due; return the drives that begin to act now, None if there are none."""
         acting: Vector | None = None
-        while self._late and self._late[0][0] <= t:
+        due = t + self._together
+        while self._late and self._late[0][0] <= due:
             acting = self._late.popleft()[1]
-        if self._time > t or self._time >= stop - END_SHARE * self.controller.every:
+        if self._time > due or self._time >= stop - END_SHARE * self.controller.every:
             return acting
         reads = np.array([read(t, y, state) for read in self._readers])
         values = self._called(t, reads)
