@@ -15,15 +15,13 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, euler_parameters_from_matrix, rotation_vector
+from kanefe.integrate.drive_growth import DriveGrowth
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.loads.controller import Controller, Reading
 
 Read = Callable[[float, Vector, Callable[[], SceneState]], float]
-
-FEW_SAMPLES, GROWN = 10, 10.0
-"""First and last samples of a controller that are compared, and how many times the changes of a drive grow."""
 
 END_SHARE = 1e-9
 """Of the time between samples: one that would be as near to the end of a run has nothing left to drive."""
@@ -104,25 +102,16 @@ class Sampler:
         for one, kept in zip(self._controllers, snapshot, strict=True):
             one.resume(kept)
 
-    def growth(self) -> tuple[str, str] | None:
-        """Return what is told of a run that gets on badly while a controller drives harder and harder, and the remedy.
-
-        A loop that is unstable as it is sampled grows by one factor from sample to sample, until something else ends
-        it: the last changes of its drives are then far larger than the first.
-        """
+    def growth(self, times: float) -> tuple[str, str] | None:
+        """Return what is told of a run in which the drives of a controller have grown so many times, and the remedy."""
         for one in self._controllers:
-            log = one.log()
-            if len(log.times) <= 2 * FEW_SAMPLES:
-                continue
-            changes = np.abs(np.diff(log.drives, axis=0))
-            first, last = (part.max(axis=0) for part in (changes[:FEW_SAMPLES], changes[-FEW_SAMPLES:]))
-            worst = int(np.argmax(last / np.maximum(first, 1e-300)))
-            if last[worst] > GROWN * first[worst] and last[worst] > GROWN * np.median(changes[:, worst]):
+            grown = one.growth.grown(times)
+            if grown is not None:
                 controller = one.controller
-                times = f", {last[worst] / first[worst]:.2g} times as much as at the start" if first[worst] else ""
                 return (
-                    f"controller {controller.name!r} has come to change {controller.drives[worst]!r} by "
-                    f"{last[worst]:.2g} from one sample to the next{times}: as it is sampled its loop may be unstable",
+                    f"controller {controller.name!r} has come to change {controller.drives[grown.drive]!r} by "
+                    f"{grown.change:.2g} from one sample to the next, {grown.times:.2g} times as much as at the start: "
+                    "as it is sampled its loop may be unstable",
                     f"smaller gains or a shorter every= of controller {controller.name!r} (now {controller.every:g} s)",
                 )
         return None
@@ -144,6 +133,7 @@ class _Sampled:
         self._reads: list[Vector] = []
         self._drives: list[Vector] = []
         self._readers = [reader(model, reading) for reading in controller.reads]
+        self.growth = DriveGrowth(controller.drive_count)
 
     @property
     def _time(self) -> float:
@@ -167,6 +157,7 @@ class _Sampled:
         self._times.append(t)
         self._reads.append(reads)
         self._drives.append(values)
+        self.growth.add(values)
         self._count += 1
         if self.controller.delay == 0.0:
             return values

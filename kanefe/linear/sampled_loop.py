@@ -17,7 +17,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError
+from kanefe.errors import KanefeError, ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.sampling import reader
 from kanefe.linear.frequency_response import FrequencyResponse, checked_frequencies
@@ -221,7 +221,28 @@ def sampled_loop(
     >>> kf.sampled_loop(scene).poles.real.round(6)
     array([-4.,  1.,  0.])
     """
-    model, time, y = started_model(scene, t, start, "sampled_loop")
+    loop = _about(*started_model(scene, t, start, "sampled_loop"), inputs, outputs)
+    warn_of_imbalance(loop.plant.imbalance, "sampled_loop")
+    return loop
+
+
+def told_poles(model: Model, t: float, y: Vector) -> str | None:
+    """Return what is told of the poles of a loop about a state in a run, nothing if none grows or they are not known."""
+    try:
+        loop = _about(model, t, y.copy(), (), ())
+    except KanefeError:
+        return None
+    if loop.is_stable:
+        return None
+    z = loop.poles[0]
+    turns = abs(np.angle(z)) / (2.0 * np.pi * loop.period)
+    return (
+        f"; about the state there its fastest pole is |z| = {abs(z):.4g} over {loop.period:g} s, at {turns:.4g} Hz "
+        "(kanefe.sampled_loop has all)"
+    )
+
+
+def _about(model: Model, time: float, y: Vector, inputs: Named | None, outputs: Named | None) -> SampledLoop:
     controllers = [one for one in model.controllers if one.is_sampled]
     if not controllers:
         raise ModelError("sampled_loop: the scene has no controllers. Remedy: add_controller, or kanefe.linearise")
@@ -236,9 +257,7 @@ def sampled_loop(
         if np.array_equal(before, y):
             break
     plant = linearised(model, time, y, inputs, outputs)
-    warn_of_imbalance(plant.imbalance, "sampled_loop")
-    given = inputs_of(plant.model, plant.time, plant.small.q, plant.small.u, inputs)
-    driven = input_directions(plant.small, given)
+    driven = input_directions(plant.small, inputs_of(plant.model, plant.time, plant.small.q, plant.small.u, inputs))
     return _loop(plant, tuple(laws), outputs_of(plant.small, outputs), driven)
 
 
