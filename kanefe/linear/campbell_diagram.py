@@ -240,19 +240,25 @@ def campbell(
     --------
     ``kf.campbell(rotor, np.linspace(0, 500, 26), modes=4).plot("campbell.png")``
     """
-    at = numbers(speeds)
-    if at.ndim != 1 or len(at) < 2 or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
-        raise ModelError(f"the speeds of a Campbell diagram must be two or more that ascend, rad/s, not {speeds!r}")
+    at = ascending_speeds(speeds, "a Campbell diagram")
     if modes is not None and (isinstance(modes, bool) or not isinstance(modes, (int, np.integer)) or modes < 1):
         raise ModelError(f"modes must be a whole number of 1 or more, not {modes!r}")
     if not callable(build):
         raise ModelError(f"campbell needs a function of the speed that returns a scene, not {build!r}")
 
-    of, undamped = _modes_over_speed(build, at, balance)
+    of, undamped = modes_over_speed(build, at, balance)
     curves = _followed(of, at, modes)
     found = _diagram(curves, at, cache(lambda: _of_undamped(undamped, at, modes)))
     _warn_of_mixed(found)
     return found
+
+
+def ascending_speeds(speeds: object, what: str) -> Vector:
+    """Return the speeds of a diagram; raise a ModelError if they are not two or more that ascend."""
+    at = numbers(speeds)
+    if at.ndim != 1 or len(at) < 2 or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
+        raise ModelError(f"the speeds of {what} must be two or more that ascend, rad/s, not {speeds!r}")
+    return at
 
 
 def _followed(of: Callable[[float], AnyModes], at: Vector, modes: int | None) -> Curves:
@@ -312,7 +318,7 @@ def _warn_of_mixed(diagram: Campbell) -> None:
             return
 
 
-def _modes_over_speed(
+def modes_over_speed(
     build: Callable[[float], Freezable | Model], at: Vector, balance: bool
 ) -> tuple[Callable[[float], AnyModes], Callable[[float], Modes]]:
     """Return the modes at a speed as a function, Floquet's if the scene changes as it turns, and those undamped."""

@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
 from kanefe.frames import Vector
 from kanefe.linear.followed_modes import AnyModes
+
+if TYPE_CHECKING:
+    from kanefe.views.plots import Figure
 
 DIGITS = 1e-12
 """Of a speed, to which a limit is solved for."""
@@ -87,3 +92,54 @@ def _halved(grows: Callable[[float], bool], a: float, b: float, before: bool) ->
             break
         a, b = (middle, b) if grows(middle) == before else (a, middle)
     return 0.5 * (a + b)
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityMap:
+    """Over which speeds a scene is stable, for some values of a parameter; made by `stability_map`; ``print`` tells it.
+
+    Attributes
+    ----------
+    speeds : ndarray, shape (S,)
+        Those that were looked at for each value, rad/s.
+    values : ndarray, shape (P,)
+        Of the parameter.
+    growth : ndarray, shape (P, S)
+        Of the mode that grows fastest, 1/s; negative: all decay.
+    onsets : tuple of tuples of StabilityOnset
+        For each value the speeds at which a mode begins or ceases to grow, ascending.
+    """
+
+    speeds: np.ndarray
+    values: np.ndarray
+    growth: np.ndarray
+    onsets: tuple[tuple[StabilityOnset, ...], ...]
+
+    def __str__(self) -> str:
+        lines = [f"stable speeds from {self.speeds[0]:g} to {self.speeds[-1]:g} rad/s"]
+        for value, found, growth in zip(self.values, self.onsets, self.growth, strict=True):
+            edges = [float(self.speeds[0]), *(one.speed for one in found), float(self.speeds[-1])]
+            first_is_stable = found[0].begins if found else growth[0] <= 0.0
+            kept = pairwise(edges[0 if first_is_stable else 1 :])
+            told = ", ".join(f"{a:.6g} to {b:.6g}" for i, (a, b) in enumerate(kept) if i % 2 == 0)
+            lines.append(f"{value:12.6g}  {told or 'none'}")
+        return "\n".join(lines)
+
+    def plot(self, path: str | Path | None = None, *, name: str = "parameter") -> Figure:
+        """Draw growth over speed and parameter with the limits of stability, and write the picture to `path` if given.
+
+        Parameters
+        ----------
+        path : path, optional
+        name : str
+            Of the parameter, for its axis.
+
+        Raises
+        ------
+        ModelError, MissingDependency
+            If the kind of file is unknown, or matplotlib is not installed.
+        """
+        from kanefe.views.stability_picture import stability_picture
+
+        limits = [[one.speed for one in found] for found in self.onsets]
+        return stability_picture(self.speeds, self.values, self.growth, limits, name, path)
