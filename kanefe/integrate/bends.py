@@ -1,0 +1,80 @@
+"""How far flexible bodies are bent at the steps of a run, not only where its states are stored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from kanefe.bodies.inner_rotations import InnerRotations, inner_rotations
+from kanefe.frames import Vector
+from kanefe.kernels.bends import BENT, LARGEST, OF_BODY, PLACE, WHEN
+from kanefe.tree.bending import Bent
+from kanefe.tree.model_data import ModelData
+
+Watched = list[tuple[str, slice, InnerRotations]]
+
+
+def watched_bodies(model: ModelData) -> Watched:
+    """Return name, coordinates and inner rotations of each body that can bend."""
+    found = [(body.name, body.flexible.eta, inner_rotations(body.flexible.body)) for body in model.bodies if body.flexible]
+    return [(name, eta, inner) for name, eta, inner in found if inner is not None]
+
+
+def bends_in_kernels(bodies: Watched, base: int) -> tuple[np.ndarray, Vector]:
+    """Return what kernels watch: rows of integers, and reals that are to lie from the place `base` on.
+
+    See `kanefe.kernels.bends`.
+    """
+    integers, reals = [], []
+    for _, eta, inner in bodies:
+        integers += [eta.start, eta.stop - eta.start, 3 * len(inner.chosen), base]
+        reals += [np.zeros(BENT), *inner.watched]
+        base += sum(map(len, reals[-4:]))
+    return np.array(integers, dtype=np.int64), np.concatenate([np.zeros(0), *reals])
+
+
+def bends_of_kernels(bodies: Watched, integers: np.ndarray, reals: Vector) -> dict[str, Bent]:
+    """Return what kernels have seen, by body."""
+    found = {}
+    for (name, eta, _), row in zip(bodies, integers.reshape(-1, OF_BODY), strict=True):
+        at = int(row[PLACE])
+        if reals[at + LARGEST] > 0.0:
+            found[name] = Bent(float(reals[at + WHEN]), reals[at + BENT : at + BENT + eta.stop - eta.start].copy())
+    return found
+
+
+class Bends:
+    """What steppers in Python have seen so far.
+
+    Attributes
+    ----------
+    seen : dict of str to Bent
+    """
+
+    def __init__(self, model: ModelData) -> None:
+        self._bodies = watched_bodies(model)
+        self._largest = dict.fromkeys((name for name, *_ in self._bodies), 0.0)
+        self.seen: dict[str, Bent] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._bodies)
+
+    def look(self, t: float, y: Vector) -> None:
+        """Keep what is bent farther than before in a state at time t (s)."""
+        for name, at, inner in self._bodies:
+            size = inner.size(y[at])
+            if size > self._largest[name]:
+                self._largest[name], self.seen[name] = size, Bent(t, y[at].copy())
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what has been seen as arrays."""
+        return {f"bent {i}": np.append(*self.seen[name]) for i, (name, *_) in enumerate(self._bodies) if name in self.seen}
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        for i, (name, _, inner) in enumerate(self._bodies):
+            if f"bent {i}" in snapshot:
+                kept = np.array(snapshot[f"bent {i}"])
+                self.seen[name] = Bent(float(kept[0]), kept[1:])
+                self._largest[name] = inner.size(kept[1:])
