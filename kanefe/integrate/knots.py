@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.frames import Matrix
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.joints.motion import Motion
@@ -83,14 +84,14 @@ def sample_times(start: float, stop: float) -> np.ndarray:
     return np.linspace(start, stop, SAMPLES + 1)
 
 
-def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Sequence[Any]:
-    """Return what the acceleration of a motion gives at times, up to the first where it fails.
+def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Matrix:
+    """Return what the acceleration of a motion gives at times, up to the first where it gives no number, (T, 1).
 
     The model keeps it from one question of a run to the next: see `kanefe.integrate.run.check_motions`.
     """
     key = (id(motion), float(times[0]), float(times[-1]))
     if key not in model.looks and motion.acceleration is not None:
-        model.looks[key] = values_at(motion.acceleration, times)
+        model.looks[key] = finite_rows(values_at(motion.acceleration, times))
     return model.looks[key]
 
 

@@ -213,6 +213,6 @@ class _Clock(Motion):
 
     pose: PoseMotion | None = None
 
-    def check_over(self, times: Vector, what: str, accelerations: Sequence[float] | None = None) -> None:
+    def check_over(self, times: Vector, what: str, accelerations: Matrix | None = None) -> None:
         if self.pose is not None:
             self.pose.check_over(times[::FINE], what)
