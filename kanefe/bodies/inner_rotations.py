@@ -54,8 +54,10 @@ class InnerRotations:
 
     @cached_property
     def watched(self) -> tuple[Vector, Vector, Vector]:
-        """What kernels need to watch them: room for coordinates, bounds of the largest by each; room for components,
-        and these by coordinate: see `kanefe.kernels.bends`."""
+        """What kernels need to watch them, see `kanefe.kernels.bends`.
+
+        Room for coordinates with the bounds of the largest by each, room for components, and these by coordinate.
+        """
         turns = self.of_chosen
         bounds = np.sqrt(np.square(turns).reshape(-1, 3, turns.shape[1]).sum(axis=1).max(axis=0))
         return np.append(np.zeros(len(bounds)), bounds), np.zeros(len(turns)), turns.T.ravel()

@@ -144,7 +144,8 @@ class Sea:
             raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")
         if not self.spectrum.moment(0, low, high) > 0.0:
             raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
-        number = float(wave_number(2.0 * math.pi / self.spectrum.zero_crossing_period, self.depth, self.gravity))
+        mean = np.array(2.0 * math.pi / self.spectrum.zero_crossing_period)
+        number = float(wave_number(mean, self.depth, self.gravity))
         steepest = STEEPEST * 2.0 * math.pi / number * math.tanh(number * self.depth)
         if self.spectrum.significant_height > steepest:
             at = "" if math.isinf(self.depth) else f" in water of {self.depth:g} m"

@@ -131,8 +131,8 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
         _identifier(name),
         "; ".join(
             (
-                "A scene of kanefe, linearised: inputs and states are differences from the state that it was linearised "
-                "about",
+                "A scene of kanefe, linearised: inputs and states are differences from the state that it was "
+                "linearised about",
                 *(line.strip() for line in told_imbalance(small.imbalance)),
             )
         ),

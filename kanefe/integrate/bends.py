@@ -17,7 +17,8 @@ Watched = list[tuple[str, slice, InnerRotations]]
 
 def watched_bodies(model: ModelData) -> Watched:
     """Return name, coordinates and inner rotations of each body that can bend."""
-    found = [(body.name, body.flexible.eta, inner_rotations(body.flexible.body)) for body in model.bodies if body.flexible]
+    flexible = [(body.name, body.flexible) for body in model.bodies if body.flexible is not None]
+    found = [(name, terms.eta, inner_rotations(terms.body)) for name, terms in flexible]
     return [(name, eta, inner) for name, eta, inner in found if inner is not None]
 
 
@@ -34,13 +35,14 @@ def bends_in_kernels(bodies: Watched, base: int) -> tuple[np.ndarray, Vector]:
     return np.array(integers, dtype=np.int64), np.concatenate([np.zeros(0), *reals])
 
 
-def bends_of_kernels(bodies: Watched, integers: np.ndarray, reals: Vector) -> dict[str, Bent]:
-    """Return what kernels have seen, by body."""
-    found = {}
+def bends_of_kernels(bodies: Watched, integers: np.ndarray, reals: Vector) -> list[Bent]:
+    """Return what kernels have seen."""
+    found = []
     for (name, eta, _), row in zip(bodies, integers.reshape(-1, OF_BODY), strict=True):
         at = int(row[PLACE])
         if reals[at + LARGEST] > 0.0:
-            found[name] = Bent(float(reals[at + WHEN]), reals[at + BENT : at + BENT + eta.stop - eta.start].copy())
+            bent = reals[at + BENT : at + BENT + eta.stop - eta.start].copy()
+            found.append(Bent(name, float(reals[at + WHEN]), bent))
     return found
 
 
@@ -65,16 +67,17 @@ class Bends:
         for name, at, inner in self._bodies:
             size = inner.size(y[at])
             if size > self._largest[name]:
-                self._largest[name], self.seen[name] = size, Bent(t, y[at].copy())
+                self._largest[name], self.seen[name] = size, Bent(name, t, y[at].copy())
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what has been seen as arrays."""
-        return {f"bent {i}": np.append(*self.seen[name]) for i, (name, *_) in enumerate(self._bodies) if name in self.seen}
+        kept = [(i, self.seen[name]) for i, (name, *_) in enumerate(self._bodies) if name in self.seen]
+        return {f"bent {i}": np.append(one.time, one.eta) for i, one in kept}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Go on from a snapshot."""
         for i, (name, _, inner) in enumerate(self._bodies):
             if f"bent {i}" in snapshot:
                 kept = np.array(snapshot[f"bent {i}"])
-                self.seen[name] = Bent(float(kept[0]), kept[1:])
+                self.seen[name] = Bent(name, float(kept[0]), kept[1:])
                 self._largest[name] = inner.size(kept[1:])

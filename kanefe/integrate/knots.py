@@ -95,10 +95,10 @@ def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Mat
     return model.looks[key]
 
 
-def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any]]:
+def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any] | Matrix]:
     """Return what functions of the user that look at the time alone give: loads, accelerations of driven joints."""
     model = dynamics.model
-    found = [
+    found: list[Sequence[Any] | Matrix] = [
         values_at(load.value, times)
         for load, _ in loads_with_values(model)
         if not (load.takes_state or load.is_constant or isinstance(load.function, Held))
@@ -106,7 +106,7 @@ def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any]]:
     return found + [accelerations_at(model, motion, times) for motion, _ in model.drives if motion.pieces is None]
 
 
-def _second_differences(values: Sequence[Any], count: int) -> np.ndarray:
+def _second_differences(values: Sequence[Any] | Matrix, count: int) -> np.ndarray:
     """Return the largest second difference of samples at each of a count, over their range; zero at both ends, (T,)."""
     found = np.zeros(count)
     sampled = finite_rows(values)

@@ -75,8 +75,8 @@ class Stepper(Protocol):
         ...
 
     @property
-    def bent(self) -> Mapping[str, Bent]:
-        """Where each flexible body was bent the most, of the starts of all steps, by name; none that was not bent."""
+    def bent(self) -> list[Bent]:
+        """Where each flexible body was bent the most, of the starts of all steps; none that was not bent."""
         ...
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:

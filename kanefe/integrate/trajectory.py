@@ -43,7 +43,7 @@ class Trajectory:
         Internal states of loads, switches of constraints, and what controllers hold.
     controllers : mapping of str to ControllerLog
         Their samples.
-    bent : mapping of str to Bent
+    bent : sequence of Bent
         Where each flexible body was bent the most at a step.
     """
 
@@ -58,7 +58,7 @@ class Trajectory:
     events: Mapping[str, np.ndarray] = field(default_factory=dict)
     internal: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     controllers: Mapping[str, ControllerLog] = field(default_factory=dict)
-    bent: Mapping[str, Bent] = field(default_factory=dict)
+    bent: Sequence[Bent] = ()
 
     def __post_init__(self) -> None:
         if not self.internal.size:

@@ -102,7 +102,7 @@ def refuse(found: Contradiction | None, names: tuple[str, str, str], what: str) 
 
 
 def contradiction(
-    functions: tuple[Function, Function, Function], times: Vector, seconds: Sequence[Any] | None = None
+    functions: tuple[Function, Function, Function], times: Vector, seconds: Matrix | None = None
 ) -> Contradiction | None:
     """Return where functions of the time do not change as their rates say, the worst place of the first; None: nowhere.
 
@@ -232,7 +232,7 @@ def values_at(function: Function, times: Vector) -> list[Any]:
     return values
 
 
-def finite_rows(values: Sequence[Any]) -> Matrix:
+def finite_rows(values: Sequence[Any] | Matrix) -> Matrix:
     """Return values as rows, up to the first that is not finite, (T, k)."""
     try:
         rows = np.array(values, dtype=float).reshape(len(values), -1)

@@ -33,7 +33,7 @@ UNSTABLE, WEAKEST = -1e-11, 1e-9
 """Stiffness over mass, of the largest, below which a motion tips; and share by which what is lifted still presses."""
 
 TURNED = 0.5
-"""Angle to its surface, rad, from which on what stood on three contacts or more has turned over: soft ones sink less."""
+"""Angle to its surface, rad, by which what stood on three contacts or more has turned over; soft ones sink by less."""
 
 PARTING = 1e-6
 """In rad or scene lengths: how far it is looked whether contacts part."""
@@ -142,7 +142,7 @@ def _met(state: State) -> dict[Key, _Met]:
                 bodies = load.ends[0].body, load.ends[touch.end].body
                 found[number, i] = _Met(-touch.depth, touch.point, ends[touch.end].A.T @ touch.normal, bodies)
     for number, met in zip(state.model.rigid_contacts, meetings(state), strict=True):
-        contact = state.model.loads[number]
+        contact = state.model.rigid_contact(state.model.rigid_contacts.index(number))
         for i, one in enumerate(met):
             end = contact.ends[contact.probes[i][0]]
             normal = motion_in_N(state, end).A.T @ one.axes[0]

@@ -7,7 +7,7 @@ from some rotation on there is a motion that has lost its inertia, the sooner th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,8 +28,9 @@ LEAST = 0.1
 
 
 class Bent(NamedTuple):
-    """Where a body was bent the most: when, s, and its free coordinates (k,)."""
+    """Where a body was bent: its name, when, s, and its free coordinates (k,)."""
 
+    body: str
     time: float
     eta: Vector
 
@@ -82,9 +83,7 @@ class Bending(NamedTuple):
         )
 
 
-def bendings(
-    model: ModelData, times: Vector, coordinates: Matrix, between: Mapping[str, Bent] | None = None
-) -> list[Bending]:
+def bendings(model: ModelData, times: Vector, coordinates: Matrix, between: Sequence[Bent] = ()) -> list[Bending]:
     """Return for each flexible body how far it is bent where it is bent most.
 
     Parameters
@@ -93,7 +92,7 @@ def bendings(
     times : ndarray, shape (T,)
     coordinates : ndarray, shape (T, coordinates)
         States q.
-    between : dict of str to Bent, optional
+    between : sequence of Bent
         What has been seen of bodies at other times.
     """
     found = []
@@ -103,9 +102,9 @@ def bendings(
             continue
         etas, flexible = coordinates[:, body.flexible.eta], body.flexible.body
         row = inner.worst_row(etas)
-        most = Bent(float(times[row]), etas[row])
-        if between is not None and body.name in between:
-            most = max(most, between[body.name], key=lambda one: inner.size(one.eta))
+        stored = Bent(body.name, float(times[row]), etas[row])
+        seen = [one for one in between if one.body == body.name]
+        most = max(stored, *seen, key=lambda one: inner.size(one.eta)) if seen else stored
         place, turned = inner.largest(most.eta)
         rotation = float(np.linalg.norm(turned))
         if rotation > 0.0 and np.isfinite(rotation):
@@ -115,13 +114,9 @@ def bendings(
     return found
 
 
-def worst_bending(
-    model: ModelData, times: Vector, coordinates: Matrix, between: Mapping[str, Bent] | None = None
-) -> Bending | None:
+def worst_bending(model: ModelData, times: Vector, coordinates: Matrix, between: Sequence[Bent] = ()) -> Bending | None:
     """Return how far the body is bent that is nearest to its reach, or farthest beyond: see `bendings`."""
-    return max(
-        bendings(model, times, coordinates, between), key=lambda one: one.rotation / one.reach, default=None
-    )
+    return max(bendings(model, times, coordinates, between), key=lambda one: one.rotation / one.reach, default=None)
 
 
 def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotations) -> float:

@@ -173,7 +173,7 @@ class KernelStepper:
         return int(self.integers[WORST])
 
     @property
-    def bent(self) -> dict[str, Bent]:
+    def bent(self) -> list[Bent]:
         """Where each flexible body was bent the most."""
         integers = self.integers
         return bends_of_kernels(self._bodies, integers[MAP + 3 * integers[MAP_SIZE] :], self.reals)

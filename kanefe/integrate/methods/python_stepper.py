@@ -56,9 +56,9 @@ class PythonStepper(ABC):
         return self._t_old
 
     @property
-    def bent(self) -> dict[str, Bent]:
+    def bent(self) -> list[Bent]:
         """Where each flexible body was bent the most."""
-        return self._bends.seen
+        return list(self._bends.seen.values())
 
     @property
     def statistics(self) -> dict[str, int | float]:

@@ -52,7 +52,8 @@ def test_a_cantilever_bent_far_is_told(load: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [{}, {"method": "dop853"}, {"method": "generalised-alpha"}, {"method": "generalised-alpha", "step": 1e-3}]
+    "options",
+    [{}, {"method": "dop853"}, {"method": "generalised-alpha"}, {"method": "generalised-alpha", "step": 1e-3}],
 )
 def test_a_body_bent_far_between_outputs_is_told(options: dict[str, Any]) -> None:
     scene = cantilever(1.2, damping=0.0)
