@@ -30,7 +30,7 @@ def box(tilt: float, normal: kf.Rigid | kf.HuntCrossley, *, apart: bool = True) 
     return scene
 
 
-@pytest.mark.parametrize(("normal", "apart"), [(kf.Rigid(), True), (kf.HuntCrossley(1e7), False)])
+@pytest.mark.parametrize(("normal", "apart"), [(kf.Rigid(), False), (kf.HuntCrossley(1e6), True)])
 def test_a_box_tells_how_far_it_is_from_tipping(normal: kf.Rigid | kf.HuntCrossley, apart: bool) -> None:
     with pytest.warns(OtherRestWarning, match="another rest is near"):
         near = kf.equilibrium(box(np.deg2rad(43.0), normal, apart=apart))
