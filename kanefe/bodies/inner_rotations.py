@@ -111,7 +111,7 @@ def _made(body: FlexibleBody) -> InnerRotations:
         parts, places, frames = [_of_nodes(body, picked, _moves(body)) / length], [f"node {node}" for node in picked], 0
         of_displacements = True
     if isinstance(body, UnreducedBody):
-        motion: Matrix | sp.csr_matrix = sp.vstack(parts, format="csr")
+        motion: Matrix | sp.csr_matrix = sp.vstack([sp.csr_matrix(part) for part in parts], format="csr")
         return InnerRotations(tuple(places), motion, np.arange(len(places)), of_displacements)
     motion = np.concatenate(parts)
     of_modes = np.square(motion).reshape(-1, 3, k).sum(axis=1).argmax(axis=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -176,6 +177,7 @@ class PoseMotion(GivenPose):
         if self.orientation is None:
             return
 
+        @cache
         def axes(t: float) -> Matrix:
             return rotation_matrix(self._parameters(t))
 
