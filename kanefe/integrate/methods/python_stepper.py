@@ -58,7 +58,7 @@ class PythonStepper(ABC):
     @property
     def bent(self) -> list[Bent]:
         """Where each flexible body was bent the most."""
-        return list(self._bends.seen.values())
+        return self._bends.seen
 
     @property
     def statistics(self) -> dict[str, int | float]:
@@ -71,7 +71,7 @@ class PythonStepper(ABC):
         passed = 0
         while passed < len(times) and most_steps > 0:
             if self._bends:
-                self._bends.look(self.t, self.state())
+                self._bends.keep(self.t, self.state())
             self._advance(float(times[passed]))
             most_steps -= 1
             reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
