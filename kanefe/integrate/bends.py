@@ -50,7 +50,7 @@ def bends_of_kernels(bodies: Watched, integers: np.ndarray, reals: Vector) -> li
 
 
 class Bends:
-    """What steppers in Python have seen so far; states are looked at many at a time, which takes a fifth of the time."""
+    """What steppers in Python have seen so far; states are looked at many at a time, in a fifth of the time."""
 
     def __init__(self, model: ModelData) -> None:
         self._bodies = watched_bodies(model)
