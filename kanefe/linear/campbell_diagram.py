@@ -20,6 +20,7 @@ from kanefe.linear.azimuth import CONSTANT
 from kanefe.linear.eigenvalues import growth_noise
 from kanefe.linear.equilibria import balanced
 from kanefe.linear.floquet_modes import FloquetModes, floquet
+from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.linearisation import Linearisation, linearised
 from kanefe.linear.modes import Modes, modes_of
 from kanefe.linear.state import model_of
@@ -200,7 +201,7 @@ def campbell(
     if not callable(build):
         raise ModelError(f"campbell needs a function of the speed that returns a scene, not {build!r}")
 
-    of = _modes_over_speed(build, at, balance)
+    of, imbalances = _modes_over_speed(build, at, balance)
     first = of(at[0])
     own = np.flatnonzero(~first.is_rigid)
     if len(own) < modes:
@@ -208,6 +209,9 @@ def campbell(
     followed = [_first(first, own[:modes])]
     for before, after in pairwise(at):
         followed.append(_follow(of, float(before), followed[-1], float(after), of(float(after)), DEEPEST))
+    worst = max(imbalances, key=lambda speed: imbalances[speed].ratio, default=None)
+    if worst is not None:
+        warn_of_imbalance(imbalances[worst], f"campbell at {worst:.6g} rad/s", "balance=True")
     return Campbell(
         speeds=at,
         eigenvalues=np.array([f.values for f in followed]),
@@ -219,13 +223,19 @@ def campbell(
 
 def _modes_over_speed(
     build: Callable[[float], Freezable | Model], at: Vector, balance: bool
-) -> Callable[[float], AnyModes]:
-    """Return the modes at a speed as a function: Floquet's, if the scene changes as it turns."""
+) -> tuple[Callable[[float], AnyModes], dict[float, Imbalance]]:
+    """Return the modes at a speed as a function: Floquet's, if the scene changes as it turns.
+
+    And what is out of balance, by speed, of states that are linearised as they are.
+    """
+    imbalances: dict[float, Imbalance] = {}
 
     def state(speed: float, steady: bool) -> Linearisation:
         model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
         if not balance:
-            return linearised(model, None, None, None, None)
+            found = linearised(model, None, None, None, None)
+            imbalances[speed] = found.imbalance
+            return found
         return balanced(model, start=model.initial_state, steady=steady).linearise()
 
     def of_periodic(speed: float) -> AnyModes:
@@ -234,18 +244,17 @@ def _modes_over_speed(
             still = modes_of(lin)
             none = np.zeros(1, dtype=int)
             return FloquetModes(lin.small, np.inf, still.eigenvalues, none, still.vectors[None], still.is_rigid)
+        imbalances.pop(float(speed), None)  # it finds a motion of its own
         return floquet(lin.model, period=2.0 * np.pi / abs(float(speed)), t=lin.time, start=lin.state)
 
     fastest = float(at[np.abs(at).argmax()])
     if fastest != 0.0:
         lin = state(fastest, False)
-        if not balance:
-            warn_of_imbalance(lin.imbalance, f"campbell at {fastest:.6g} rad/s")
-        else:
+        if balance:
             warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
         if lin.change > CONSTANT:
-            return of_periodic
-    return lambda speed: modes_of(state(float(speed), True))
+            return of_periodic, imbalances
+    return lambda speed: modes_of(state(float(speed), True)), imbalances
 
 
 class _Candidates(NamedTuple):
