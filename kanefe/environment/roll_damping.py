@@ -37,7 +37,7 @@ class RollDamping:
     Raises
     ------
     ModelError
-        If a number is not above zero.
+        If a number is not above zero, or a ratio not below one.
 
     Examples
     --------
@@ -53,7 +53,12 @@ class RollDamping:
         for name in ("ratio", "frequency", "ratio_of_rao"):
             value = getattr(self, name)
             if value is not None:
-                checked_number(value, f"{name} of a RollDamping", above=0.0)
+                number = checked_number(value, f"{name} of a RollDamping", above=0.0)
+                if name != "frequency" and number >= 1.0:
+                    raise ModelError(
+                        f"{name} of a RollDamping is below 1, that of critical damping, beyond which a ship does not "
+                        f"roll, and not {number:g}. Remedy: {number / 100.0:g} for {number:g} %"
+                    )
 
     def fitted(self, rao: MotionRao) -> RollDamping:
         """Return the same with natural frequency and ratio of an RAO.

@@ -30,7 +30,8 @@ RANDOM_COUNT = 200
 MOST_WAVES = 100_000
 
 STEEPEST = 1.0 / 7.0
-"""Height over length of the steepest wave on deep water, by Michell 1893 (0.142): higher ones break."""
+"""Height over length of the steepest wave on deep water, by Michell 1893 (0.142): higher ones break. In water of depth
+d it is tanh(k d) times that (Miche 1944)."""
 
 
 class Waves(NamedTuple):
@@ -143,13 +144,15 @@ class Sea:
             raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")
         if not self.spectrum.moment(0, low, high) > 0.0:
             raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
-        steepest = STEEPEST * self.gravity * self.spectrum.zero_crossing_period**2 / (2.0 * math.pi)
+        mean = np.array(2.0 * math.pi / self.spectrum.zero_crossing_period)
+        number = float(wave_number(mean, self.depth, self.gravity))
+        steepest = STEEPEST * 2.0 * math.pi / number * math.tanh(number * self.depth)
         if self.spectrum.significant_height > steepest:
+            at = "" if math.isinf(self.depth) else f" in water of {self.depth:g} m"
             raise ModelError(
-                f"{self.spectrum.title} is steeper than waves can be before they break: its significant height of "
-                f"{self.spectrum.significant_height:.4g} m is more than a seventh of the length of waves of its mean "
-                f"period, {self.spectrum.zero_crossing_period:.4g} s, which is {steepest:.4g} m. Remedy: check height "
-                "and period, in m and s"
+                f"{self.spectrum.title}{at} is steeper than waves can be before they break: waves of its mean period, "
+                f"{self.spectrum.zero_crossing_period:.4g} s, are {2.0 * math.pi / number:.4g} m long and break above "
+                f"{steepest:.4g} m. Remedy: check height and period, in m and s, and the depth"
             )
         needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
         if self.count is not None and not 1 <= self.count <= MOST_WAVES:

@@ -15,6 +15,10 @@ POINTS = 3601
 """Of the table of the distribution: a twentieth of a degree."""
 
 
+WIDEST = 90.0
+"""Standard deviation in degrees above which next to nothing is left of a normal distribution but its cut."""
+
+
 @dataclass(frozen=True)
 class Spreading:
     """A distribution of directions: ``cos^power``, or a wrapped normal one.
@@ -30,7 +34,7 @@ class Spreading:
     Raises
     ------
     ModelError
-        If both are given, or one is not above zero.
+        If both are given, one is not above zero, or the deviation is above 90 degrees.
     """
 
     power: float | None = None
@@ -42,6 +46,11 @@ class Spreading:
         for value in (self.power, self.deviation_deg):
             if value is not None:
                 checked_number(value, "the spreading of waves", above=0.0)
+        if self.deviation_deg is not None and self.deviation_deg > WIDEST:
+            raise ModelError(
+                f"waves do not spread by {self.deviation_deg:g} degrees: what lies beyond 90 is left out. Remedy: a "
+                f"standard deviation of {WIDEST:g} degrees or less, or a power"
+            )
 
     @property
     def is_long_crested(self) -> bool:

@@ -56,7 +56,7 @@ class RayleighDamping:
         Raises
         ------
         ModelError
-            If the frequencies are equal or not positive, or if the fit needs a negative factor.
+            If the frequencies are equal or not positive, a ratio is above 1, or the fit needs a negative factor.
 
         Examples
         --------
@@ -70,6 +70,7 @@ class RayleighDamping:
                 f"Rayleigh damping is fitted to two ratios at two different frequencies above zero, "
                 f"not to {ratios!r} at {frequencies!r} Hz"
             )
+        _check_vibrates(given, "a damping ratio to be fitted", "; factors that damp so much are given as such")
         mass, stiffness = np.linalg.solve(np.column_stack((0.5 / w, 0.5 * w)), given)
         if min(mass, stiffness) < 0:
             raise ModelError(
@@ -109,11 +110,8 @@ class ModalDamping:
         values = np.atleast_1d(numbers(self.ratio))
         if values.ndim != 1 or not len(values) or not np.all(np.isfinite(values)) or np.any(values < 0):
             raise ModelError(f"modal damping ratios must be finite and >= 0, not {self.ratio!r}")
-        if values.max() > 1.0 and not self.overdamped:
-            raise ModelError(
-                f"a modal damping ratio of {values.max():g} is above 1, that of critical damping: such a mode does not "
-                f"vibrate. Remedy: {values.max() / 100.0:g} for {values.max():g} %, or overdamped=True if it is meant"
-            )
+        if not self.overdamped:
+            _check_vibrates(values, "a modal damping ratio", ", or overdamped=True if it is meant")
 
     def ratios(self, count: int) -> np.ndarray:
         """Return one ratio for each of `count` modes, shape (count,).
@@ -129,6 +127,16 @@ class ModalDamping:
                 f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out"
             )
         return np.concatenate((values, np.full(count - len(values), values[-1])))
+
+
+def _check_vibrates(ratios: np.ndarray, what: str, meant: str) -> None:
+    """Raise a ModelError if a damping ratio is above that of critical damping: it is likely one in percent."""
+    largest = float(ratios.max())
+    if largest > 1.0:
+        raise ModelError(
+            f"{what} of {largest:g} is above 1, that of critical damping: such a mode does not vibrate. Remedy: "
+            f"{largest / 100.0:g} for {largest:g} %{meant}"
+        )
 
 
 Damping: TypeAlias = RayleighDamping | ModalDamping | sp.spmatrix | np.ndarray | None

@@ -26,6 +26,7 @@ from kanefe.fmu.scene_source import scene_source
 from kanefe.fmu.serve import packed
 from kanefe.kernels.units import content_of, linker
 from kanefe.linear.linearisation import Linearisation
+from kanefe.linear.unsettled import told_imbalance
 from kanefe.stepping.simulation import Simulation
 from kanefe.storage.files import write_whole
 
@@ -128,7 +129,13 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
     description = UnitDescription(
         name,
         _identifier(name),
-        "A scene of kanefe, linearised: inputs and states are differences from the state that it was linearised about.",
+        "; ".join(
+            (
+                "A scene of kanefe, linearised: inputs and states are differences from the state that it was "
+                "linearised about",
+                *(line.strip() for line in told_imbalance(small.imbalance)),
+            )
+        ),
         _token(body.encode(), repr(named).encode()),
         inputs,
         outputs,

@@ -30,7 +30,8 @@ def accounted(model: Model, run: Trajectory) -> Trajectory:
     "energy_balance": what is missing at the end, J, and its share of the largest energy of motion and deformation, or
     that was exchanged. "bending": the `Bending` of the body that is nearest to its reach, or farthest beyond.
     """
-    found = {"energy_balance": _balance(model, run), "bending": worst_bending(model, run.times, run.coordinates)}
+    bending = worst_bending(model, run.times, run.coordinates, run.bent)
+    found = {"energy_balance": _balance(model, run), "bending": bending}
     # lists, as files give them back
     of_run = replace(run, statistics=run.statistics | {name: list(told) for name, told in found.items() if told})
     for text in remarks(of_run.statistics, _doubtful(model)):

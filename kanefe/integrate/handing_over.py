@@ -11,6 +11,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.stepper import StepFailure, Stepper
 from kanefe.kernels.stepping import SMALLEST
+from kanefe.tree.bending import Bent
 
 
 class HandingOver:
@@ -73,6 +74,11 @@ class HandingOver:
             for name, value in self._second.statistics.items():
                 counts[name] = counts.get(name, 0) + value
         return counts
+
+    @property
+    def bent(self) -> list[Bent]:
+        """Where each flexible body was bent the most by either."""
+        return self._first.bent + ([] if self._second is None else self._second.bent)
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""

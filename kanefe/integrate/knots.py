@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.frames import Matrix
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.joints.motion import Motion
@@ -83,21 +84,21 @@ def sample_times(start: float, stop: float) -> np.ndarray:
     return np.linspace(start, stop, SAMPLES + 1)
 
 
-def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Sequence[Any]:
-    """Return what the acceleration of a motion gives at times, up to the first where it fails.
+def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Matrix:
+    """Return what the acceleration of a motion gives at times, up to the first where it gives no number, (T, 1).
 
     The model keeps it from one question of a run to the next: see `kanefe.integrate.run.check_motions`.
     """
     key = (id(motion), float(times[0]), float(times[-1]))
     if key not in model.looks and motion.acceleration is not None:
-        model.looks[key] = values_at(motion.acceleration, times)
+        model.looks[key] = finite_rows(values_at(motion.acceleration, times))
     return model.looks[key]
 
 
-def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any]]:
+def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any] | Matrix]:
     """Return what functions of the user that look at the time alone give: loads, accelerations of driven joints."""
     model = dynamics.model
-    found = [
+    found: list[Sequence[Any] | Matrix] = [
         values_at(load.value, times)
         for load, _ in loads_with_values(model)
         if not (load.takes_state or load.is_constant or isinstance(load.function, Held))
@@ -105,7 +106,7 @@ def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any]]:
     return found + [accelerations_at(model, motion, times) for motion, _ in model.drives if motion.pieces is None]
 
 
-def _second_differences(values: Sequence[Any], count: int) -> np.ndarray:
+def _second_differences(values: Sequence[Any] | Matrix, count: int) -> np.ndarray:
     """Return the largest second difference of samples at each of a count, over their range; zero at both ends, (T,)."""
     found = np.zeros(count)
     sampled = finite_rows(values)

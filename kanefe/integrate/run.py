@@ -144,6 +144,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         internal=states[:, n + m : -WORKS],
         events={event.name: np.array(watch.times[event.name]) for event in told} if watch else {},
         controllers=sampler.logs() if sampler else {},
+        bent=stepper.bent,
     )
 
 

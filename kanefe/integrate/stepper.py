@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.errors import KanefeError, SimulationError
 from kanefe.frames import Vector
+from kanefe.tree.bending import Bent
 
 BESIDE = 1e-6
 """Of the span: how near the place at which the equations had no answer a run that ends is ended by that."""
@@ -71,6 +72,11 @@ class Stepper(Protocol):
     @property
     def statistics(self) -> dict[str, int | float]:
         """What was done so far: "steps", "rejected", "evaluations"; "factorisations", "jacobians" where there are."""
+        ...
+
+    @property
+    def bent(self) -> list[Bent]:
+        """Where each flexible body was bent the most, of the starts of all steps; none that was not bent."""
         ...
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
+from kanefe.tree.bending import Bent
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,8 @@ class Trajectory:
         Internal states of loads, switches of constraints, and what controllers hold.
     controllers : mapping of str to ControllerLog
         Their samples.
+    bent : sequence of Bent
+        Where each flexible body was bent the most at a step.
     """
 
     times: np.ndarray
@@ -55,6 +58,7 @@ class Trajectory:
     events: Mapping[str, np.ndarray] = field(default_factory=dict)
     internal: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     controllers: Mapping[str, ControllerLog] = field(default_factory=dict)
+    bent: Sequence[Bent] = ()
 
     def __post_init__(self) -> None:
         if not self.internal.size:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import numbers, shaped_numbers
+from kanefe.frames import Matrix, numbers, shaped_numbers
 from kanefe.joints.rates_over_time import contradiction, refuse
 
 LEAST_POINTS = 4
@@ -280,10 +280,10 @@ class Motion:
         """Time zero, or the time nearest to it at which the motion is known, s."""
         return min(max(0.0, self.span[0]), self.span[1])
 
-    def check_over(self, times: np.ndarray, what: str, accelerations: Sequence[float] | None = None) -> None:
+    def check_over(self, times: np.ndarray, what: str, accelerations: Matrix | None = None) -> None:
         """Raise a ModelError that names what it is the motion of, if its rates do not fit it all through a run.
 
-        `accelerations` are those at the times of the run (T,), s, where they are known already. A position that jumps
+        `accelerations` are those at the times of the run (T, 1), s, where they are known already. A position that jumps
         has no speed, and a speed that jumps takes an impulse: both are refused.
         """
         if self.pieces is None and self.velocity is not None and self.acceleration is not None:

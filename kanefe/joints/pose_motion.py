@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -176,6 +177,7 @@ class PoseMotion(GivenPose):
         if self.orientation is None:
             return
 
+        @cache
         def axes(t: float) -> Matrix:
             return rotation_matrix(self._parameters(t))
 
@@ -213,6 +215,6 @@ class _Clock(Motion):
 
     pose: PoseMotion | None = None
 
-    def check_over(self, times: Vector, what: str, accelerations: Sequence[float] | None = None) -> None:
+    def check_over(self, times: Vector, what: str, accelerations: Matrix | None = None) -> None:
         if self.pose is not None:
             self.pose.check_over(times[::FINE], what)

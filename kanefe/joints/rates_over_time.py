@@ -27,6 +27,9 @@ OF_FOURTH = 0.25
 """Bound of the error of the corrected trapezoidal rule over the fourth difference: 11/720 of smooth functions, and
 (1/2 + 1/12) / 3 where the function jumps."""
 
+FEW = 40
+"""Intervals of a first look."""
+
 CLOSEST = 1e-5
 """Length of the interval in which a contradiction is told, over the distance of the samples."""
 
@@ -102,15 +105,18 @@ def refuse(found: Contradiction | None, names: tuple[str, str, str], what: str) 
 
 
 def contradiction(
-    functions: tuple[Function, Function, Function], times: Vector, seconds: Sequence[Any] | None = None
+    functions: tuple[Function, Function, Function], times: Vector, seconds: Matrix | None = None
 ) -> Contradiction | None:
     """Return where functions of the time do not change as their rates say, the worst place of the first; None: nowhere.
 
     The second rate is sampled at all times, value and rate at each `STRIDE`-th. Between these the changes are integrals
     of the second rate by the trapezoidal rule and its correction, whose error the fourth differences bound, also where
-    the second rate jumps. What is left over is followed by `_followed`.
+    the second rate jumps. What is left over is followed by `_followed`. Values that fit by far at a few samples,
+    as those of most motions do, are looked at no more closely: see `_fits`.
     """
     value, rate, second = functions
+    if _fits(functions, times, seconds):
+        return None
     a = finite_rows(values_at(second, times) if seconds is None else seconds)
     v = finite_rows(values_at(rate, times[::STRIDE]))
     x = finite_rows(values_at(value, times[::STRIDE]))
@@ -147,6 +153,48 @@ def contradiction(
                 if found is not None:
                     return Contradiction(of_rate, *found)
     return None
+
+
+def _fits(functions: tuple[Function, Function, Function], times: Vector, seconds: Matrix | None) -> bool:
+    """Tell whether values fit their rates by far at all of a few samples, and in a place between them.
+
+    By the trapezoidal rule and its correction; what is allowed is no more than where it is looked more closely.
+    Functions that are wrong for a fortieth of the run and right before and after may be missed.
+    """
+    stride, value, rate = (len(times) - 1) // FEW, functions[0], functions[1]
+    coarse = times[::stride] if stride else times
+    x, v = (finite_rows(values_at(function, coarse)) for function in (value, rate))
+    a = finite_rows(values_at(functions[2], coarse)) if seconds is None else seconds[::stride] if stride else seconds
+    if len(coarse) < FEW or not x.shape == v.shape == a.shape or len(x) < len(coarse):
+        return False
+    length, latest = float(coarse[1] - coarse[0]), float(np.abs(times[[0, -1]]).max())
+    if seconds is None:
+        d2 = _differences(a)
+        gained = length * (0.5 * (a[1:] + a[:-1]) - (d2[1:] + d2[:-1]) / 24.0)
+    else:
+        starts = np.arange(0, stride * (len(coarse) - 1), stride)
+        sums = np.add.reduceat(seconds[: starts[-1] + stride], starts, axis=0)
+        gained = length / stride * (sums + 0.5 * (a[1:] - a[:-1]))
+    moved = 0.5 * length * (v[1:] + v[:-1]) - length**2 / 12.0 * (a[1:] - a[:-1])
+    for pair, y, change, rates in ((functions[:2], x, moved, v), (functions[1:], v, gained, a)):
+        sizes = _norm(rates)
+        near = np.maximum(sizes[1:], sizes[:-1])
+        near[1:] = np.maximum(near[1:], sizes[:-2])
+        noise = NOISE * (float(np.abs(y).max()) + latest * float(sizes.max()))
+        if not (_norm(y[1:] - y[:-1] - change) <= SHARE * length * near + noise).all():
+            return False
+        # vibrations of which the samples see one phase
+        at = len(near) // 3
+        start, share = float(coarse[at]) + 0.0231 * length, LOCAL * length
+        try:
+            y0, y1 = np.array([pair[0](t) for t in (start, start + share)], dtype=float).reshape(2, -1)
+            r = np.array([pair[1](start + part * share) for part in (0.0, 0.5, 1.0)], dtype=float).reshape(3, -1)
+        except (ArithmeticError, LookupError, TypeError, ValueError):
+            return False
+        size = max(float(near[at]), float(_norm(r).max()))
+        if not float(_norm(y1 - y0 - share / 6.0 * (r[0] + 4.0 * r[1] + r[2]))) <= SHARE * share * size + noise:
+            return False
+    return True
 
 
 def _followed(
@@ -192,7 +240,7 @@ def values_at(function: Function, times: Vector) -> list[Any]:
     return values
 
 
-def finite_rows(values: Sequence[Any]) -> Matrix:
+def finite_rows(values: Sequence[Any] | Matrix) -> Matrix:
     """Return values as rows, up to the first that is not finite, (T, k)."""
     try:
         rows = np.array(values, dtype=float).reshape(len(values), -1)

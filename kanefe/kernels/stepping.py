@@ -15,6 +15,7 @@ import numpy as np
 from kanefe.kernels._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.advance import put_turned
 from kanefe.kernels.arrays import Advance, Integers, Interpolate, RealRows, Reals
+from kanefe.kernels.bends import watch_bends
 from kanefe.kernels.entries import entry
 from kanefe.kernels.vectors import copy
 
@@ -54,9 +55,12 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     IS_STIFF,
     IS_LEFT_OPEN,
     KNOTS,
-) = range(22)
+    BENDS,
+) = range(23)
 OF_METHOD = 24  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
+
+# Behind it, from the place BENDS on where that is not 0: the flexible bodies that are watched, see `kernels.bends`
 
 # Why a method failed
 TOO_SMALL, NO_CONVERGENCE, NO_NUMBERS, HELD = 1, 2, 3, 4
@@ -201,6 +205,8 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
         command = run.advance(integers, reals, vectors, run.table)
         if command != ACCEPTED:
             return command
+        if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
+            watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
         stored = integers[STORED]
         while stored < len(run.times) and run.times[stored] <= reals[TIME]:
             run.interpolate(integers, reals, vectors, run.table, run.times[stored], run.states[stored])

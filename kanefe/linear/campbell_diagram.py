@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from kanefe.linear.eigenvalues import growth_noise
 from kanefe.linear.equilibria import balanced
 from kanefe.linear.floquet_modes import FloquetModes, floquet
 from kanefe.linear.followed_modes import DEEPEST, SURE, AnyModes, Curves
+from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.linearisation import Linearisation, linearised
 from kanefe.linear.modes import Modes, modes_of
 from kanefe.linear.stability_over_speed import StabilityOnset, stability_onsets
@@ -246,9 +247,10 @@ def campbell(
     if not callable(build):
         raise ModelError(f"campbell needs a function of the speed that returns a scene, not {build!r}")
 
-    of, undamped = modes_over_speed(build, at, balance)
-    curves = _followed(of, at, modes)
-    found = _diagram(curves, at, cache(lambda: _of_undamped(undamped, at, modes)))
+    scene = modes_over_speed(build, at, balance)
+    curves = _followed(scene.modes, at, modes)
+    found = _diagram(curves, at, cache(lambda: _of_undamped(scene.undamped, at, modes)))
+    scene.warn("campbell")
     _warn_of_mixed(found)
     return found
 
@@ -318,15 +320,38 @@ def _warn_of_mixed(diagram: Campbell) -> None:
             return
 
 
-def modes_over_speed(
-    build: Callable[[float], Freezable | Model], at: Vector, balance: bool
-) -> tuple[Callable[[float], AnyModes], Callable[[float], Modes]]:
-    """Return the modes at a speed as a function, Floquet's if the scene changes as it turns, and those undamped."""
+class OverSpeed(NamedTuple):
+    """A scene over its speed (rad/s).
+
+    Attributes
+    ----------
+    modes, undamped : callable
+        Speed -> modes, Floquet's if the scene changes as it turns; and those without damping.
+    imbalances : dict of float to Imbalance
+        What was out of balance at speeds at which the scene was linearised as it is.
+    """
+
+    modes: Callable[[float], AnyModes]
+    undamped: Callable[[float], Modes]
+    imbalances: dict[float, Imbalance]
+
+    def warn(self, what: str) -> None:
+        """Warn of the largest imbalance, if one is worth it."""
+        worst = max(self.imbalances, key=lambda speed: self.imbalances[speed].ratio, default=None)
+        if worst is not None:
+            warn_of_imbalance(self.imbalances[worst], f"{what} at {worst:.6g} rad/s", "balance=True")
+
+
+def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, balance: bool) -> OverSpeed:
+    """Return the modes of a scene over its speed; raise a ModelError if nothing turns in it."""
+    imbalances: dict[float, Imbalance] = {}
 
     def state(speed: float, steady: bool) -> Linearisation:
         model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
         if not balance:
-            return linearised(model, None, None, None, None)
+            found = linearised(model, None, None, None, None)
+            imbalances[speed] = found.imbalance
+            return found
         return balanced(model, start=model.initial_state, steady=steady).linearise()
 
     @cache
@@ -350,11 +375,10 @@ def modes_over_speed(
             f"nothing turns in the scene of campbell at {fastest:.6g} rad/s. Remedy: a shaft driven by "
             "kanefe.Motion.steady(speed), with the speed that build is given"
         )
-    if not balance:
-        warn_of_imbalance(lin.imbalance, f"campbell at {fastest:.6g} rad/s")
-    else:
+    if balance:
         warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
     if lin.change > CONSTANT:
-        return of_periodic, refused
+        return OverSpeed(of_periodic, refused, imbalances)
     steady = cache(lambda speed: state(speed, True))
-    return cache(lambda speed: modes_of(steady(speed))), cache(lambda speed: modes_of(steady(speed).undamped()))
+    of = cache(lambda speed: modes_of(steady(speed)))
+    return OverSpeed(of, cache(lambda speed: modes_of(steady(speed).undamped())), imbalances)

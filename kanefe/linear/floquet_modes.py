@@ -12,19 +12,23 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.linear.eigenvalues import OfEigenvalues
-from kanefe.linear.hill import hill_motions
-from kanefe.linear.periodic_motion import motion_around
+from kanefe.linear.hill import Hill, hill_motions
+from kanefe.linear.periodic_motion import Around, motion_around
 from kanefe.linear.shapes import body_masses
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import check_no_rigid_contacts, model_in_state
 from kanefe.linear.tangents import tangent_names
+from kanefe.linear.unresisted import unresisted_around
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.linear.state import Freezable
 
 RIGID = 1e-7
-"""Eigenvalue, of the largest, that counts as zero: one that is double is known to the root of round-off only."""
+"""Eigenvalue, of the largest, that may be zero: one that is double is known to the root of round-off only."""
+
+REACH_OF_RIGID = 4
+"""Harmonics of motions that nothing resists, to either side: coordinates in axes that turn take two."""
 
 TOLD_SHARE = 0.005
 """Of a mode, from which on ``print`` tells a harmonic."""
@@ -193,11 +197,11 @@ def floquet(
     if np.shape(seconds) != () or not np.isfinite(seconds) or not seconds > 0.0:
         raise ModelError(f"the period of floquet must be above zero s, not {period!r}")
     around = motion_around(model, time, q, u, float(seconds))
-    if not around.small.is_holonomic:
+    if not around.points[0].is_holonomic:
         raise ModelError("floquet: scenes that roll are not offered. Remedy: modes() of a state that rolls steadily")
     rate = 2.0 * np.pi / float(seconds)
     hill = hill_motions(around.harmonics, rate)
-    return _listed(around.small, float(seconds), hill.values, hill.shapes)
+    return _listed(around, float(seconds), hill)
 
 
 def _period(model: Model, t: float, u: Vector) -> float:
@@ -214,8 +218,9 @@ def _period(model: Model, t: float, u: Vector) -> float:
     return 2.0 * np.pi / min(rates)
 
 
-def _listed(small: SmallMotions, period: float, values: np.ndarray, shapes: np.ndarray) -> FloquetModes:
+def _listed(around: Around, period: float, hill: Hill) -> FloquetModes:
     """Return the modes with their largest harmonics in the middle, one of each conjugate pair, lowest first."""
+    small, values, shapes = around.points[0], hill.values, hill.shapes
     rate, reach = 2.0 * np.pi / period, len(shapes) // 2
     size = np.abs(values).max(initial=0.0)
     none = np.zeros(len(values), dtype=bool)
@@ -232,7 +237,7 @@ def _listed(small: SmallMotions, period: float, values: np.ndarray, shapes: np.n
     found = np.where(np.abs(found.imag) <= 1e-9 * size, 0.0, found.imag) * 1j + np.where(
         np.abs(found.real) <= 1e-12 * size, 0.0, found.real
     )
-    is_rigid = np.abs(found) <= RIGID * size
+    is_rigid = _rigid(around, found, rate, RIGID * size)
     found = np.where(is_rigid, 0.0, found)
     kept = _one_of_each(found, rate, is_rigid, 1e-7 * size)
     order = kept[np.lexsort((-found[kept].real, found[kept].imag, ~is_rigid[kept]))]
@@ -241,6 +246,21 @@ def _listed(small: SmallMotions, period: float, values: np.ndarray, shapes: np.n
     modes = FloquetModes(small, period, found, orders, wide, is_rigid)
     sizes = np.sqrt(np.einsum("kij,il,klj->j", modes.tangents.conj(), modes.metric, modes.tangents).real)
     return FloquetModes(small, period, found, orders, wide / np.where(sizes > 0.0, sizes, 1.0), is_rigid)
+
+
+def _rigid(around: Around, values: np.ndarray, rate: float, noise: float) -> np.ndarray:
+    """Return which motions nothing resists: as many of those with the lowest eigenvalues as there are, by rank.
+
+    An eigenvalue of them is zero but for noise; of those that go round with coordinates that turn, after whole turns.
+    """
+    around_zero = np.abs(values) <= noise
+    if not around_zero.any():
+        return around_zero
+    turning = np.abs(values - 1j * rate * np.round(values.imag / rate)) <= noise
+    harmonics = min(REACH_OF_RIGID, len(around.points) // 4)
+    count = unresisted_around(around.points, around.matrices, rate, harmonics) - int(np.sum(turning & ~around_zero))
+    lowest = np.argsort(np.abs(values), kind="stable")[: max(count, 0)]
+    return around_zero & np.isin(np.arange(len(values)), lowest)
 
 
 def _one_of_each(values: np.ndarray, rate: float, is_rigid: np.ndarray, noise: float) -> np.ndarray:
@@ -255,7 +275,8 @@ def _one_of_each(values: np.ndarray, rate: float, is_rigid: np.ndarray, noise: f
         i = left.pop(0)
         kept.append(i)
         turns = 2.0 * values[i].imag / rate
-        is_own = abs(turns - round(turns)) * rate <= noise and not is_rigid[i]
+        near = noise if round(turns) else 0.0  # about zero it is told by its rank what does not vibrate
+        is_own = abs(turns - round(turns)) * rate <= near and not is_rigid[i]
         partner = min(left, key=lambda j: abs(values[j] - values[i]), default=None)
         if partner is not None and not is_own and abs(values[partner] - values[i]) <= max(noise, 1e-9 * rate):
             left.remove(partner)

@@ -8,6 +8,7 @@ tangent: it is right to first order in that distance, and sees contacts lift in 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +16,11 @@ from kanefe.contact.contact import Contact
 from kanefe.contact.rigid_contact import OPEN
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
-from kanefe.kane.constraints import meetings
+from kanefe.kane.constraints import meetings, motion_in_N
 from kanefe.kane.rigid_contacts import probe_forces
 from kanefe.kane.state import State
 from kanefe.linear.balance import step_length
 from kanefe.linear.small_motions import SmallMotions
-from kanefe.linear.tangents import contact_depths
 from kanefe.tree.scales import scene_length
 
 NEAR = 0.1
@@ -31,6 +31,9 @@ TOUCHED, LIFTED = 1e-6, 1e-3
 
 UNSTABLE, WEAKEST = -1e-11, 1e-9
 """Stiffness over mass, of the largest, below which a motion tips; and share by which what is lifted still presses."""
+
+TURNED = 0.5
+"""Angle to its surface, rad, by which what stood on three contacts or more has turned over; soft ones sink by less."""
 
 PARTING = 1e-6
 """In rad or scene lengths: how far it is looked whether contacts part."""
@@ -54,14 +57,24 @@ class OtherRest:
     distance : float
         To where it tips, in rad or scene lengths; of what has lifted: the largest gap, in scene lengths.
     has_lifted : bool
+        Whether something that touched at the start has lifted on the way to this rest, for good or while it turned.
+    turned : float
+        Of what has turned over on the way: by what angle to its surface, rad.
     """
 
     contacts: tuple[str, ...]
     distance: float
     has_lifted: bool
+    turned: float = 0.0
 
     def __str__(self) -> str:
         names = ", ".join(repr(name) for name in self.contacts[:6]) + (", ..." if len(self.contacts) > 6 else "")
+        if self.turned:
+            return (
+                f"what {names} carried at the start has turned over, by {np.degrees(self.turned):.3g} degrees to what "
+                "it stands on: this is not the rest of the start. Remedy: start=..., a state near the rest that is "
+                "meant, or less load if that is to hold"
+            )
         if self.has_lifted:
             return (
                 f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this is not "
@@ -88,11 +101,13 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
     state = State(model, t, q, u)
     start = State(begun, t, begun.initial_coordinates, begun.initial_speeds)
     length = scene_length(model)
-    before = _gaps(start)
-    touched = {key for key, gap in before.items() if gap <= TOUCHED * length}
-    lifted = {key: gap for key, gap in _gaps(state).items() if key in touched and gap > LIFTED * length}
+    before, after = {key: met for key, met in _met(start).items() if met.gap <= TOUCHED * length}, _met(state)
+    lifted = {key: after[key].gap for key in before if after[key].gap > LIFTED * length}
     if lifted:
         return OtherRest(_names(model, list(lifted)), max(lifted.values()) / length, True)
+    turned = _turned_over(before, after, length)
+    if turned is not None:
+        return OtherRest(_names(model, turned[0]), 0.0, True, turned[1])
     forces = _forces(state)
     least = sorted(forces, key=lambda key: forces[key])
     # the fewest without which it tips
@@ -109,16 +124,45 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
     return OtherRest(_names(model, least[:many]), distance, False)
 
 
-def _gaps(state: State) -> dict[Key, float]:
-    soft = [i for i, load in enumerate(state.model.loads) if isinstance(load, Contact)]
-    found = {
-        (number, i): -depth
-        for number, depths in zip(soft, contact_depths(state), strict=True)
-        for i, depth in enumerate(depths)
-    }
+class _Met(NamedTuple):
+    """Where a probe is: its gap (m), place in N, the normal there in its own axes, and the two bodies."""
+
+    gap: float
+    point: Vector
+    normal: Vector
+    bodies: tuple[int, int]
+
+
+def _met(state: State) -> dict[Key, _Met]:
+    found = {}
+    for number, load in enumerate(state.model.loads):
+        if isinstance(load, Contact):
+            ends = state.load_ends(number)
+            for i, touch in enumerate(load.touches(ends, state.load_states(number))):
+                bodies = load.ends[0].body, load.ends[touch.end].body
+                found[number, i] = _Met(-touch.depth, touch.point, ends[touch.end].A.T @ touch.normal, bodies)
     for number, met in zip(state.model.rigid_contacts, meetings(state), strict=True):
-        found |= {(number, i): one.gap for i, one in enumerate(met)}
+        contact = state.model.rigid_contact(state.model.rigid_contacts.index(number))
+        for i, one in enumerate(met):
+            end = contact.ends[contact.probes[i][0]]
+            normal = motion_in_N(state, end).A.T @ one.axes[0]
+            found[number, i] = _Met(one.gap, one.point, normal, (contact.ends[0].body, end.body))
     return found
+
+
+def _turned_over(before: dict[Key, _Met], after: dict[Key, _Met], length: float) -> tuple[list[Key], float] | None:
+    """Return what stands on an area and has turned over since, and by what angle to its surface: it has not rolled."""
+    groups: dict[tuple[int, int], list[Key]] = {}
+    for key, met in before.items():
+        groups.setdefault(met.bodies, []).append(key)
+    worst: tuple[list[Key], float] | None = None
+    for keys in groups.values():
+        points = np.array([before[key].point for key in keys])
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        tilt = max(float(np.arccos(np.clip(before[key].normal @ after[key].normal, -1.0, 1.0))) for key in keys)
+        if len(keys) > 2 and spread[1] > LIFTED * length and tilt > max(TURNED, worst[1] if worst else 0.0):
+            worst = keys, tilt
+    return worst
 
 
 def _forces(state: State) -> dict[Key, float]:
@@ -162,8 +206,8 @@ def _tips(model: Model, t: float, q: Vector, u: Vector, lifted: list[Key]) -> fl
         return None
     tipping = P.z @ np.linalg.solve(L.T, motions[:, 0])
     beside = model.advance(q, PARTING / step_length(model, tipping) * tipping)
-    here, there = (_gaps(State(model, t, place, u)) for place in (q, beside))
-    parts = np.array([there[key] - here[key] for key in lifted])
+    here, there = (_met(State(model, t, place, u)) for place in (q, beside))
+    parts = np.array([there[key].gap - here[key].gap for key in lifted])
     if parts.min() < 0.0 < parts.max():
         return None  # what lies on the other side holds it
     pushed = float(motions[:, 0] @ L.T @ small.du[lead])

@@ -40,15 +40,15 @@ class Around:
 
     Attributes
     ----------
-    small : SmallMotions
-        At the first of them.
+    points : list of SmallMotions
+        At each.
     matrices : ndarray, shape (n, x, x)
         A at each.
     harmonics : ndarray of complex, shape (n, x, x)
         Fourier coefficients of A as numpy's FFT orders them.
     """
 
-    small: SmallMotions
+    points: list[SmallMotions]
     matrices: np.ndarray
     harmonics: np.ndarray
 
@@ -72,7 +72,7 @@ def motion_around(model: Model, t: float, q: Vector, u: Vector, period: float) -
         weights = rate_weights(matrices.mean(axis=0), len(points[0].positions.leading))
         sizes = np.abs(harmonics * weights[:, None] / weights).max(axis=(1, 2))
         if sizes[count // 4 : count - count // 4 + 1].max() <= FLAT * sizes.max():
-            return Around(points[0], matrices, harmonics)
+            return Around(points, matrices, harmonics)
         if count >= MOST:
             raise SimulationError(
                 f"the small motions of the scene change too sharply within the period of {period:.6g} s: {count} times "

@@ -58,9 +58,12 @@ def stability_map(
         raise ModelError(f"stability_map needs a function of speed and value that returns a scene, not {build!r}")
     rows, found = [], []
     for value in of.tolist():
-        modes, _ = modes_over_speed(lambda speed, value=value: build(speed, value), at, balance)  # type: ignore[misc]
-        rows.append([growth_of(modes(float(speed)))[0] for speed in at])
-        found.append(tuple(stability_onsets(modes, at)))
+        scene = modes_over_speed(lambda speed, value=value: build(speed, value), at, balance)  # type: ignore[misc]
+        looked_at = [scene.modes(float(speed)) for speed in at]
+        # growth of round-off is none
+        rows.append([growth if one.grows.any() else min(growth, 0.0) for one in looked_at for growth, _ in (growth_of(one),)])
+        scene.warn("stability_map")
+        found.append(tuple(stability_onsets(scene.modes, at)))
     return StabilityMap(_array(at), _array(of), np.array(rows), tuple(found))
 
 

@@ -52,12 +52,8 @@ class StabilityOnset:
 
 
 def growth_of(modes: AnyModes) -> tuple[float, int]:
-    """Return the fastest growth of a mode (1/s, negative if all decay) and its number; rigid motions left out.
-
-    Of modes that neither grow nor decay it is zero, and not their round-off.
-    """
-    growths = np.where(modes.grows, modes.eigenvalues.real, np.minimum(modes.eigenvalues.real, 0.0))
-    growths = np.where(modes.is_rigid, -np.inf, growths)
+    """Return the fastest growth of a mode (1/s, negative if all decay) and its number; rigid motions left out."""
+    growths = np.where(modes.is_rigid, -np.inf, modes.eigenvalues.real)
     number = int(growths.argmax())
     return float(growths[number]), number
 

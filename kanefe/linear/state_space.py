@@ -15,7 +15,7 @@ from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import turning
 from kanefe.linear.unresisted import Unresisted, unresisted
-from kanefe.linear.unsettled import TOLD, unsettled
+from kanefe.linear.unsettled import told_imbalance, unsettled
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +65,12 @@ class StateSpace:
         def listed(names: tuple[str, ...]) -> str:
             return ", ".join(names) if names else "none named"
 
-        return (
-            f"small motions about t = {self.time:g} s: {len(self.A)} states; A, B, C, D are arrays\n"
-            f"  inputs   {listed(self.input_names)}\n  outputs  {listed(self.output_names)}"
-            + (f"\n  out of balance: {self.imbalance}" if self.imbalance.ratio > TOLD else "")
-        )
+        lines = [
+            f"small motions about t = {self.time:g} s: {len(self.A)} states; A, B, C, D are arrays",
+            f"  inputs   {listed(self.input_names)}",
+            f"  outputs  {listed(self.output_names)}",
+        ]
+        return "\n".join(lines + told_imbalance(self.imbalance))
 
     @property
     def position_count(self) -> int:

@@ -11,7 +11,9 @@ parts in each are one, and what is left of a sum is compared with these.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -19,6 +21,7 @@ import scipy.linalg
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.state import State
 from kanefe.linear.eigenpairs import rate_weights
+from kanefe.linear.hill import hill_matrix
 from kanefe.linear.imbalance import force_sizes
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
@@ -58,6 +61,60 @@ class Unresisted:
     drifts: Matrix
 
 
+class _Sums(NamedTuple):
+    """``T dx/dt = X x`` with the sizes of what X is the sum of, and how large unit states are."""
+
+    T: Matrix
+    X: Matrix
+    sizes: Matrix
+    weights: Vector
+    rates: Vector
+    p: int
+
+
+def _sums(small: SmallMotions, A: Matrix) -> _Sums:
+    drives = len(small.drives)
+    p, r = len(small.positions.leading) - drives, len(small.speeds.leading) - drives
+    mass, Z, N = small.mass(), small.along_positions.z[:, :p], small.speeds.N[:, :r]
+    M = N.T @ mass @ N
+    rates, speeds = rate_weights(A, p)[:p], np.sqrt(np.diag(M))
+    places = rates * np.sqrt(np.abs(np.einsum("ik,ij,jk->k", Z, mass, Z)))
+    T = scipy.linalg.block_diag(np.eye(p), M)
+    sizes, weights = np.abs(T) @ np.abs(A), np.concatenate((places, speeds))
+    sizes[p:] += _of_loads(small, Z, N) + LEAST * rates.max(initial=0.0) * np.outer(speeds, weights)
+    return _Sums(T, T @ A, sizes, weights, rates, p)
+
+
+def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate: float, reach: int) -> int:
+    """Return how many motions about one that repeats nothing resists at any azimuth.
+
+    Parameters
+    ----------
+    points : sequence of SmallMotions
+        At equal steps of a period.
+    matrices : ndarray, shape (n, x, x)
+        A at each.
+    rate : float
+        rad/s.
+    reach : int
+        Harmonics to either side that they may have.
+    """
+    sums = [_sums(small, A) for small, A in zip(points, matrices, strict=True)]
+    turns = rate * np.arange(-reach, reach + 1).repeat(matrices.shape[1])
+    Ts, Xs = np.array([each.T for each in sums]), np.array([each.X for each in sums])
+    T, X = (hill_matrix(np.fft.fft(each, axis=0) / len(points), 0.0, reach) for each in (Ts, Xs))
+    sizes, masses = np.max([each.sizes for each in sums], axis=0), np.abs(Ts).max(axis=0)
+    sizes, masses = (np.tile(each, (2 * reach + 1, 2 * reach + 1)) for each in (sizes, masses))
+    found = np.zeros((len(turns), 0))
+    is_exact = all(small.derivatives.is_exact for small in points)
+    while True:
+        wider = np.hstack((sizes + masses * np.abs(turns), masses @ np.abs(found)))
+        null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, NOTHING[is_exact])[: len(turns)]
+        if null.shape[1] == found.shape[1]:
+            return found.shape[1]
+        found = null
+
+
 def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
     """Return what nothing resists, driven coordinates held.
 
@@ -67,27 +124,17 @@ def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
     A : ndarray, shape (states, states)
         Its state matrix, without the states of drives.
     """
-    drives = len(small.drives)
-    p, r = len(small.positions.leading) - drives, len(small.speeds.leading) - drives
-    mass, Z, N = small.mass(), small.along_positions.z[:, :p], small.speeds.N[:, :r]
-    M = N.T @ mass @ N
-    rates, speeds = rate_weights(A, p)[:p], np.sqrt(np.diag(M))
-    places = rates * np.sqrt(np.abs(np.einsum("ik,ij,jk->k", Z, mass, Z)))
-    T = scipy.linalg.block_diag(np.eye(p), M)
-    X, sizes = T @ A, np.abs(T) @ np.abs(A)
-    sizes[p:] += _of_loads(small, Z, N) + LEAST * rates.max(initial=0.0) * np.outer(
-        speeds, np.concatenate((places, speeds))
-    )
-    found = np.zeros((p + r, 0))
+    sums = _sums(small, A)
+    p, r, found = sums.p, len(A) - sums.p, np.zeros((len(A), 0))
     while True:
-        wider = np.hstack((sizes, np.abs(T) @ np.abs(found)))
-        null = _null_space(np.hstack((X, T @ found)), wider, NOTHING[small.derivatives.is_exact])[: p + r]
+        wider = np.hstack((sums.sizes, np.abs(sums.T) @ np.abs(found)))
+        null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, NOTHING[small.derivatives.is_exact])[: p + r]
         if null.shape[1] == found.shape[1]:
             break
         found = null
-    weights = np.concatenate((places, speeds))
+    weights = sums.weights
     found = np.linalg.qr(weights[:, None] * found)[0] / weights[:, None]
-    return _led(found, (places / rates)[:, None] * (A[:p] @ found), weights)
+    return _led(found, (weights[:p] / sums.rates)[:, None] * (A[:p] @ found), weights)
 
 
 def _led(found: Matrix, moving: Matrix, weights: Vector) -> Unresisted:
@@ -143,4 +190,4 @@ def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
         columns /= np.sqrt(np.where(by_column > 0.0, by_column, 1.0))
     _, values, right = np.linalg.svd(rows[:, None] * X * columns)
     rank = int(np.count_nonzero(values > tolerance))
-    return np.asarray(columns[:, None] * right[rank:].T)
+    return np.asarray(columns[:, None] * right[rank:].conj().T)

@@ -35,13 +35,20 @@ def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
     return worst_imbalance(model, small.t, small.q, small.u, N[:n] @ du, N[:n], leading)
 
 
-def warn_of_imbalance(found: Imbalance, what: str) -> None:
-    """Warn of a state that is not in balance; `what` names the analysis."""
+def told_imbalance(found: Imbalance) -> list[str]:
+    """Return the line of a listing that tells what is out of balance; none where that is too little."""
+    return [f"  out of balance: {found}, {found.ratio:.2g} of the forces there"] if found.ratio > TOLD else []
+
+
+def warn_of_imbalance(
+    found: Imbalance, what: str, remedy: str = "kanefe.equilibrium(scene).linearise()", calls: int = 1
+) -> None:
+    """Warn of a state that is not in balance; `what` names the analysis, so many calls below the line of the user."""
     if found.ratio > TOLD:
         warnings.warn(
             f"{what}: the state is not in balance: {found} is left over, {found.ratio:.2g} of the forces that act "
-            "there, and the stiffness that loads make is missing with it. Remedy: "
-            "kanefe.equilibrium(scene).linearise(), which finds the balance first",
+            f"there, and the stiffness that loads make is missing with it. Remedy: {remedy}, which finds the balance "
+            "first",
             UnsettledWarning,
-            stacklevel=3,
+            stacklevel=2 + calls,
         )

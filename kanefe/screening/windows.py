@@ -13,6 +13,7 @@ from kanefe.contact.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
+from kanefe.integrate.account import accounted
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import check_motions, integrate
@@ -23,6 +24,7 @@ from kanefe.result import Result
 from kanefe.screening.riders import Motions
 from kanefe.screening.screened_run import ScreenedRun
 from kanefe.screening.superposition import NotSuperposed, Sticking, Superposed, superposed
+from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
@@ -166,6 +168,7 @@ class _Run:
     happened: dict[str, list[float]] = field(default_factory=dict)
     grazing: Counter[str] = field(default_factory=Counter)
     steps: int = 0
+    bent: list[Bent] = field(default_factory=list)
 
     def done(self) -> ScreenedRun:
         model = self.sticking.model
@@ -289,6 +292,7 @@ class _Run:
             self.happened[name] += times.tolist()
         self._count_grazing((t, end), found)
         self.steps += int(found.statistics["steps"])
+        self.bent += found.bent
         if self.windows and self.windows[-1][1] == t:
             self.windows[-1] = (self.windows[-1][0], end)
         else:
@@ -320,7 +324,7 @@ class _Run:
 
     def _told(self) -> ScreenedRun:
         return ScreenedRun(
-            Result(self.sticking.model, self._trajectory()),
+            Result(self.sticking.model, accounted(self.sticking.model, self._trajectory())),
             tuple(self.windows),
             tuple(self.reasons),
             dict(zip(self.sticking.names, self.bound.tolist(), strict=True)),
@@ -343,4 +347,5 @@ class _Run:
             status=RunStatus("finished", self.span[1]),
             events={name: np.array(found) for name, found in self.happened.items()},
             internal=states[:, n + m :],
+            bent=self.bent,
         )

@@ -28,6 +28,7 @@ from kanefe.order_n.route import OrderN
 from kanefe.scene.targets import Named
 from kanefe.stepping.outputs import outputs_of, readers
 from kanefe.stepping.steppable import Steppable
+from kanefe.tree.bending import worst_bending
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
@@ -199,12 +200,15 @@ class Simulation:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """What did the steps so far: the method and why, and what it has counted."""
+        """What did the steps so far: the method and why, what it has counted, and "bending" as results tell it."""
+        q = self._vector()[: self.model.coordinate_count]
+        bending = worst_bending(self.model, np.array([self.time]), q[None], self.stepper.bent)
         return {
             "method": self.stepper.name,
             "reason": self._choice.reason,
             **self._choice.control,
             **self._loop.statistics,
+            **({"bending": list(bending)} if bending is not None else {}),
         }
 
     @property

@@ -7,6 +7,7 @@ from some rotation on there is a motion that has lost its inertia, the sooner th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,14 @@ soft."""
 
 LEAST = 0.1
 """Share of its inertia at rest that a motion keeps: below, the equations are those of no body."""
+
+
+class Bent(NamedTuple):
+    """Where a body was bent: its name, when, s, and its free coordinates (k,)."""
+
+    body: str
+    time: float
+    eta: Vector
 
 
 class Bending(NamedTuple):
@@ -74,29 +83,40 @@ class Bending(NamedTuple):
         )
 
 
-def bendings(model: ModelData, times: Vector, coordinates: Matrix) -> list[Bending]:
-    """Return for each flexible body how far it is bent where it is bent most, of states q (T, coordinates)."""
+def bendings(model: ModelData, times: Vector, coordinates: Matrix, between: Sequence[Bent] = ()) -> list[Bending]:
+    """Return for each flexible body how far it is bent where it is bent most.
+
+    Parameters
+    ----------
+    model : ModelData
+    times : ndarray, shape (T,)
+    coordinates : ndarray, shape (T, coordinates)
+        States q.
+    between : sequence of Bent
+        What has been seen of bodies at other times.
+    """
     found = []
     for body in model.bodies:
         inner = inner_rotations(body.flexible.body) if body.flexible is not None else None
         if body.flexible is None or inner is None:
             continue
-        etas = coordinates[:, body.flexible.eta]
+        etas, flexible = coordinates[:, body.flexible.eta], body.flexible.body
         row = inner.worst_row(etas)
-        eta, flexible = etas[row], body.flexible.body
-        place, turned = inner.largest(eta)
+        stored = Bent(body.name, float(times[row]), etas[row])
+        seen = [one for one in between if one.body == body.name]
+        most = max(stored, *seen, key=lambda one: inner.size(one.eta)) if seen else stored
+        place, turned = inner.largest(most.eta)
         rotation = float(np.linalg.norm(turned))
         if rotation > 0.0 and np.isfinite(rotation):
-            moved = float(np.linalg.norm(flexible.node_displacements(eta), axis=1).max())
-            reach = _reach(flexible, eta, turned, inner)
-            time = float(times[row])
-            found.append(Bending(body.name, rotation, reach, place, time, moved, inner.of_displacements))
+            moved = float(np.linalg.norm(flexible.node_displacements(most.eta), axis=1).max())
+            reach = _reach(flexible, most.eta, turned, inner)
+            found.append(Bending(body.name, rotation, reach, place, most.time, moved, inner.of_displacements))
     return found
 
 
-def worst_bending(model: ModelData, times: Vector, coordinates: Matrix) -> Bending | None:
-    """Return how far the body is bent that is nearest to its reach, or farthest beyond."""
-    return max(bendings(model, times, coordinates), key=lambda one: one.rotation / one.reach, default=None)
+def worst_bending(model: ModelData, times: Vector, coordinates: Matrix, between: Sequence[Bent] = ()) -> Bending | None:
+    """Return how far the body is bent that is nearest to its reach, or farthest beyond: see `bendings`."""
+    return max(bendings(model, times, coordinates, between), key=lambda one: one.rotation / one.reach, default=None)
 
 
 def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotations) -> float:

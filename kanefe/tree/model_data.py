@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.errors import ModelError
+from kanefe.frames import Matrix
 from kanefe.joints import Motion
 from kanefe.loads.base import Load
 from kanefe.storage.pickled import PickledByFields
@@ -129,7 +130,7 @@ class ModelData(PickledByFields):
         return bool(self.constraints) or bool(self.rigid_contacts)
 
     @cached_property
-    def looks(self) -> dict[tuple[int, float, float], Sequence[Any]]:
+    def looks(self) -> dict[tuple[int, float, float], Matrix]:
         """What functions of motions give at the samples of a run, which asks for them more than once."""
         return {}
 

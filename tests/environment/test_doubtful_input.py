@@ -1,6 +1,7 @@
 """Input of seas and ships that is read without fault and cannot be meant."""
 
 import math
+from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
@@ -83,3 +84,21 @@ def test_a_whole_file_whose_last_line_has_no_end_is_read(tmp_path: Path) -> None
     csv = tmp_path / "whole.csv"
     csv.write_text(lines)
     assert (kf.read_rao(csv).values == kf.example_rao().values).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (lambda: kf.RollDamping(8.0), r"ratio of a RollDamping .* not 8\. Remedy: 0\.08 for 8 %"),
+        (lambda: kf.RollDamping(0.08, frequency=0.43, ratio_of_rao=3.0), r"ratio_of_rao .*Remedy: 0\.03 for 3 %"),
+        (lambda: kf.Sea.bretschneider(2.0, 10.0, spreading_deg=720.0), "do not spread by 720 degrees"),
+        (lambda: kf.Sea.bretschneider(8.0, 12.0, depth=5.0), r"in water of 5 m is steeper .* break above 4\.\d+ m"),
+        (lambda: kf.RayleighDamping.fit((10.0, 100.0), (2.0, 2.0)), r"above 1, .*Remedy: 0\.02 for 2 %"),
+    ],
+)
+def test_percent_degrees_and_depths_that_cannot_be_are_refused(given: Callable[[], object], words: str) -> None:
+    with pytest.raises(kf.ModelError, match=words):
+        given()
+    kf.RollDamping(0.3)
+    kf.Sea.bretschneider(2.5, 12.0, depth=5.0, spreading_deg=60.0)
+    kf.RayleighDamping.fit((10.0, 100.0), (0.3, 1.0))

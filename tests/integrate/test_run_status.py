@@ -38,6 +38,7 @@ class ScriptedStepper:
     """A method of which a test decides what each step does: its coordinate is the time."""
 
     name = "scripted"
+    bent = ()
 
     def __init__(self, step: float, fails: Mapping[int, Exception] | None = None, bad: int = -1) -> None:
         self.t = self.t_old = 0.0

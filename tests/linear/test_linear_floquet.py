@@ -122,6 +122,18 @@ def test_blades_under_gravity_swing_about_a_motion_that_is_found():
     np.testing.assert_allclose(result.at(modes.period).state, start, atol=1e-6 * np.abs(start).max())
 
 
+def test_a_slow_vibration_beside_a_fast_one_is_no_rigid_motion_and_a_free_slide_is_one():
+    scene = bladed(9.0, (0.0, 900.0))
+    for name, stiffness in (("slow", 2.5e-5), ("fast", 1e10)):  # 0.005 rad/s, a 2e7th of the other
+        spring = kf.CoordinateForce(stiffness=stiffness, damping=1e-6)
+        scene.add_rigid_body(name, 1.0, joint=kf.Prismatic("z", forces=spring))
+    modes = kf.floquet(scene)
+    rigid, slow = np.flatnonzero(modes.is_rigid), np.flatnonzero(modes.participation["slow"] > 0.99)
+    assert len(rigid) == len(slow) == 1
+    assert modes.participation["seat"][rigid[0]] > 0.4  # the hub goes with it
+    assert modes.frequencies[slow] == pytest.approx(0.005 / 2 / np.pi, rel=1e-6)
+
+
 def test_a_campbell_diagram_of_a_periodic_scene_is_that_of_floquet():
     diagram = kf.campbell(bladed, [6.0, 9.0], modes=3, balance=False)
     assert all(isinstance(modes, kf.FloquetModes) for modes in diagram.modes)

@@ -35,9 +35,10 @@ def test_a_pole_that_is_about_to_be_pressed_is_told() -> None:
         start = kf.linearise(pole())
     assert start.imbalance.ratio > 0.1
     assert "out of balance" in str(start)
+    assert "out of balance" in str(start.modes())
     balance = kf.equilibrium(pole()).linearise()
     assert balance.imbalance.ratio < 1e-9
-    assert "out of balance" not in str(balance)
+    assert "out of balance" not in str(balance) + str(balance.modes())
     mass, carts = ROD.mass, 1.05 + ROD.mass
     # a rigid rod on a hinge on a cart; its own bending makes the pole slower by some 1e-4
     inertia = mass / 3.0 + 1e-5 - (0.5 * mass) ** 2 / carts
@@ -109,6 +110,18 @@ def test_a_campbell_diagram_about_starts_is_told_once() -> None:
         scene.add_point("point", 1.0, parent=shaft, joint=kf.Prismatic("x", position=0.1, forces=spring))
         return scene
 
-    with pytest.warns(UnsettledWarning, match="campbell at 20 rad/s") as told:
+    with pytest.warns(UnsettledWarning, match=r"campbell at [12]0 rad/s.*Remedy: balance=True") as told:
         kf.campbell(build, [10.0, 20.0], modes=1, balance=False)
-    assert len(told) == 1
+    assert [one.filename for one in told] == [__file__]
+
+
+def test_a_campbell_diagram_is_looked_at_at_all_speeds() -> None:
+    def build(speed: float) -> kf.System:
+        scene = kf.System(gravity=GRAVITY)
+        shaft = scene.add_frame("shaft", joint=kf.Revolute("z", motion=kf.Motion.steady(speed)))
+        spring = kf.CoordinateForce(stiffness=1e4, rest=9.81 / 1e4 if speed else 0.0)  # carried, but not at rest
+        scene.add_point("point", 1.0, parent=shaft, joint=kf.Prismatic("z", forces=spring))
+        return scene
+
+    with pytest.warns(UnsettledWarning, match=r"campbell at 0 rad/s"):
+        kf.campbell(build, [0.0, 20.0], modes=1, balance=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from balances import imbalances
 from kanefe.frames import rotation_matrix
 from kanefe.instants.instant import Instant
 from kanefe.kane.state import State
+from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.reduction import build
 from kanefe.results.channels import RunChannels
 from random_loops import LoopScene, closed_state
@@ -178,7 +180,7 @@ def test_a_rigid_contact_is_unknown_and_what_the_contact_tells() -> None:
     floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"), at=p)
     scene.add_force(arm.interface("tip"), (0, 0, -50.0))
     scene.add_contact("it", arm.interface("tip"), floor, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
-    result = scene.simulate((0.0, 0.02), output_step=0.01)
+    result = scene.simulate((0.0, 1e-3), output_step=5e-4)
     told = result.contact("it").force
     assert told[-1, 2] > 1.0
     turn = rotation_matrix(result.rotation("arm")[-1])
@@ -311,16 +313,28 @@ def touching(instant: Instant, rng: np.random.Generator) -> Instant:
     return Instant(model, instant.time, np.concatenate((instant.q, instant.u, z)))
 
 
-def random_instant(seed: int, is_rigid: bool) -> Instant:
+def drawn_instant(seed: int, is_rigid: bool) -> Instant | None:
+    """Return a random scene in a state with closed loops; None: it locks up, or two rows say nearly the same."""
     recipe = Recipe(seed, 9, elastic=0.6, loads=6, between=5)
     made, bare = LoopScene(recipe, 2), LoopScene(recipe, 2)
     more_loads(made, seed, is_rigid)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of stiffening that leaves something out
         model, state = made.scene.freeze(), closed_state(bare.scene.freeze(), seed)
-    assert state is not None
+    if state is None:
+        return None
     instant = Instant(model, 0.0, np.concatenate((*state, model.initial_states)))
-    return touching(instant, np.random.default_rng(seed)) if is_rigid else instant
+    instant = touching(instant, np.random.default_rng(seed)) if is_rigid else instant
+    with suppress(kf.SimulationError):
+        if model.route.evaluate(0.0, instant.state).weakest >= NEAR_SINGULAR:
+            return instant
+    return None
+
+
+def random_instant(seed: int, is_rigid: bool) -> Instant:
+    """Return the first of the scenes of a seed whose forces have values: every second one has."""
+    drawn = (drawn_instant(seed + 100 * i, is_rigid) for i in range(20))
+    return next(instant for instant in drawn if instant is not None)
 
 
 def check_balance(seed: int, is_rigid: bool) -> None:
@@ -342,16 +356,13 @@ def check_balance(seed: int, is_rigid: bool) -> None:
             assert literal.coupling_force(body.name, n.name) == pytest.approx(whole, abs=1e-9 * size)
 
 
-# Seeds of which no two rows of loops and the contact say nearly the same: see `NEAR_SINGULAR`.
-
-
 @pytest.mark.parametrize(("seed", "is_rigid"), [(0, True), (1, False), (10, False)])
 def test_every_body_of_random_scenes_balances_by_both_routes(seed: int, is_rigid: bool) -> None:
     check_balance(seed, is_rigid)
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize("seed", [1, 2, 4, 5, 7, 9, 10, 13, 16, 19, 21, 22, 26, 28])
+@pytest.mark.parametrize("seed", range(30))
 def test_more_random_scenes_balance(seed: int) -> None:
     check_balance(seed, True)
 

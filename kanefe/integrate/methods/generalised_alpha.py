@@ -133,10 +133,12 @@ class GeneralisedAlphaStepper(PythonStepper):
             **({} if self._jerk is None else {"jerk": self._jerk.copy()}),
             "power": self._power.copy(),
             **({} if kept is None else kept.arrays()),
+            **self._bends.snapshot(),
         }
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Go on from a snapshot."""
+        self._bends.resume(snapshot)
         t, self._h, h_of_a, h = snapshot["numbers"].tolist()
         self.restart(t, snapshot["state"])
         self._h_of_a, self._jerk = h_of_a, np.array(snapshot["jerk"]) if "jerk" in snapshot else None

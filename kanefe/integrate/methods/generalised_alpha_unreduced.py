@@ -180,7 +180,7 @@ class UnreducedStepper(PythonStepper):
         )
         arrays["counters"] = np.array(counters, dtype=np.int64)
         arrays["numbers"] = np.array((self._start, self._span, self._rate, self._measured.error, self._measured.first))
-        arrays |= self._matrices.snapshot()
+        arrays |= self._matrices.snapshot() | self._bends.snapshot()
         return arrays
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
@@ -194,6 +194,7 @@ class UnreducedStepper(PythonStepper):
         self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
         self._before = (self.t, self._q, self._u, self._du, self._works)
         self._matrices.resume(snapshot, self._span)
+        self._bends.resume(snapshot)
 
     def _counted(self) -> dict[str, int | float]:
         """Return evaluations, how often S was factored, and how many iterations were done, each with one solve."""

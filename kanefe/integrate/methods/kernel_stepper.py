@@ -11,6 +11,7 @@ import numpy as np
 
 from kanefe.errors import FileError, KanefeError, MissingDependency
 from kanefe.frames import Vector
+from kanefe.integrate.bends import bends_in_kernels, bends_of_kernels, watched_bodies
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.knots import changes_of, knots_of
 from kanefe.integrate.methods.kernel_set import Kernels
@@ -19,6 +20,7 @@ from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, StepFailure, beyond
 from kanefe.kernels.stepping import (
     AT,
     BALANCE,
+    BENDS,
     COMMAND,
     COORDINATES,
     EVALUATIONS,
@@ -77,6 +79,7 @@ from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
+    from kanefe.tree.bending import Bent
     from kanefe.tree.route import PreparedRun
 
 SMALLEST_STEP = 16.0 * np.finfo(float).eps
@@ -116,22 +119,25 @@ class KernelStepper:
         model = dynamics.model
         n, m = model.coordinate_count, model.free_count
         moves = coordinate_moves(model)
-        self.integers = np.zeros(MAP + 3 * len(moves), dtype=np.int64)
-        knots = np.zeros(0)
+        self._bodies = watched_bodies(model)
+        bent, bends = bends_in_kernels(self._bodies, kernels.reals)
+        self.integers = np.concatenate((np.zeros(MAP + 3 * len(moves), dtype=np.int64), bent))
+        knots, base = np.zeros(0), kernels.reals + len(bends)
         if control.step is None:
             changes = changes_of(dynamics, start, stop) if control.changes is None else control.changes
-            knots = knots_of(dynamics, kernels.reals, changes)
-        self.reals = np.concatenate((np.zeros(kernels.reals), knots))
+            knots = knots_of(dynamics, base, changes)
+        self.reals = np.concatenate((np.zeros(kernels.reals), bends, knots))
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
         self.vectors = np.zeros((rows, n + m + model.state_count + WORKS))
         integers, reals = self.integers, self.reals
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
-        integers[MAP:] = np.array(moves, dtype=np.int64).ravel()
+        integers[MAP : MAP + 3 * len(moves)] = np.array(moves, dtype=np.int64).ravel()
+        integers[BENDS] = MAP + 3 * len(moves) if len(bent) else 0
         integers[HAS_LOOPS] = model.is_constrained
         for place, value in kernels.integers.items():
             integers[place] = value
         if len(knots):
-            integers[KNOTS] = kernels.reals
+            integers[KNOTS] = base
         reals[TIME] = reals[TIME_OLD] = start
         self._span = stop - start
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
@@ -165,6 +171,12 @@ class KernelStepper:
     def worst(self) -> int:
         """Component of the state whose error was the largest at the last step, or try of one."""
         return int(self.integers[WORST])
+
+    @property
+    def bent(self) -> list[Bent]:
+        """Where each flexible body was bent the most."""
+        integers = self.integers
+        return bends_of_kernels(self._bodies, integers[MAP + 3 * integers[MAP_SIZE] :], self.reals)
 
     @property
     def statistics(self) -> dict[str, int | float]:

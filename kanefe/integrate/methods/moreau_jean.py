@@ -75,13 +75,14 @@ class MoreauJeanStepper(PythonStepper):
         kept = {"t": np.array(self._t), "y": self._y.copy(), "counts": counts, "told": np.array(self._told())}
         if self._crowd is not None:
             kept |= {f"crowd {name}": array for name, array in self._crowd.memory().items()}
-        return kept
+        return kept | self._bends.snapshot()
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Go on from a snapshot."""
         self.restart(float(snapshot["t"]), snapshot["y"])
         self._steps, self._dynamics.evaluations = (int(count) for count in snapshot["counts"])
         self._deepest, self._residual = (float(x) for x in snapshot["told"])
+        self._bends.resume(snapshot)
         if self._crowd is not None:
             kept = {name.removeprefix("crowd "): array for name, array in snapshot.items() if name.startswith("crowd ")}
             self._crowd.recall(kept)

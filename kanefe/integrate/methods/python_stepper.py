@@ -7,7 +7,9 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from kanefe.frames import Vector
+from kanefe.integrate.bends import Bends
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.tree.bending import Bent
 
 
 class PythonStepper(ABC):
@@ -29,6 +31,7 @@ class PythonStepper(ABC):
         self._t = self._t_old = 0.0
         self._steps = self._rejected = 0
         self._stop = np.inf
+        self._bends = Bends(dynamics.model)
 
     def aim(self, stop: float) -> None:
         """Let a step end at a time, s."""
@@ -53,6 +56,11 @@ class PythonStepper(ABC):
         return self._t_old
 
     @property
+    def bent(self) -> list[Bent]:
+        """Where each flexible body was bent the most."""
+        return self._bends.seen
+
+    @property
     def statistics(self) -> dict[str, int | float]:
         """Accepted steps, tries that were rejected, evaluations, and what else the method counts."""
         counts = {"steps": self._steps, "rejected": self._rejected, "evaluations": self._dynamics.evaluations}
@@ -62,6 +70,8 @@ class PythonStepper(ABC):
         """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         passed = 0
         while passed < len(times) and most_steps > 0:
+            if self._bends:
+                self._bends.keep(self.t, self.state())
             self._advance(float(times[passed]))
             most_steps -= 1
             reached = passed + int(np.searchsorted(times[passed:], self.t, side="right"))
@@ -69,6 +79,10 @@ class PythonStepper(ABC):
                 states[passed:reached] = self.states(times[passed:reached])
                 passed = reached
         return passed
+
+    @abstractmethod
+    def state(self) -> Vector:
+        """Return the state at t."""
 
     @abstractmethod
     def states(self, times: np.ndarray) -> np.ndarray:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import kanefe as kf
 from kanefe.bodies.inner_rotations import inner_rotations
-from kanefe.tree.bending import worst_bending
+from kanefe.tree.bending import Bending, worst_bending
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 SECTION = Rectangle(0.01, 0.01)
@@ -18,10 +19,12 @@ ALUMINIUM = Material(E=70e9, nu=0.33, rho=2700.0)
 ENDS = {"root": "clamped", "tip": "rigid"}
 
 
-def cantilever(load: float, stiffening: str = "none", modes: int = 2, *, planar: bool = False) -> kf.System:
+def cantilever(
+    load: float, stiffening: str = "none", modes: int = 2, *, planar: bool = False, damping: float = 0.7
+) -> kf.System:
     """A cantilever of 1 m under a force at its tip: `load` is P L^2 / E I."""
     beam = straight_beam(1.0, SECTION, ALUMINIUM, elements=8, planar=planar)
-    body = beam_body(beam, ENDS, kf.CraigBampton(modes=modes), kf.ModalDamping(0.7), stiffening=stiffening)
+    body = beam_body(beam, ENDS, kf.CraigBampton(modes=modes), kf.ModalDamping(damping), stiffening=stiffening)
     scene = kf.System()
     beam_in_scene = scene.add_flexible_body("beam", body, joint=kf.Fixed())
     scene.add_force(beam_in_scene.interface("tip"), (0.0, load * ALUMINIUM.E * SECTION.I_z, 0.0))
@@ -46,6 +49,51 @@ def test_a_cantilever_bent_far_is_told(load: float) -> None:
     # of the linear beam: P L^2 / 2 E I, and P L^3 / 3 E I; its shear is 1e-4 of it
     assert found.bending.rotation == pytest.approx(load / 2.0, rel=1e-3)
     assert found.bending.displacement == pytest.approx(load / 3.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"method": "dop853"}, {"method": "generalised-alpha"}, {"method": "generalised-alpha", "step": 1e-3}],
+)
+def test_a_body_bent_far_between_outputs_is_told(options: dict[str, Any]) -> None:
+    scene = cantilever(1.2, damping=0.0)
+    period = 1.0 / scene.freeze().flexible_terms("beam").body.frequencies[0]
+    with pytest.warns(kf.SimulationWarning, match="bent beyond its reach"):
+        result = scene.simulate((0.0, period), output_step=period, **options)
+    assert np.linalg.norm(result.deflection("beam", "tip")[:, 3:], axis=1).max() < 0.1
+    bending = Bending(*result.statistics["bending"])
+    # twice that at rest, half a period on, but for further modes and what is left between two steps
+    assert bending.rotation == pytest.approx(1.2, rel=0.1)
+    assert bending.time == pytest.approx(period / 2, rel=0.15)
+    assert bending.displacement == pytest.approx(0.8, rel=0.1)
+
+
+@pytest.mark.parametrize("method", ["radau5", "generalised-alpha"])
+def test_what_was_bent_far_before_a_checkpoint_is_told_after_it(method: str, tmp_path) -> None:
+    scene = cantilever(1.2, damping=0.0)
+    span, fixed = (0.0, 0.12), {"step": 2e-3} if method == "generalised-alpha" else {}
+    whole = scene.simulate(span, method=method, output_step=0.12, **fixed)
+    path = tmp_path / "run.h5"
+    most = whole.statistics["steps"] - 5
+    scene.simulate(span, method=method, output_step=0.12, checkpoint=path, most_steps=most, **fixed)
+    resumed = scene.simulate(span, method=method, output_step=0.12, resume=path, **fixed)
+    assert resumed.statistics["bending"] == whole.statistics["bending"]
+    assert 0.0 < whole.statistics["bending"][4] < 0.1
+
+
+def test_what_a_step_went_past_an_event_has_not_been() -> None:
+    """A step that ends far behind an event is bent as no body ever was."""
+    scene = cantilever(0.1, damping=0.0)
+    first = kf.Event("first", lambda t, state: t - 0.011, terminal=True)
+    result = scene.simulate((0.0, 1.0), method="generalised-alpha", step=0.01, events=first, output_step=1.0)
+    assert result.times[-1] == pytest.approx(0.011)
+    assert result.statistics["bending"][4] <= result.times[-1]
+
+
+def test_a_scene_that_is_stepped_tells_how_far_its_bodies_were_bent() -> None:
+    sim = cantilever(1.2).start(outputs="deflection beam/tip y")
+    sim.step(0.5)
+    assert 0.6 < sim.statistics["bending"][1] < 0.7  # at rest, and what it swings beyond
 
 
 def test_a_body_within_its_reach_is_told_in_print_alone() -> None:
