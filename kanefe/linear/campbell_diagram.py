@@ -339,7 +339,7 @@ class OverSpeed(NamedTuple):
         """Warn of the largest imbalance, if one is worth it."""
         worst = max(self.imbalances, key=lambda speed: self.imbalances[speed].ratio, default=None)
         if worst is not None:
-            warn_of_imbalance(self.imbalances[worst], f"{what} at {worst:.6g} rad/s", "balance=True")
+            warn_of_imbalance(self.imbalances[worst], f"{what} at {worst:.6g} rad/s", "balance=True", calls=2)
 
 
 def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, balance: bool) -> OverSpeed:

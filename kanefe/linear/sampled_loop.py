@@ -222,7 +222,7 @@ def sampled_loop(
     array([-4.,  1.,  0.])
     """
     loop = _about(*started_model(scene, t, start, "sampled_loop"), inputs, outputs)
-    warn_of_imbalance(loop.plant.imbalance, "sampled_loop")
+    warn_of_imbalance(loop.plant.imbalance, "sampled_loop", "start= a rest with the drives, such as result.at(end)")
     return loop
 
 
