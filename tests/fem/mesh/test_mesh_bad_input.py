@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -408,3 +409,34 @@ def test_the_lines_that_are_told_mesh_a_geometry(tmp_path: Path) -> None:
     source.write_text("def build(" + str(told.value).partition("def build(")[2])
     mesh = read_mesh(source)
     assert mesh.nodes.max(axis=0) == pytest.approx((0.1, 0.02, 0.01))  # the file is in mm
+
+
+ENDS = {
+    ".ply": "ply\nformat ascii 1.0\nelement vertex 3\n",
+    ".bdf": "BEGIN BULK\n",
+    ".off": "OFF\n",
+    ".tec": 'TITLE = "a"\nVARIABLES = "X", "Y", "Z"\nZONE NODES=5, ELEMENTS=2, DATAPACKING=BLOCK, ZONETYPE=FETETRAHEDRON\n0.0\n',
+    ".mdpa": "Begin Nodes\n 1 0.0 0.0 0.0\n",
+    ".node": "# nodes\n",
+    ".wkt": "TIN (" + "((0.0 0.0 0.0, 1.0 0.0 0.0, 0.0 1.0 0.0, 0.0 0.0 0.0)), " * 5,
+}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="by a signal")
+@pytest.mark.parametrize("suffix", ENDS)
+def test_a_file_that_ends_early_ends_its_reader(tmp_path: Path, suffix: str) -> None:
+    """These readers of meshio looked for more lines for ever."""
+    path = tmp_path / f"part{suffix}"
+    path.write_text(ENDS[suffix])
+
+    def end(*_: object) -> None:
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.alarm(10)
+    try:
+        with pytest.raises(FileError, match=r"part\..*it ends where more should follow|\.wkt are not read"):
+            read_mesh(path)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
