@@ -17,6 +17,7 @@ from kanefe.fe_model.skin import facet_of
 from kanefe.imports.abaqus_input import keywords
 from kanefe.imports.text import read_text
 from kanefe_fem.mesh.abaqus_sets import face_corners, section_sets, surfaces
+from kanefe_fem.mesh.claimed_counts import check_counts
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.named_files import check_named_files
 
@@ -54,6 +55,7 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
     if path.suffix.lower() == ".wkt":  # its reader tries all ways to part its digits, which may take for ever
         raise FileError(f"{path.name}: surfaces of .wkt are not read. Remedy: write it as .stl, .ply or .vtu")
     check_named_files(path, trusted)
+    check_counts(path)
     raw = _read(path)
     try:
         return _mesh_of(raw, path, names)

@@ -440,3 +440,23 @@ def test_a_file_that_ends_early_ends_its_reader(tmp_path: Path, suffix: str) -> 
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
+
+
+CLAIMS = {
+    ".ply": "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face {}\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    ".xml": '<dolfin><mesh celltype="triangle" dim="2"><vertices size="3"><vertex index="0" x="0" y="0"/>'
+    '<vertex index="1" x="1" y="0"/><vertex index="2" x="0" y="1"/></vertices>'
+    '<cells size="{}"><triangle index="0" v0="0" v1="1" v2="2"/></cells></mesh></dolfin>',
+}
+
+
+@pytest.mark.parametrize("suffix", CLAIMS)
+def test_a_file_that_claims_more_than_it_has_is_refused(tmp_path: Path, suffix: str) -> None:
+    """meshio made room for a hundred million cells, and took what was there for some."""
+    path = tmp_path / f"part{suffix}"
+    path.write_text(CLAIMS[suffix].format(1))
+    assert len(read_mesh(path).nodes) == 3
+    path.write_text(CLAIMS[suffix].format(99999999))
+    with pytest.raises(FileError, match=r"part\.\w+ claims 99999999 of \w+, and has \d+ at most.*Remedy"):
+        read_mesh(path)
