@@ -92,7 +92,7 @@ def check_forms(folder: Path) -> None:
     FileError
         If others than the user could have put code into it; names the remedy.
     """
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         return
     about = folder.stat()
     if hasattr(os, "geteuid") and about.st_uid == os.geteuid():

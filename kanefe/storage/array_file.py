@@ -70,8 +70,12 @@ def open_arrays(path: Path) -> tuple[str, dict[str, np.ndarray]]:
         file_as_it_is = (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
         map_of_file: mmap.mmap | None = None
         arrays: dict[str, np.ndarray] = {}
+        place = 0
         for info in members.infolist():
+            if info.header_offset != place:
+                raise zipfile.BadZipFile(f"the directory has lost what lies before {info.filename}")
             start = _start_of(file, info)
+            place = start + info.file_size
             if info.file_size >= MAPPED:
                 map_of_file = map_of_file or mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
                 if file_as_it_is not in _compared:
@@ -80,6 +84,8 @@ def open_arrays(path: Path) -> tuple[str, dict[str, np.ndarray]]:
             else:
                 array = _read(file, start, info)
             arrays[info.filename.removesuffix(".npy")] = array
+        if place != members.start_dir:
+            raise zipfile.BadZipFile("the directory has lost what lies before it")
     _compared.add(file_as_it_is)
     return str(arrays.pop(HEADER)), arrays
 

@@ -52,7 +52,7 @@ def kept(folder: Path, name: str) -> Path | None:
         If the folder or what it lies in belongs to others, or others may write it.
     """
     if name not in _names.get(folder, {}):
-        if not folder.is_dir():
+        if not os.path.isdir(folder):
             return None
         check_folder(folder)
         with suppress(OSError):
