@@ -15,6 +15,7 @@ import pytest
 from fem_meshes import KINDS, STEEL, box, shown, write_msh2
 from kanefe.errors import FileError, MeshError, MissingDependency, ModelError
 from kanefe.fe_model.model import Cells
+from kanefe_fem import _gmsh
 from kanefe_fem.mesh.checks import MeshWarning, check_mesh
 from kanefe_fem.mesh.groups import check_interfaces
 from kanefe_fem.mesh.mesh import Mesh
@@ -409,6 +410,62 @@ def test_the_lines_that_are_told_mesh_a_geometry(tmp_path: Path) -> None:
     source.write_text("def build(" + str(told.value).partition("def build(")[2])
     mesh = read_mesh(source)
     assert mesh.nodes.max(axis=0) == pytest.approx((0.1, 0.02, 0.01))  # the file is in mm
+
+
+def msh4(damage: tuple[str, str] = ("", "")) -> bytes:
+    text = (
+        '$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 "v"\n$EndPhysicalNames\n$Entities\n0 0 0 1\n'
+        "1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+        "$EndNodes\n$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n"
+    )
+    assert damage[0] in text
+    return text.replace(*damage).encode()
+
+
+DAMAGE = {
+    "node of an element": ("1 1 2 3 4\n", "1 1 2 3 1000000000000\n"),
+    "negative": ("1 1 2 3 4\n", "1 -1 2 3 4\n"),
+    "nodes of a block": ("3 1 0 4\n", "3 1 0 18446744073709551615\n"),
+    "elements of a block": ("3 1 4 1\n", "3 1 4 18446744073709551615\n"),
+    "blocks": ("1 4 1 4\n", "-1 0 1 4\n"),
+    "number of a node": ("4\n1\n2\n", "4\n1\n9223372036854775807\n"),
+    "dimension of a name": ('3 1 "v"', '18446744073709551615 1 "v"'),
+}
+
+
+@pytest.mark.gmsh
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_a_damaged_file_is_refused_before_gmsh_takes_its_numbers_for_places(
+    tmp_path: Path, damage: tuple[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """gmsh ended Python by most of these."""
+    path = tmp_path / "part.msh"
+    path.write_bytes(msh4())
+    assert len(read_mesh(path).nodes) == 4
+    path.write_bytes(msh4(damage))
+    monkeypatch.setattr(_gmsh, "_session", None)
+    with pytest.raises(FileError, match=r"part\.msh.* (is damaged|line of \$PhysicalNames).*Remedy: write the file again"):
+        read_mesh(path)
+
+
+@pytest.mark.gmsh
+def test_numbers_of_a_binary_file_are_compared_too(tmp_path: Path) -> None:
+    path = tmp_path / "part.msh"
+    write = tmp_path / "write.py"
+    write.write_text(
+        "def build(gmsh):\n    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)\n    gmsh.model.occ.synchronize()\n"
+        "    gmsh.model.addPhysicalGroup(3, [1])\n    gmsh.model.mesh.generate(3)\n"
+        f"    gmsh.option.setNumber('Mesh.Binary', 1)\n    gmsh.write({str(path)!r})\n"
+        "    gmsh.option.setNumber('Mesh.Binary', 0)\n"
+    )
+    mesh, whole = read_mesh(write), path.read_bytes()
+    assert len(read_mesh(path).nodes) == len(mesh.nodes)
+    for place in (whole.index(b"$Nodes") + 14, whole.index(b"$EndElements") - 9):
+        content = bytearray(whole)
+        content[place] ^= 0xFF
+        path.write_bytes(content)
+        with pytest.raises(FileError, match=r"is damaged: its (nodes|elements) are not as many"):
+            read_mesh(path)
 
 
 ENDS = {
