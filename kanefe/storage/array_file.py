@@ -70,12 +70,11 @@ def open_arrays(path: Path) -> tuple[str, dict[str, np.ndarray]]:
         file_as_it_is = (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
         map_of_file: mmap.mmap | None = None
         arrays: dict[str, np.ndarray] = {}
-        place = 0
+        check_directory(file, members)
         for info in members.infolist():
-            if info.header_offset != place:
-                raise zipfile.BadZipFile(f"the directory has lost what lies before {info.filename}")
+            if info.compress_type != zipfile.ZIP_STORED:
+                raise ValueError(f"{info.filename} is compressed")
             start = _start_of(file, info)
-            place = start + info.file_size
             if info.file_size >= MAPPED:
                 map_of_file = map_of_file or mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
                 if file_as_it_is not in _compared:
@@ -84,8 +83,6 @@ def open_arrays(path: Path) -> tuple[str, dict[str, np.ndarray]]:
             else:
                 array = _read(file, start, info)
             arrays[info.filename.removesuffix(".npy")] = array
-        if place != members.start_dir:
-            raise zipfile.BadZipFile("the directory has lost what lies before it")
     _compared.add(file_as_it_is)
     return str(arrays.pop(HEADER)), arrays
 
@@ -95,6 +92,17 @@ def read_header(path: Path) -> str:
     with zipfile.ZipFile(path) as members:
         content = members.read(f"{HEADER}.npy")
     return str(np.lib.format.read_array(io.BytesIO(content), allow_pickle=False))
+
+
+def check_directory(file: BinaryIO, members: zipfile.ZipFile) -> None:
+    """Raise a BadZipFile if there is more in a file than its directory names: an array that has been lost from it."""
+    place = 0
+    for info in members.infolist():
+        if info.header_offset != place:
+            raise zipfile.BadZipFile(f"the directory has lost what lies before {info.filename}")
+        place = _start_of(file, info) + info.compress_size
+    if place != members.start_dir:
+        raise zipfile.BadZipFile("the directory has lost what lies before it")
 
 
 def _write(file: BinaryIO, arrays: Mapping[str, np.ndarray]) -> None:
@@ -112,8 +120,6 @@ def _write(file: BinaryIO, arrays: Mapping[str, np.ndarray]) -> None:
 
 def _start_of(file: BinaryIO, info: zipfile.ZipInfo) -> int:
     """Return where the content of a member begins in the file."""
-    if info.compress_type != zipfile.ZIP_STORED:
-        raise ValueError(f"{info.filename} is compressed")
     file.seek(info.header_offset)
     mark, name_length, extra_length = _LOCAL_HEADER.unpack(file.read(_LOCAL_HEADER.size))
     name = file.read(name_length)

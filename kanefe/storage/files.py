@@ -127,12 +127,18 @@ def ready_path(path: str | Path) -> Path:
     FileError
         If the folder cannot be made.
     """
+    _check_name(path)
     path = Path(path)
     try:
         make_folder(path.parent)
     except OSError as error:
         raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be made") from error
     return path
+
+
+def _check_name(path: str | Path) -> None:
+    if "\0" in str(path):
+        raise FileError(f"cannot write {str(path)!r}: the name of a file has no \\0. Remedy: another name")
 
 
 def make_folder(folder: Path, is_own: bool = False) -> None:
@@ -163,6 +169,7 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
     FileError
         If the folder cannot be written, or the disk is full; `path` is as it was before.
     """
+    _check_name(path)
     path = ready_path(os.path.realpath(path))
     if os.path.exists(path) and not path.is_file():
         _write_through(path, write)

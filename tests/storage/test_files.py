@@ -70,6 +70,11 @@ def test_a_folder_is_refused(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_name_that_no_file_can_have_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"cannot write .*has no \\0. Remedy: another name"):
+        write(tmp_path / "a\0b")
+
+
 READERS = {
     "stl": kf.shapes.Mesh.from_stl,
     "result": kf.load_result,
