@@ -31,7 +31,7 @@ class Head(NamedTuple):
     most: int
 
 
-class Section(Protocol):
+class Numbers(Protocol):
     """The whole numbers of a section, one after the other; what is not there raises a ValueError."""
 
     def numbers(self, signed: int, unsigned: int) -> list[int]:
@@ -146,7 +146,7 @@ def _check_names(path: Path, data: mmap.mmap) -> None:
             )
 
 
-def _check_numbers(path: Path, nodes: Section, elements: Section) -> None:
+def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:
     """Compare what is told at the heads of sections and blocks with what is in them."""
     what = "nodes"
     try:
@@ -175,7 +175,7 @@ def _check_numbers(path: Path, nodes: Section, elements: Section) -> None:
         ) from problem
 
 
-def _blocks(section: Section, head: Head) -> Iterator[tuple[int, int, int]]:
+def _blocks(section: Numbers, head: Head) -> Iterator[tuple[int, int, int]]:
     """Yield dimension, kind and size of the blocks of a section; the caller takes what is in them."""
     _demand(min(head) >= 0)
     for _ in range(head.blocks):
