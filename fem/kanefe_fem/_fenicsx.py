@@ -201,8 +201,8 @@ def compiling(fx: Any) -> Iterator[None]:
             yield
     except TimeoutError as problem:
         raise FileError(
-            f"another process compiles the same form in {fx.cache}, and is not done after {SECONDS} s. Remedy: run this "
-            "again when it is; or remove that folder"
+            f"another process compiles the same form in {fx.cache}, and is not done after {SECONDS} s. Remedy: run "
+            "this again when it is; or remove that folder"
         ) from problem
     except PermissionError as problem:
         raise FileError(

@@ -145,7 +145,7 @@ def being_compiled(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _lock(folder: Path, name: str, alone: bool, wait: bool = True) -> Iterator[bool]:
-    """Have a lock that ends with this process at the latest; give whether it is had, where it need not be waited for."""
+    """Have a lock, which ends with this process at the latest; give whether it is had."""
     try:
         import fcntl
 

@@ -99,7 +99,17 @@ def read_matrices(
             matrices = {what: _matrix(arrays, what) for what in ("stiffness", "mass", "damping")}
             generalised = int(arrays.get("generalised", 0))
             nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
-    except (OSError, ValueError, KeyError, TypeError, EOFError, MemoryError, zipfile.BadZipFile, zlib.error, struct.error) as error:
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        EOFError,
+        MemoryError,
+        zipfile.BadZipFile,
+        zlib.error,
+        struct.error,
+    ) as error:
         raise FileError(
             f"{path} is truncated or no file of matrices ({error}). Remedy: write it again with write_matrices"
         ) from error

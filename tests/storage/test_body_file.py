@@ -190,7 +190,8 @@ def test_no_bit_of_the_directory_can_flip_and_lose_an_array(tmp_path: Path) -> N
             except DAMAGE:
                 continue
             assert header == "header"
-            assert {name: array.tolist() for name, array in found.items()} == dict.fromkeys("abc", [0.0, 1.0, 2.0])
+            assert {name: array.tolist() for name, array in found.items()} == {key: [0.0, 1.0, 2.0] for key in "abc"}
+
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.99])
 def test_a_truncated_large_file_is_named(share: float, tmp_path: Path) -> None:

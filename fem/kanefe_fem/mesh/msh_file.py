@@ -47,7 +47,7 @@ class Numbers(Protocol):
         ...
 
 
-class Text:
+class _Text:
     """A section in text."""
 
     def __init__(self, content: bytes) -> None:
@@ -73,7 +73,7 @@ class Text:
         self._next(rows)
 
 
-class Binary:
+class _Binary:
     """A section in binary."""
 
     def __init__(self, content: bytes, order: str) -> None:
@@ -125,7 +125,7 @@ def check_complete(path: Path) -> None:
         if version == "4.1":
             one = re.match(rb"\$MeshFormat\s+4\.1\s+1[^\n]*\n(.{4})", data[:200], re.DOTALL)  # if it is binary
             order = "" if one is None else "<" if one[1] == b"\1\0\0\0" else ">"
-            nodes, elements = (Binary(data[at], order) if order else Text(data[at]) for at in contents[1:])
+            nodes, elements = (_Binary(data[at], order) if order else _Text(data[at]) for at in contents[1:])
             _check_numbers(path, nodes, elements)
 
 
@@ -142,7 +142,7 @@ def _check_names(path: Path, data: mmap.mmap) -> None:
     for line in data[start : data.find(b"$EndPhysicalNames", max(start, 0))].split(b"\n")[2:] if start >= 0 else ():
         if line.strip() and re.match(rb'\s*[0-3]\s+-?\d{1,10}\s+"', line) is None:
             raise FileError(
-                f"{path.name}: a line of $PhysicalNames is not of dimension, number and name, but {line[:80]!r}. {REMEDY}"
+                f"{path.name}: a line of $PhysicalNames is not of dimension, number and name: {line[:80]!r}. {REMEDY}"
             )
 
 

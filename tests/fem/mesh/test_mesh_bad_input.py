@@ -438,13 +438,15 @@ DAMAGE = {
 def test_a_damaged_file_is_refused_before_gmsh_takes_its_numbers_for_places(
     tmp_path: Path, damage: tuple[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """gmsh ended Python by most of these."""
+    """Gmsh ended Python by most of these."""
     path = tmp_path / "part.msh"
     path.write_bytes(msh4())
     assert len(read_mesh(path).nodes) == 4
     path.write_bytes(msh4(damage))
     monkeypatch.setattr(_gmsh, "_session", None)
-    with pytest.raises(FileError, match=r"part\.msh.* (is damaged|line of \$PhysicalNames).*Remedy: write the file again"):
+    with pytest.raises(
+        FileError, match=r"part\.msh.* (is damaged|line of \$PhysicalNames).*Remedy: write the file again"
+    ):
         read_mesh(path)
 
 
@@ -472,7 +474,8 @@ ENDS = {
     ".ply": "ply\nformat ascii 1.0\nelement vertex 3\n",
     ".bdf": "BEGIN BULK\n",
     ".off": "OFF\n",
-    ".tec": 'TITLE = "a"\nVARIABLES = "X", "Y", "Z"\nZONE NODES=5, ELEMENTS=2, DATAPACKING=BLOCK, ZONETYPE=FETETRAHEDRON\n0.0\n',
+    ".tec": 'TITLE = "a"\nVARIABLES = "X", "Y", "Z"\n'
+    "ZONE NODES=5, ELEMENTS=2, DATAPACKING=BLOCK, ZONETYPE=FETETRAHEDRON\n0.0\n",
     ".mdpa": "Begin Nodes\n 1 0.0 0.0 0.0\n",
     ".node": "# nodes\n",
     ".wkt": "TIN (" + "((0.0 0.0 0.0, 1.0 0.0 0.0, 0.0 1.0 0.0, 0.0 0.0 0.0)), " * 5,
@@ -510,7 +513,7 @@ CLAIMS = {
 
 @pytest.mark.parametrize("suffix", CLAIMS)
 def test_a_file_that_claims_more_than_it_has_is_refused(tmp_path: Path, suffix: str) -> None:
-    """meshio made room for a hundred million cells, and took what was there for some."""
+    """Room was made for a hundred million cells, and took what was there for some."""
     path = tmp_path / f"part{suffix}"
     path.write_text(CLAIMS[suffix].format(1))
     assert len(read_mesh(path).nodes) == 3
