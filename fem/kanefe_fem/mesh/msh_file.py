@@ -26,7 +26,7 @@ class Head(NamedTuple):
     """What the first line of a section of format 4.1 tells."""
 
     blocks: int
-    count: int
+    size: int
     least: int
     most: int
 
@@ -158,7 +158,7 @@ def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:
             _demand(not count or head.least <= tags.min() <= tags.max() <= head.most)
             nodes.skip(count, 3 + (dimension if parametric else 0))
             counted += count
-        _demand(counted == head.count)
+        _demand(counted == head.size)
         what = "elements"
         of_elements, counted = Head(*elements.numbers(0, 4)), 0
         for dimension, kind, count in _blocks(elements, of_elements):
@@ -168,7 +168,7 @@ def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:
             _demand(0 <= dimension <= 3 and (not count or rows.min() > 0))
             _demand(not count or rows[:, 1:].max() <= head.most)
             counted += count
-        _demand(counted == of_elements.count)
+        _demand(counted == of_elements.size)
     except (ValueError, OverflowError, TypeError) as problem:
         raise FileError(
             f"{path.name} is damaged: its {what} are not as many, or have other numbers, than it says. {REMEDY}"
