@@ -1,7 +1,8 @@
 """Where dolfinx's compiled forms are kept: only the user can write there, and what is imported is what was compiled.
 
 Beside the library of a form lies its size and digest, written once it is whole. A library that has changed since is
-removed, so that dolfinx compiles it anew.
+removed, so that dolfinx compiles it anew; so is what a process has left that was ended while it compiled, for whose
+library dolfinx would wait. Processes that use one folder at once tell each other by locks what they do.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ import sys
 import sysconfig
 import tempfile
 import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache, partial
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
@@ -32,6 +35,12 @@ OPTIONS = ("dolfinx_jit_options.json", "dolfinx_jit_parameters.json", "ffcx_opti
 
 READY = ".c.cached"
 """What the name of a file ends in that FFCx writes when the library is whole."""
+
+LOOKED_AT, COMPILED = ".looked_at", ".compiled"
+"""Files of locks: of who looks at what there is, alone; and of all who compile."""
+
+SECONDS = 60
+"""That dolfinx waits for a form that another process compiles."""
 
 _sound: set[Path] = set()
 """Files of `READY` whose libraries this process has compared."""
@@ -76,38 +85,103 @@ def forms_folder() -> Path:
 
 
 def check_forms(folder: Path) -> None:
-    """Remove the forms of a folder that are damaged.
+    """Remove the forms of a folder that are damaged, or were left when their process was ended.
 
     Raises
     ------
     FileError
         If others than the user could have put code into it; names the remedy.
     """
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         return
+    about = folder.stat()
+    if hasattr(os, "geteuid") and about.st_uid == os.geteuid():
+        if not about.st_mode & (stat.S_IXGRP | stat.S_IXOTH):  # nobody else can have written what is in it
+            _shut(folder.iterdir())
+        _check_entries(folder)  # before the folder is shut: what is refused stays so
     check_folder(folder, VARIABLE)
-    for entry in folder.iterdir():
-        check_entry(entry, VARIABLE)
+    _check_entries(folder)
     keep_digests(folder)
 
 
 def keep_digests(folder: Path) -> None:
     """Write the size and digest of each library that has none yet; remove those that have changed since."""
-    for ready in folder.glob(f"*{READY}"):
-        name = ready.name.removesuffix(READY)
-        if ready in _sound:
-            continue
-        note, found = folder / f"{name}.digest", _digest(folder, name)
-        if found and not note.exists():
-            write_whole(note, partial(_write, found))
-            for file in folder.glob(f"{name}.*"):  # a umask may have left them open
-                file.chmod(stat.S_IMODE(file.stat().st_mode) & ~OTHERS_WRITE)
-        if found and found == note.read_bytes():
-            _sound.add(ready)
-            continue
-        print(f"kanefe: {folder / name} is damaged: it is compiled anew", file=sys.stderr, flush=True)
-        for file in folder.glob(f"{name}.*"):
-            file.unlink(missing_ok=True)
+    if not (_not_looked_at(folder) or _without_library(folder)):
+        return
+    with _lock(folder, LOOKED_AT, alone=True):
+        for ready in _not_looked_at(folder):
+            name = ready.name.removesuffix(READY)
+            note, found = folder / f"{name}.digest", _digest(folder, name)
+            if found and not note.exists():
+                write_whole(note, partial(_write, found))
+                _shut(folder.glob(f"{name}.*"))
+            if found and found == note.read_bytes():
+                _sound.add(ready)
+                continue
+            print(f"kanefe: {folder / name} is damaged: it is compiled anew", file=sys.stderr, flush=True)
+            _remove(folder, name)
+        if folder == forms_folder():  # in another one programs compile that know no locks of ours
+            with _lock(folder, COMPILED, alone=True, wait=False) as nobody_compiles:
+                for file in _without_library(folder) if nobody_compiles else ():
+                    _remove(folder, file.stem)
+
+
+def _not_looked_at(folder: Path) -> set[Path]:
+    return set(folder.glob(f"*{READY}")) - _sound
+
+
+def _without_library(folder: Path) -> list[Path]:
+    """Return the sources of forms that are being compiled, or whose process was ended."""
+    return [file for file in folder.glob("*.c") if not file.with_suffix(READY).exists()]
+
+
+@contextmanager
+def being_compiled(folder: Path) -> Iterator[None]:
+    """Tell other processes that forms of a folder are compiled meanwhile; keep digests of them."""
+    with _lock(folder, COMPILED, alone=False):
+        yield
+    keep_digests(folder)
+
+
+@contextmanager
+def _lock(folder: Path, name: str, alone: bool, wait: bool = True) -> Iterator[bool]:
+    """Have a lock, which ends with this process at the latest; give whether it is had."""
+    try:
+        import fcntl
+
+        file = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o600)
+    except (ImportError, OSError):  # another system; a folder that is only read
+        yield False
+        return
+    try:
+        is_had = True
+        try:
+            fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | (0 if wait else fcntl.LOCK_NB))
+        except OSError:  # others have it, or the disk is one of a network that has no locks
+            is_had = False
+        yield is_had
+    finally:
+        os.close(file)
+
+
+def _check_entries(folder: Path) -> None:
+    for entry in folder.iterdir():
+        with suppress(FileNotFoundError):  # that another process has removed meanwhile
+            check_entry(entry, VARIABLE)
+
+
+def _shut(files: Iterable[Path]) -> None:
+    """Take from others what a umask has let them write, of files of this user."""
+    for file in files:
+        with suppress(FileNotFoundError, PermissionError):
+            about = file.lstat()
+            if stat.S_ISREG(about.st_mode) and about.st_mode & OTHERS_WRITE:
+                file.chmod(stat.S_IMODE(about.st_mode) & ~OTHERS_WRITE)
+
+
+def _remove(folder: Path, name: str) -> None:
+    for file in sorted(folder.glob(f"{name}.*")):  # that with suffix .c first: where it is, dolfinx waits
+        file.unlink(missing_ok=True)
 
 
 def _digest(folder: Path, name: str) -> bytes:
