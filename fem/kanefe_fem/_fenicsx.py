@@ -22,7 +22,7 @@ import scipy.sparse as sp
 from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.shapes import Shape
 from kanefe_fem._petsc import start_mpi
-from kanefe_fem.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
+from kanefe_fem.machine.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Versions of dolfinx this door was tested with."""

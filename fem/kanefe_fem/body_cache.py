@@ -23,7 +23,7 @@ from kanefe.bodies import cache
 from kanefe.bodies.flexible import FlexibleBody, file_kind
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.storage.digest import Unhashable, code_stamp, digest, installed_versions
-from kanefe_fem.memory import MemoryWarning
+from kanefe_fem.machine.memory import MemoryWarning
 from kanefe_fem.mesh.mesh import Mesh
 
 PACKAGES = ("fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "meshio")

@@ -11,8 +11,9 @@ import pytest
 
 from kanefe.errors import FileError
 from kanefe.storage import kept_code
-from kanefe_fem import Material, box_mesh, compiled_forms, solid_model
-from kanefe_fem.compiled_forms import OPTIONS, VARIABLE, being_compiled, check_forms, forms_folder, keep_digests
+from kanefe_fem import Material, box_mesh, solid_model
+from kanefe_fem.machine import compiled_forms
+from kanefe_fem.machine.compiled_forms import OPTIONS, VARIABLE, being_compiled, check_forms, forms_folder, keep_digests
 
 ON_POSIX = pytest.mark.skipif(os.name != "posix", reason="modes tell nothing there")
 AS_ROOT = pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="only root gives files to others")
