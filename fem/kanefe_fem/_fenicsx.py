@@ -22,7 +22,7 @@ import scipy.sparse as sp
 from kanefe.errors import FileError, MeshError, MissingDependency
 from kanefe.fe_model.shapes import Shape
 from kanefe_fem._petsc import start_mpi
-from kanefe_fem.compiled_forms import check_forms, forms_folder, keep_digests, refuse_options
+from kanefe_fem.machine.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Versions of dolfinx this door was tested with."""
@@ -87,6 +87,7 @@ def _own_cache(jit: Any) -> Path:
     """Have dolfinx keep compiled forms in our folder, or where options of the user say, and return it, checked."""
     defaults = getattr(jit, "DOLFINX_DEFAULT_JIT_OPTIONS", None) or jit.DOLFINX_DEFAULT_JIT_PARAMETERS
     defaults["cache_dir"] = (forms_folder(), defaults["cache_dir"][1])
+    defaults["timeout"] = (SECONDS, defaults["timeout"][1])
     options = (getattr(jit, "get_options", None) or jit.get_parameters)()
     folder = Path(options["cache_dir"])
     check_forms(folder)
@@ -196,8 +197,13 @@ def assemble_matrix(fx: Any, form: Any) -> sp.csr_matrix:
 def compiling(fx: Any) -> Iterator[None]:
     """Turn the failures of the form compiler into errors with a remedy; keep digests of what it has made."""
     try:
-        yield
-        keep_digests(fx.cache)
+        with being_compiled(fx.cache):
+            yield
+    except TimeoutError as problem:
+        raise FileError(
+            f"another process compiles the same form in {fx.cache}, and is not done after {SECONDS} s. Remedy: run "
+            "this again when it is; or remove that folder"
+        ) from problem
     except PermissionError as problem:
         raise FileError(
             f"the compiled forms cannot be written: {problem}. Remedy: set XDG_CACHE_HOME to a folder of yours"

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import mmap
 import os
-import re
 import signal
 import sys
 import tempfile
@@ -26,6 +24,7 @@ from kanefe.fe_model.shapes import is_supported, row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
+from kanefe_fem.mesh.msh_file import REMEDY, check_complete, msh_version
 from kanefe_fem.mesh.sagitta import sagitta
 from kanefe_fem.mesh.unfolded import unfolded
 
@@ -88,7 +87,10 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
             text = "; ".join(m.removeprefix("Error").lstrip(" :") for m in messages[:3])
             text = text.replace(str(merged), path.name)
             raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and mend it")
-        mesh = _extract(gmsh, path)
+        try:
+            mesh = _extract(gmsh, path)
+        except UnicodeDecodeError as problem:
+            raise FileError(f"{path.name} is damaged: a name is no text ({problem}). {REMEDY}") from problem
         if suffix == ".msh" or mesh.dimension == 1:
             return mesh
         return unfolded(mesh) if mesh.order == 2 else replace(mesh, sagitta=sagitta(gmsh))
@@ -108,37 +110,6 @@ def _to_merge(path: Path, trusted: bool) -> Iterator[Path]:
             copy = Path(folder) / path.name
             copy.write_bytes(script)
             yield copy
-
-
-def check_complete(path: Path) -> None:
-    """Raise FileError if a .msh file is truncated: gmsh itself may crash on one, or read half of it in silence."""
-    remedy = "Remedy: write the file again (gmsh: File > Save Mesh, format 2.2 or 4.1)"
-    if path.stat().st_size == 0:
-        raise FileError(f"{path.name} is empty. {remedy}")
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        version = _msh_version(path)
-        if not version:
-            raise FileError(f"{path.name} is not a gmsh mesh: it does not begin with $MeshFormat. {remedy}")
-        if version not in ("2", "2.0", "2.1", "2.2", "4.1"):
-            raise FileError(f"{path.name} has the mesh format {version}; 2.2 and 4.1 are supported. {remedy}")
-        position = 0
-        for section in (b"MeshFormat", b"Nodes", b"Elements"):
-            position = data.find(b"$" + section, position)
-            end = data.find(b"$End" + section, max(position, 0))
-            if position < 0 or end < 0:
-                raise FileError(f"{path.name} is truncated: its section ${section.decode()} has no end. {remedy}")
-            position = end
-        tail = data[max(0, len(data) - 200) :]
-        if re.search(rb"\$End\w+\s*\Z", tail) is None:
-            raise FileError(f"{path.name} is truncated: it ends inside a section. {remedy}")
-
-
-def _msh_version(path: Path) -> str:
-    """Return the version in the head of a .msh file, "" if it has none."""
-    with path.open("rb") as stream:
-        # of a file that does not begin with these very letters gmsh makes a script, and runs it
-        head = re.match(rb"\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
-    return head.group(1).decode() if head else ""
 
 
 @contextlib.contextmanager
@@ -298,7 +269,7 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     dimension = next((d for d in (3, 2, 1) if len(gmsh.model.mesh.getElements(d)[0])), 0)
     if dimension == 0:
         raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
-    file = _Source(source, path.suffix.lower() == ".msh" and _msh_version(path).startswith("2"))
+    file = _Source(source, path.suffix.lower() == ".msh" and msh_version(path).startswith("2"))
     groups = {d: _physical_groups(gmsh, d, d == dimension > 1, file) for d in range(4)}
 
     def blocks(d: int) -> dict[str, tuple[Cells, ...]]:

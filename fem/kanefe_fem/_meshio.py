@@ -17,6 +17,7 @@ from kanefe.fe_model.skin import facet_of
 from kanefe.imports.abaqus_input import keywords
 from kanefe.imports.text import read_text
 from kanefe_fem.mesh.abaqus_sets import face_corners, section_sets, surfaces
+from kanefe_fem.mesh.claimed_counts import check_counts
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.named_files import check_named_files
 
@@ -31,6 +32,9 @@ GROUP_DATA = (
     "Label",
 )
 """Names of integer cell data that number the groups, first come first served."""
+
+READS_AT_END = 1000
+"""Of a file, after which its reader is taken for one that would go on for ever."""
 
 _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
 
@@ -48,7 +52,10 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
     FileError
         meshio does not know the format, or the file is damaged.
     """
+    if path.suffix.lower() == ".wkt":  # its reader tries all ways to part its digits, which may take for ever
+        raise FileError(f"{path.name}: surfaces of .wkt are not read. Remedy: write it as .stl, .ply or .vtu")
     check_named_files(path, trusted)
+    check_counts(path)
     raw = _read(path)
     try:
         return _mesh_of(raw, path, names)
@@ -138,7 +145,37 @@ def _import_meshio() -> Any:
         import meshio
     except ImportError as problem:
         raise MissingDependency("meshio", "read_mesh of other formats than gmsh's", "pip install meshio") from problem
+    for module in (meshio._files, meshio.tetgen._tetgen):  # where it opens files
+        module.open = _open_that_ends
     return meshio
+
+
+class _Ends(io.IOBase):
+    """A file that ends readers which look for a line until it comes, as those of .ply, .bdf, .off and .tec do."""
+
+    _reads_at_end = 0
+
+    def readline(self, size: int | None = -1) -> Any:
+        line = super().readline(size)
+        self._reads_at_end = 0 if line else self._reads_at_end + 1
+        if self._reads_at_end > READS_AT_END:
+            raise EOFError("it ends where more should follow")
+        return line
+
+
+class _BytesThatEnd(_Ends, io.BufferedReader):
+    pass
+
+
+class _TextThatEnds(_Ends, io.TextIOWrapper):
+    pass
+
+
+def _open_that_ends(path: str | Path, mode: str = "r") -> Any:
+    if mode not in ("r", "rb"):
+        return open(path, mode)
+    file = _BytesThatEnd(io.FileIO(path))
+    return file if mode == "rb" else _TextThatEnds(file)
 
 
 def _dimension(kind: str) -> int:

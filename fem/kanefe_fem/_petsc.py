@@ -12,7 +12,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError, SingularStiffness
 from kanefe.storage import hdf5
-from kanefe_fem.memory import free_memory, rough_size, warn_of_memory
+from kanefe_fem.machine.memory import free_memory, rough_size, warn_of_memory
 
 SMALL = 10_000
 """Up to this many unknowns SuperLU is as fast as MUMPS, counting the import of petsc4py."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,7 +23,7 @@ from kanefe.bodies import cache
 from kanefe.bodies.flexible import FlexibleBody, file_kind
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.storage.digest import Unhashable, code_stamp, digest, installed_versions
-from kanefe_fem.memory import MemoryWarning
+from kanefe_fem.machine.memory import MemoryWarning
 from kanefe_fem.mesh.mesh import Mesh
 
 PACKAGES = ("fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "meshio")
@@ -151,7 +152,7 @@ def _is_pure(path: Path) -> bool:
 
 def _read_where_needed(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None) -> Mesh | str | Path:
     """Return a mesh that has been read where its file alone does not say what it is."""
-    if isinstance(mesh, Mesh) or not Path(mesh).is_file() or is_whole(Path(mesh)):
+    if isinstance(mesh, Mesh) or not os.path.isfile(mesh) or is_whole(Path(mesh)):
         return mesh
     from kanefe_fem.mesh_files import read_to_assemble
 
@@ -182,7 +183,7 @@ def _content(mesh: Mesh | str | Path) -> Any:
     if isinstance(mesh, Mesh):
         return {f.name: getattr(mesh, f.name) for f in fields(mesh)}
     path = Path(mesh)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise Unhashable(f"there is no file {path.name}")  # making the body says it better
     return {"name": path.name, "content": path}
 

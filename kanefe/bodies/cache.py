@@ -179,7 +179,7 @@ def _path(key: str) -> Path:
 
 def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
     path = _path(key)
-    if not path.is_file():
+    if not os.path.isfile(path):
         return None
     try:
         found = load(path)

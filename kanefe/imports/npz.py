@@ -13,6 +13,7 @@ Layout, version 1, all in m, kg, s (numpy.savez of these arrays is all it takes)
 
 from __future__ import annotations
 
+import struct
 import zipfile
 import zlib
 from collections.abc import Sequence
@@ -26,6 +27,7 @@ from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import Cells, FiniteElementModel
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.self_check import Expected
+from kanefe.storage.array_file import check_directory
 from kanefe.storage.files import regular_file, write_whole
 
 FORMAT = "kanefe matrices 1"
@@ -88,6 +90,8 @@ def read_matrices(
     """
     path = regular_file(path, "for the matrices")
     try:
+        with path.open("rb") as stream, zipfile.ZipFile(stream) as members:
+            check_directory(stream, members)
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         stated = str(arrays["format"])
@@ -95,7 +99,17 @@ def read_matrices(
             matrices = {what: _matrix(arrays, what) for what in ("stiffness", "mass", "damping")}
             generalised = int(arrays.get("generalised", 0))
             nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        EOFError,
+        MemoryError,
+        zipfile.BadZipFile,
+        zlib.error,
+        struct.error,
+    ) as error:
         raise FileError(
             f"{path} is truncated or no file of matrices ({error}). Remedy: write it again with write_matrices"
         ) from error

@@ -93,7 +93,7 @@ def read_market(path: str | Path, what: str) -> sp.csr_matrix:
     path = regular_file(path, f"for the {what}")
     try:
         matrix = scipy.io.mmread(_market_source(path), **_OPTIONS)
-    except (OSError, ValueError, EOFError, IndexError) as error:
+    except (OSError, ValueError, EOFError, IndexError, OverflowError, MemoryError) as error:
         raise FileError(
             f"cannot read the {what} from {path}: it is truncated or no Matrix Market file ({error}). "
             "Remedy: export it again"

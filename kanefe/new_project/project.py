@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from importlib.resources import files
 from importlib.util import find_spec
@@ -35,7 +36,7 @@ def new_project(where: str) -> list[Path]:
             f"{folder.name!r} is no name of a project. Remedy: letters, digits, '_', '-' and '.', a letter or "
             "digit first"
         )
-    if folder.exists() or folder.is_symlink():
+    if os.path.lexists(folder):
         raise FileError(f"there is a {'folder' if folder.is_dir() else 'file'} {folder} already. Remedy: another name")
     if folder.name.isidentifier() and find_spec(folder.name) is not None:
         raise ModelError(

@@ -223,6 +223,8 @@ def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> Lin
 def _coupling(joint: Any, joints: Sequence[Any], path: Path) -> Coupling:
     """Return ``q - multiplier q_of_other = offset``."""
     mimic = joint.mimic
+    if mimic.joint == joint.name:
+        raise FileError(f"{path}: joint {joint.name!r} mimics itself. Remedy: the name of the joint that it follows")
     if not any(other.name == mimic.joint and other.type in AXIS_JOINTS for other in joints):
         raise ModelError(
             f"{path}: joint {joint.name!r} mimics {mimic.joint!r}, and there is no such joint with an axis"

@@ -70,7 +70,10 @@ def open_arrays(path: Path) -> tuple[str, dict[str, np.ndarray]]:
         file_as_it_is = (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
         map_of_file: mmap.mmap | None = None
         arrays: dict[str, np.ndarray] = {}
+        check_directory(file, members)
         for info in members.infolist():
+            if info.compress_type != zipfile.ZIP_STORED:
+                raise ValueError(f"{info.filename} is compressed")
             start = _start_of(file, info)
             if info.file_size >= MAPPED:
                 map_of_file = map_of_file or mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -91,6 +94,17 @@ def read_header(path: Path) -> str:
     return str(np.lib.format.read_array(io.BytesIO(content), allow_pickle=False))
 
 
+def check_directory(file: BinaryIO, members: zipfile.ZipFile) -> None:
+    """Raise a BadZipFile if there is more in a file than its directory names: an array that has been lost from it."""
+    place = 0
+    for info in members.infolist():
+        if info.header_offset != place:
+            raise zipfile.BadZipFile(f"the directory has lost what lies before {info.filename}")
+        place = _start_of(file, info) + info.compress_size
+    if place != members.start_dir:
+        raise zipfile.BadZipFile("the directory has lost what lies before it")
+
+
 def _write(file: BinaryIO, arrays: Mapping[str, np.ndarray]) -> None:
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as members:
         for name, array in arrays.items():
@@ -106,8 +120,6 @@ def _write(file: BinaryIO, arrays: Mapping[str, np.ndarray]) -> None:
 
 def _start_of(file: BinaryIO, info: zipfile.ZipInfo) -> int:
     """Return where the content of a member begins in the file."""
-    if info.compress_type != zipfile.ZIP_STORED:
-        raise ValueError(f"{info.filename} is compressed")
     file.seek(info.header_offset)
     mark, name_length, extra_length = _LOCAL_HEADER.unpack(file.read(_LOCAL_HEADER.size))
     name = file.read(name_length)

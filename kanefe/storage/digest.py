@@ -20,6 +20,9 @@ from kanefe.storage.scipy_later import sp
 
 PIECE = 1 << 20
 
+MADE = {f"__{name}__" for name in ("init", "repr", "eq", "lt", "le", "gt", "ge", "hash", "setattr", "delattr")}
+"""Functions that dataclasses write."""
+
 OWN = ("kanefe", "kanefe_fem")
 """Packages whose classes count by their names, whatever file they are in."""
 
@@ -233,7 +236,7 @@ class _Hasher:
             return
         self._classes.append(cls)
         for name, member in sorted(vars(cls).items()):
-            for part in _written(name, member):
+            for part in _written(cls, name, member):
                 self.feed(name, where)
                 self.feed(part, f"{where}: {cls.__name__}.{name}")
         for base in cls.__bases__:
@@ -278,7 +281,7 @@ def _file_of(module: str) -> str | None:
     return getattr(sys.modules.get(module), "__file__", None)
 
 
-def _written(name: str, member: Any) -> list[Any]:
+def _written(cls: type, name: str, member: Any) -> list[Any]:
     """Return what of a member of a class was written in it: functions, and plain values; not what Python adds."""
     if isinstance(member, (staticmethod, classmethod)):
         member = member.__func__
@@ -287,7 +290,8 @@ def _written(name: str, member: Any) -> list[Any]:
     if isinstance(member, cached_property):
         member = member.func
     if isinstance(member, FunctionType):
-        return [] if member.__code__.co_filename == "<string>" else [member]  # of dataclasses: made from the fields
+        is_made = is_dataclass(cls) and name in MADE and member.__code__.co_filename == "<string>"  # from the fields
+        return [] if is_made else [member]
     is_plain = isinstance(member, (bool, int, float, complex, bytes, str, tuple, np.ndarray)) and name[:2] != "__"
     return [member] if is_plain else []
 

@@ -53,9 +53,13 @@ def regular_file(
     called = f"{path} {what}".rstrip()
     try:
         status = path.stat()
+        if stat.S_ISREG(status.st_mode):
+            path.open("rb").close()
     except (FileNotFoundError, NotADirectoryError):
         raise FileError(f"there is no {kind} {called}. Remedy: {remedy}") from None
     except (OSError, ValueError) as error:  # a link to itself, a folder that may not be entered, a name with \0
+        if isinstance(error, PermissionError):
+            remedy = "have it, and the folders above it, made readable for you"
         raise FileError(f"cannot read the {kind} {called}: {error}. Remedy: {remedy}") from error
     if stat.S_ISDIR(status.st_mode):
         raise FileError(f"there is no {kind} {called}: it is a folder. Remedy: the file in it")
@@ -123,6 +127,7 @@ def ready_path(path: str | Path) -> Path:
     FileError
         If the folder cannot be made.
     """
+    _check_name(path)
     path = Path(path)
     try:
         make_folder(path.parent)
@@ -131,12 +136,17 @@ def ready_path(path: str | Path) -> Path:
     return path
 
 
+def _check_name(path: str | Path) -> None:
+    if "\0" in str(path):
+        raise FileError(f"cannot write {str(path)!r}: the name of a file has no \\0. Remedy: another name")
+
+
 def make_folder(folder: Path, is_own: bool = False) -> None:
     """Make a folder and what it lies in: in the cache, and if `is_own`, for the owner alone, whatever the umask."""
     if not (is_own or _is_in_cache(folder)):
         folder.mkdir(parents=True, exist_ok=True)
         return
-    for missing in reversed([place for place in (folder, *folder.parents) if not place.exists()]):
+    for missing in reversed([place for place in (folder, *folder.parents) if not os.path.exists(place)]):
         missing.mkdir(mode=0o700, exist_ok=True)
     if not folder.is_dir():
         raise NotADirectoryError(20, "it is not a folder", str(folder))
@@ -159,8 +169,9 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
     FileError
         If the folder cannot be written, or the disk is full; `path` is as it was before.
     """
+    _check_name(path)
     path = ready_path(os.path.realpath(path))
-    if path.exists() and not path.is_file():
+    if os.path.exists(path) and not path.is_file():
         _write_through(path, write)
         return
     try:

@@ -52,7 +52,7 @@ def kept(folder: Path, name: str) -> Path | None:
         If the folder or what it lies in belongs to others, or others may write it.
     """
     if name not in _names.get(folder, {}):
-        if not folder.is_dir():
+        if not os.path.isdir(folder):
             return None
         check_folder(folder)
         with suppress(OSError):
@@ -133,10 +133,11 @@ def check_folder(folder: Path, variable: str = CACHE) -> None:
 
 
 def check_entry(path: Path, variable: str = CACHE) -> None:
-    """Refuse a file, or a link, that others own or may write; errors as of `check_folder`."""
+    """Refuse a file that others own or may write, or a link, or what it leads to; errors as of `check_folder`."""
     about = path.lstat()
-    if not stat.S_ISLNK(about.st_mode) or not _is_trusted(about.st_uid):
-        _check(path, about, path, variable)
+    if stat.S_ISLNK(about.st_mode) and _is_trusted(about.st_uid):
+        about = path.stat()
+    _check(path, about, path, variable)
 
 
 def _check(path: Path, about: os.stat_result, to_remove: Path, variable: str = CACHE) -> None:

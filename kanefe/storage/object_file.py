@@ -53,6 +53,7 @@ DAMAGE = (
     ImportError,
     EOFError,
     OverflowError,
+    MemoryError,
     RuntimeError,  # of zipfile: encrypted; RecursionError: a header of brackets; NotImplementedError
     zipfile.BadZipFile,
     zlib.error,

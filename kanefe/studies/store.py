@@ -63,10 +63,10 @@ class Store:
             If the folder holds another study or something else, or cannot be written.
         """
         path = self.folder / HEADER
-        if path.exists():
+        if os.path.exists(path):
             if next(self.rows(), None) is not None:
                 self.check_same(header)
-        elif self.folder.is_dir() and any(self.folder.iterdir()):
+        elif os.path.isdir(self.folder) and self._has_others():
             raise FileError(f"{self.folder} holds something else than a study. Remedy: a folder of its own")
         text = sealed({"format": FORMAT, "version": VERSION, **header})
         write_whole(path, lambda file: file.write(text.encode()))
@@ -78,6 +78,13 @@ class Store:
             ) from error
         if not (self.folder / SPARE).exists():
             write_whole(self.folder / SPARE, lambda file: file.write(bytes(SPARE_BYTES)))
+
+    def _has_others(self) -> bool:
+        """Return whether there is anything in the folder."""
+        try:
+            return any(self.folder.iterdir())
+        except OSError as error:
+            raise FileError(f"cannot read {self.folder}: {error.strerror}. Remedy: another folder") from error
 
     def header(self) -> dict[str, Any]:
         """Return what the study says of itself.

@@ -15,8 +15,8 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import splu_factorise
 from kanefe_fem import _petsc
 from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
+from kanefe_fem.machine.memory import MemoryWarning, free_memory
 from kanefe_fem.materials.isotropic import Material
-from kanefe_fem.memory import MemoryWarning, free_memory
 from kanefe_fem.solids.body import solid_body, solid_model
 from repository import ARM
 

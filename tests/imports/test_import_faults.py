@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -184,3 +186,33 @@ except MissingDependency as error:
     assert package.replace("_", "-") in done.stdout, done.stderr
     assert f"pip install 'kanefe[{extra}]'" in done.stdout
     assert issubclass(MissingDependency, KanefeError)
+
+
+def test_arrays_beyond_memory_are_told(tmp_path: Path) -> None:
+    market = tmp_path / "k.mtx"
+    market.write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1\n")
+    with pytest.raises(FileError, match=r"cannot read the stiffness matrix from .*Remedy"):
+        kf.read_matrix_market([[0, 0, 0], [1, 0, 0]], market, market)
+    path = tmp_path / "k.npz"
+    write_matrices(SOLID, path)
+    content = path.read_bytes()
+    with zipfile.ZipFile(path, "a") as members:
+        shape = np.lib.format.header_data_from_array_1_0(np.zeros(1)) | {"shape": (10**15,)}
+        with members.open("damping_data.npy", "w") as member:
+            np.lib.format.write_array_header_1_0(member, shape)
+    with pytest.raises(FileError, match=r"k\.npz is truncated or no file of matrices.*Remedy"):
+        read_matrices(path)
+    path.write_bytes(content)
+    assert read_matrices(path).size == SOLID.size
+
+
+def test_a_directory_that_has_lost_an_array_is_refused(tmp_path: Path) -> None:
+    """One bit in the length of a comment hides the array behind it; groups and damping may be missing."""
+    path = tmp_path / "k.npz"
+    write_matrices(SOLID, path)
+    content = bytearray(path.read_bytes())
+    *_, entry, last = (found.start() for found in re.finditer(b"PK\1\2", content))
+    content[entry + 32] = content.rindex(b"PK\5\6") - last
+    path.write_bytes(content)
+    with pytest.raises(FileError, match=r"the directory has lost what lies before"):
+        read_matrices(path)

@@ -93,6 +93,13 @@ def test_a_mimic_keeps_to_its_joint_in_a_run() -> None:
     assert wheel == pytest.approx(0.2 - 40.0 * close, abs=1e-7)
 
 
+def test_a_joint_that_mimics_itself_is_refused(tmp_path: Path) -> None:
+    """It was held where it was."""
+    path = write(tmp_path, link("a"), link("b"), joint("j", "revolute", "a", "b", "<mimic joint='j'/>"))
+    with pytest.raises(kf.FileError, match=r"joint 'j' mimics itself. Remedy"):
+        kf.read_urdf(path)
+
+
 def test_a_planar_joint_moves_across_its_axis(tmp_path: Path) -> None:
     tilted = "<origin xyz='0 0 1' rpy='0 0 0.3'/><axis xyz='0 1 0'/>"
     path = write(tmp_path, link("a"), link("b", moments=(0.1, 0.2, 0.25)), joint("p", "planar", "a", "b", tilted))

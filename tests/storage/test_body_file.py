@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import tempfile
 from dataclasses import fields, replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
 from kanefe.storage import array_file
 from kanefe.storage.array_file import ALIGNMENT, MAPPED
+from kanefe.storage.object_file import DAMAGE
 from kanefe.storage.serialise import encoded
 from scenes import flexible_scene, lattice_body, random_state
 
@@ -169,6 +171,26 @@ def test_no_bit_can_flip_unseen(tmp_path: Path) -> None:
             for f in fields(expected):
                 assert same(getattr(expected, f.name), getattr(back, f.name)), (place, f.name)
     assert refused > 150
+
+
+def test_no_bit_of_the_directory_can_flip_and_lose_an_array(tmp_path: Path) -> None:
+    """A comment that seems longer hides the array behind it; what may be missing was then taken for not there."""
+    path = tmp_path / "arrays.npz"
+    arrays = {name: np.arange(3.0) for name in "abc"}
+    array_file.write_arrays(path, "header", arrays)
+    whole = path.read_bytes()
+    lengths = [entry.start() + i for entry in re.finditer(b"PK\1\2", whole) for i in range(28, 34)]
+    for place in [*lengths, *range(whole.index(b"PK\5\6"), len(whole))]:
+        for bit in range(4):
+            content = bytearray(whole)
+            content[place] ^= 1 << bit
+            path.write_bytes(bytes(content))
+            try:
+                header, found = array_file.open_arrays(path)
+            except DAMAGE:
+                continue
+            assert header == "header"
+            assert {name: array.tolist() for name, array in found.items()} == {key: [0.0, 1.0, 2.0] for key in "abc"}
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.99])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,9 @@ import pytest
 import kanefe as kf
 import kanefe_fem
 from kanefe.errors import FileError
+from kanefe.new_project.project import new_project
 from kanefe.storage.files import regular_file, usable_memory, write_whole
+from kanefe.studies.store import Store
 from run_scenes import double_pendulum
 
 DATA = b"0123456789" * 20_000
@@ -67,6 +70,11 @@ def test_a_folder_is_refused(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_name_that_no_file_can_have_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"cannot write .*has no \\0. Remedy: another name"):
+        write(tmp_path / "a\0b")
+
+
 READERS = {
     "stl": kf.shapes.Mesh.from_stl,
     "result": kf.load_result,
@@ -88,6 +96,34 @@ def test_readers_open_files_that_end(read: Any, tmp_path: Path) -> None:
         os.mkfifo(tmp_path / name)
     with pytest.raises(FileError, match=r"is a pipe, which may never end. Remedy: put what it gives into a file"):
         read(tmp_path / "pipe")
+
+
+@pytest.fixture
+def locked(tmp_path: Path) -> Iterator[Path]:
+    """Return a folder that may not be entered by the user who the process is meanwhile."""
+    if os.name != "posix" or os.geteuid() != 0:
+        pytest.skip("only root becomes another user")
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o700)
+    (folder / "file").touch()
+    (tmp_path / "shut").touch(mode=0o600)
+    for above in (tmp_path, *tmp_path.parents[:3]):
+        above.chmod(above.stat().st_mode | 0o011)
+    os.seteuid(65534)
+    yield folder
+    os.seteuid(0)
+
+
+def test_what_may_not_be_read_or_entered_is_told(locked: Path) -> None:
+    for path in (locked / "file", locked.parent / "shut"):
+        with pytest.raises(FileError, match=r"Permission denied.*Remedy: have it.*made readable for you"):
+            regular_file(path)
+    with pytest.raises(FileError, match=r"cannot write .*Permission denied.*Remedy: choose a folder"):
+        write_whole(locked / "page.html", lambda file: file.write(b"page"))
+    with pytest.raises(FileError, match=r"cannot make .*Permission denied. Remedy: another place"):
+        new_project(str(locked / "arm"))
+    with pytest.raises(FileError, match=r"cannot read .*locked: Permission denied. Remedy: another folder"):
+        Store(locked).begin({})
 
 
 def test_devices_links_to_themselves_and_files_beyond_memory_are_refused(tmp_path: Path) -> None:

@@ -164,6 +164,17 @@ class TestDigest:
         assert digest(reduction=kf.CraigBampton(modes=3)) == of_options
         assert digest_of_scene(model=pendulum()) == of_scene
 
+    def test_methods_of_a_class_that_was_typed_in_count(self) -> None:
+        """By python -c their file has the name that dataclasses give to the functions they write."""
+
+        def of(value: float) -> str:
+            names: dict[str, Any] = {"__name__": "typed_in"}
+            exec(f"def f(): return {value}\nclass Build:\n    def __call__(self): return f()", names)
+            return digest(build=names["Build"])
+
+        assert of(1.0) == of(1.0)
+        assert of(1.0) != of(2.0)
+
     def test_a_saved_class_counts_by_its_word(self, monkeypatch: pytest.MonkeyPatch) -> None:
         body = BODIES["reduced"]()
         before = digest(body=body)

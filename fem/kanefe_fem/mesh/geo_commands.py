@@ -7,6 +7,7 @@ end of what an `If` leaves out by letters alone, ends texts that are long, and k
 
 from __future__ import annotations
 
+import os
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -121,7 +122,7 @@ def refuse_options(path: Path) -> None:
         Names both files.
     """
     options = f"{path.name}.opt"
-    if path.with_name(options).exists():
+    if os.path.lexists(path.with_name(options)):
         raise FileError(
             f"beside {path.name} lies {options}, which gmsh would run as a script. Remedy: remove or rename it; or, if "
             "you know what it does, read_mesh(..., trusted=True)"

@@ -40,7 +40,7 @@ def _names(path: Path) -> Iterator[Path]:
                 name = Path(line.split("=")[-1].strip())
                 yield name if name.exists() else path.parent / name
     elif suffix in (".xdmf", ".xmf"):
-        for item in _data_items(path):
+        for item in xml_elements(path, "DataItem"):
             text = (item.text or "").strip()
             if item.get("Format", "").upper().startswith("HDF"):
                 yield path.parent / text.partition(":")[0]
@@ -48,8 +48,15 @@ def _names(path: Path) -> Iterator[Path]:
                 yield Path(text)
 
 
-def _data_items(path: Path) -> Iterator[ElementTree.Element]:
+def xml_elements(path: Path, tag: str) -> Iterator[ElementTree.Element]:
+    """Yield the elements of a name of an XML file.
+
+    Raises
+    ------
+    FileError
+        If it is none.
+    """
     try:
-        yield from ElementTree.parse(path).iter("DataItem")
+        yield from ElementTree.parse(path).iter(tag)
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # of the last two: an encoding that is none
         raise FileError(f"{path} is no XML: {error}. Remedy: write it again") from error

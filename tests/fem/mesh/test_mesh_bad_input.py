@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,6 +15,7 @@ import pytest
 from fem_meshes import KINDS, STEEL, box, shown, write_msh2
 from kanefe.errors import FileError, MeshError, MissingDependency, ModelError
 from kanefe.fe_model.model import Cells
+from kanefe_fem import _gmsh
 from kanefe_fem.mesh.checks import MeshWarning, check_mesh
 from kanefe_fem.mesh.groups import check_interfaces
 from kanefe_fem.mesh.mesh import Mesh
@@ -408,3 +410,113 @@ def test_the_lines_that_are_told_mesh_a_geometry(tmp_path: Path) -> None:
     source.write_text("def build(" + str(told.value).partition("def build(")[2])
     mesh = read_mesh(source)
     assert mesh.nodes.max(axis=0) == pytest.approx((0.1, 0.02, 0.01))  # the file is in mm
+
+
+def msh4(damage: tuple[str, str] = ("", "")) -> bytes:
+    text = (
+        '$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 "v"\n$EndPhysicalNames\n$Entities\n0 0 0 1\n'
+        "1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+        "$EndNodes\n$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n"
+    )
+    assert damage[0] in text
+    return text.replace(*damage).encode()
+
+
+DAMAGE = {
+    "node of an element": ("1 1 2 3 4\n", "1 1 2 3 1000000000000\n"),
+    "negative": ("1 1 2 3 4\n", "1 -1 2 3 4\n"),
+    "nodes of a block": ("3 1 0 4\n", "3 1 0 18446744073709551615\n"),
+    "elements of a block": ("3 1 4 1\n", "3 1 4 18446744073709551615\n"),
+    "blocks": ("1 4 1 4\n", "-1 0 1 4\n"),
+    "number of a node": ("4\n1\n2\n", "4\n1\n9223372036854775807\n"),
+    "dimension of a name": ('3 1 "v"', '18446744073709551615 1 "v"'),
+}
+
+
+@pytest.mark.gmsh
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_a_damaged_file_is_refused_before_gmsh_takes_its_numbers_for_places(
+    tmp_path: Path, damage: tuple[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Gmsh ended Python by most of these."""
+    path = tmp_path / "part.msh"
+    path.write_bytes(msh4())
+    assert len(read_mesh(path).nodes) == 4
+    path.write_bytes(msh4(damage))
+    monkeypatch.setattr(_gmsh, "_session", None)
+    with pytest.raises(
+        FileError, match=r"part\.msh.* (is damaged|line of \$PhysicalNames).*Remedy: write the file again"
+    ):
+        read_mesh(path)
+
+
+@pytest.mark.gmsh
+def test_numbers_of_a_binary_file_are_compared_too(tmp_path: Path) -> None:
+    path = tmp_path / "part.msh"
+    write = tmp_path / "write.py"
+    write.write_text(
+        "def build(gmsh):\n    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)\n    gmsh.model.occ.synchronize()\n"
+        "    gmsh.model.addPhysicalGroup(3, [1])\n    gmsh.model.mesh.generate(3)\n"
+        f"    gmsh.option.setNumber('Mesh.Binary', 1)\n    gmsh.write({str(path)!r})\n"
+        "    gmsh.option.setNumber('Mesh.Binary', 0)\n"
+    )
+    mesh, whole = read_mesh(write), path.read_bytes()
+    assert len(read_mesh(path).nodes) == len(mesh.nodes)
+    for place in (whole.index(b"$Nodes") + 14, whole.index(b"$EndElements") - 9):
+        content = bytearray(whole)
+        content[place] ^= 0xFF
+        path.write_bytes(content)
+        with pytest.raises(FileError, match=r"is damaged: its (nodes|elements) are not as many"):
+            read_mesh(path)
+
+
+ENDS = {
+    ".ply": "ply\nformat ascii 1.0\nelement vertex 3\n",
+    ".bdf": "BEGIN BULK\n",
+    ".off": "OFF\n",
+    ".tec": 'TITLE = "a"\nVARIABLES = "X", "Y", "Z"\n'
+    "ZONE NODES=5, ELEMENTS=2, DATAPACKING=BLOCK, ZONETYPE=FETETRAHEDRON\n0.0\n",
+    ".mdpa": "Begin Nodes\n 1 0.0 0.0 0.0\n",
+    ".node": "# nodes\n",
+    ".wkt": "TIN (" + "((0.0 0.0 0.0, 1.0 0.0 0.0, 0.0 1.0 0.0, 0.0 0.0 0.0)), " * 5,
+}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="by a signal")
+@pytest.mark.parametrize("suffix", ENDS)
+def test_a_file_that_ends_early_ends_its_reader(tmp_path: Path, suffix: str) -> None:
+    """These readers of meshio looked for more lines for ever."""
+    path = tmp_path / f"part{suffix}"
+    path.write_text(ENDS[suffix])
+
+    def end(*_: object) -> None:
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.alarm(10)
+    try:
+        with pytest.raises(FileError, match=r"part\..*it ends where more should follow|\.wkt are not read"):
+            read_mesh(path)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+CLAIMS = {
+    ".ply": "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face {}\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    ".xml": '<dolfin><mesh celltype="triangle" dim="2"><vertices size="3"><vertex index="0" x="0" y="0"/>'
+    '<vertex index="1" x="1" y="0"/><vertex index="2" x="0" y="1"/></vertices>'
+    '<cells size="{}"><triangle index="0" v0="0" v1="1" v2="2"/></cells></mesh></dolfin>',
+}
+
+
+@pytest.mark.parametrize("suffix", CLAIMS)
+def test_a_file_that_claims_more_than_it_has_is_refused(tmp_path: Path, suffix: str) -> None:
+    """Room was made for a hundred million cells, and took what was there for some."""
+    path = tmp_path / f"part{suffix}"
+    path.write_text(CLAIMS[suffix].format(1))
+    assert len(read_mesh(path).nodes) == 3
+    path.write_text(CLAIMS[suffix].format(99999999))
+    with pytest.raises(FileError, match=r"part\.\w+ claims 99999999 of \w+, and has \d+ at most.*Remedy"):
+        read_mesh(path)

@@ -11,8 +11,9 @@ import pytest
 
 from kanefe.errors import FileError
 from kanefe.storage import kept_code
-from kanefe_fem import Material, box_mesh, compiled_forms, solid_model
-from kanefe_fem.compiled_forms import OPTIONS, VARIABLE, check_forms, forms_folder, keep_digests
+from kanefe_fem import Material, box_mesh, solid_model
+from kanefe_fem.machine import compiled_forms
+from kanefe_fem.machine.compiled_forms import OPTIONS, VARIABLE, being_compiled, check_forms, forms_folder, keep_digests
 
 ON_POSIX = pytest.mark.skipif(os.name != "posix", reason="modes tell nothing there")
 AS_ROOT = pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="only root gives files to others")
@@ -53,12 +54,43 @@ def test_what_is_damaged_is_removed_and_so_compiled_anew(
     damage(library)
     monkeypatch.setattr(compiled_forms, "_sound", set())
     check_forms(library.parent)
-    assert [path.name for path in library.parent.iterdir()] == ["other.c"]
+    assert [path.name for path in library.parent.iterdir() if path.suffix] == ["other.c"]
     assert "form is damaged: it is compiled anew" in capsys.readouterr().err
 
 
 @ON_POSIX
+def test_what_a_process_left_that_was_ended_while_it_compiled_is_removed(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For each such form dolfinx waited 10 s, and then raised a TimeoutError, for ever."""
+    monkeypatch.setattr(compiled_forms, "forms_folder", lambda: library.parent)
+    with being_compiled(library.parent):  # here or in another process
+        check_forms(library.parent)
+        assert library.with_name("other.c").exists()
+    assert not library.with_name("other.c").exists()
+    assert library.exists()
+
+
+@ON_POSIX
+def test_what_others_compile_under_an_open_umask_in_a_shut_folder_is_no_foreign_code(library: Path) -> None:
+    library.with_name("other.c").chmod(0o666)
+    check_forms(library.parent)
+    assert library.with_name("other.c").stat().st_mode & 0o777 == 0o644
+
+
+@ON_POSIX
+def test_what_is_removed_while_it_is_looked_at_is_no_error(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def check(path: Path, variable: str) -> None:
+        path.unlink(missing_ok=True)
+        path.lstat()
+
+    monkeypatch.setattr(compiled_forms, "check_entry", check)
+    check_forms(library.parent)
+
+
+@ON_POSIX
 def test_what_others_may_write_is_refused(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library.parent.chmod(0o711)
     library.chmod(0o666)
     with pytest.raises(FileError, match=rf"form.* others may write it .*Remedy: chmod go-w .*{VARIABLE}="):
         check_forms(library.parent)
@@ -70,7 +102,11 @@ def test_what_others_may_write_is_refused(library: Path, monkeypatch: pytest.Mon
 
 
 @AS_ROOT
-def test_what_belongs_to_others_is_refused(library: Path) -> None:
+@pytest.mark.parametrize("by_link", [False, True])
+def test_what_belongs_to_others_is_refused(library: Path, by_link: bool, tmp_path: Path) -> None:
+    if by_link:
+        library.rename(tmp_path / "theirs")
+        library.symlink_to(tmp_path / "theirs")
     os.chown(library, NOBODY, NOBODY)
     with pytest.raises(FileError, match=r"belongs to user 65534, who could run code here. Remedy: "):
         check_forms(library.parent)

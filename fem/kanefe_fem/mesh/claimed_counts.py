@@ -1,0 +1,44 @@
+"""How many vertices and cells a mesh file claims to have: compared with what it has, where meshio goes by the claim."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from kanefe.errors import FileError
+from kanefe_fem.mesh.named_files import xml_elements
+
+LONGEST_HEAD = 1 << 16
+"""Bytes of a .ply file in which its head ends."""
+
+
+def check_counts(path: Path) -> None:
+    """Refuse a file that claims more than it has: meshio makes room for it, and leaves there what it finds.
+
+    Raises
+    ------
+    FileError
+        Names what is claimed.
+    """
+    for what, claimed, found in _counts(path):
+        if claimed > found:
+            raise FileError(
+                f"{path.name} claims {claimed} of {what}, and has {found} at most: it is cut or damaged. Remedy: write "
+                "it again"
+            )
+
+
+def _counts(path: Path) -> Iterator[tuple[str, int, int]]:
+    """Yield what is counted, how many a file claims, and how many it can have at most."""
+    suffix = path.suffix.lower()
+    if suffix == ".ply":
+        with path.open("rb") as file:
+            head = file.read(LONGEST_HEAD).partition(b"end_header")[0]
+        for name, count in re.findall(rb"^element +(\w+) +(\d+)", head, re.MULTILINE):
+            yield name.decode(), int(count), path.stat().st_size  # each takes a byte at least
+    elif suffix == ".xml":
+        for tag in ("vertices", "cells"):
+            for element in xml_elements(path, tag):
+                size = element.get("size", "0")
+                yield tag, int(size) if size.isdecimal() else 0, len(element)

@@ -1,0 +1,189 @@
+"""Whether a .msh file is whole: looked at before gmsh reads it, which may crash on one that is not.
+
+gmsh goes by what a file of format 4.1 says of itself: how many blocks, nodes and elements there are, and which numbers
+they have. These are its places in memory, whatever they are.
+"""
+
+from __future__ import annotations
+
+import mmap
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from kanefe.errors import FileError
+
+REMEDY = "Remedy: write the file again (gmsh: File > Save Mesh, format 2.2 or 4.1)"
+
+NODES_OF = dict(zip(range(1, 20), (2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13), strict=True))
+"""Nodes of the elements that are read, by gmsh's type. Others are refused once gmsh has read them."""
+
+
+class Head(NamedTuple):
+    """What the first line of a section of format 4.1 tells."""
+
+    blocks: int
+    size: int
+    least: int
+    most: int
+
+
+class Numbers(Protocol):
+    """The whole numbers of a section, one after the other; what is not there raises a ValueError."""
+
+    def numbers(self, signed: int, unsigned: int) -> list[int]:
+        """Return numbers of one line."""
+        ...
+
+    def table(self, rows: int, columns: int) -> np.ndarray:
+        """Return numbers without a sign of some lines."""
+        ...
+
+    def skip(self, rows: int, columns: int) -> None:
+        """Leave out lines of numbers with a point."""
+        ...
+
+
+class _Text:
+    """A section in text."""
+
+    def __init__(self, content: bytes) -> None:
+        self._lines, self._at = content.strip().split(b"\n"), 0
+
+    def _next(self, rows: int) -> list[bytes]:
+        self._at += rows
+        if rows < 0 or self._at > len(self._lines):
+            raise ValueError
+        return self._lines[self._at - rows : self._at]
+
+    def numbers(self, signed: int, unsigned: int) -> list[int]:
+        found = [int(word) for word in self._next(1)[0].split()]
+        if len(found) != signed + unsigned:
+            raise ValueError
+        return found
+
+    def table(self, rows: int, columns: int) -> np.ndarray:
+        words = b" ".join(self._next(rows)).split()
+        return np.array(words, dtype=np.int64).reshape(rows, columns)
+
+    def skip(self, rows: int, columns: int) -> None:
+        self._next(rows)
+
+
+class _Binary:
+    """A section in binary."""
+
+    def __init__(self, content: bytes, order: str) -> None:
+        self._content, self._order, self._at = content, order, 0
+
+    def _next(self, kind: str, count: int) -> np.ndarray:
+        found = np.frombuffer(self._content, f"{self._order}{kind}", count, self._at) if count else np.zeros(0)
+        self._at += found.nbytes
+        return found
+
+    def numbers(self, signed: int, unsigned: int) -> list[int]:
+        return [*self._next("i4", signed).tolist(), *self._next("i8", unsigned).tolist()]
+
+    def table(self, rows: int, columns: int) -> np.ndarray:
+        return self._next("i8", rows * columns).reshape(rows, columns)
+
+    def skip(self, rows: int, columns: int) -> None:
+        self._next("f8", rows * columns)
+
+
+def check_complete(path: Path) -> None:
+    """Refuse a .msh file that is truncated or damaged: gmsh may crash on one, or read half of it in silence.
+
+    Raises
+    ------
+    FileError
+        Names what is wrong.
+    """
+    if path.stat().st_size == 0:
+        raise FileError(f"{path.name} is empty. {REMEDY}")
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        version = msh_version(path)
+        if not version:
+            raise FileError(f"{path.name} is not a gmsh mesh: it does not begin with $MeshFormat. {REMEDY}")
+        if version not in ("2", "2.0", "2.1", "2.2", "4.1"):
+            raise FileError(f"{path.name} has the mesh format {version}; 2.2 and 4.1 are supported. {REMEDY}")
+        contents, position = [], 0
+        for section in (b"MeshFormat", b"Nodes", b"Elements"):
+            position = data.find(b"$" + section, position)
+            end = data.find(b"$End" + section, max(position, 0))
+            if position < 0 or end < 0:
+                raise FileError(f"{path.name} is truncated: its section ${section.decode()} has no end. {REMEDY}")
+            contents.append(slice(data.find(b"\n", position) + 1, end))
+            position = end
+        tail = data[max(0, len(data) - 200) :]
+        if re.search(rb"\$End\w+\s*\Z", tail) is None:
+            raise FileError(f"{path.name} is truncated: it ends inside a section. {REMEDY}")
+        _check_names(path, data)
+        if version == "4.1":
+            one = re.match(rb"\$MeshFormat\s+4\.1\s+1[^\n]*\n(.{4})", data[:200], re.DOTALL)  # if it is binary
+            order = "" if one is None else "<" if one[1] == b"\1\0\0\0" else ">"
+            nodes, elements = (_Binary(data[at], order) if order else _Text(data[at]) for at in contents[1:])
+            _check_numbers(path, nodes, elements)
+
+
+def msh_version(path: Path) -> str:
+    """Return the version in the head of a .msh file, "" if it has none."""
+    with path.open("rb") as stream:
+        # of a file that does not begin with these very letters gmsh makes a script, and runs it
+        head = re.match(rb"\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
+    return head.group(1).decode() if head else ""
+
+
+def _check_names(path: Path, data: mmap.mmap) -> None:
+    start = data.find(b"$PhysicalNames")
+    for line in data[start : data.find(b"$EndPhysicalNames", max(start, 0))].split(b"\n")[2:] if start >= 0 else ():
+        if line.strip() and re.match(rb'\s*[0-3]\s+-?\d{1,10}\s+"', line) is None:
+            raise FileError(
+                f"{path.name}: a line of $PhysicalNames is not of dimension, number and name: {line[:80]!r}. {REMEDY}"
+            )
+
+
+def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:
+    """Compare what is told at the heads of sections and blocks with what is in them."""
+    what = "nodes"
+    try:
+        head = Head(*nodes.numbers(0, 4))
+        counted = 0
+        for dimension, parametric, count in _blocks(nodes, head):
+            _demand(0 <= dimension <= 3 and parametric in (0, 1))
+            tags = nodes.table(count, 1)
+            _demand(not count or head.least <= tags.min() <= tags.max() <= head.most)
+            nodes.skip(count, 3 + (dimension if parametric else 0))
+            counted += count
+        _demand(counted == head.size)
+        what = "elements"
+        of_elements, counted = Head(*elements.numbers(0, 4)), 0
+        for dimension, kind, count in _blocks(elements, of_elements):
+            if kind not in NODES_OF:
+                return
+            rows = elements.table(count, 1 + NODES_OF[kind])
+            _demand(0 <= dimension <= 3 and (not count or rows.min() > 0))
+            _demand(not count or rows[:, 1:].max() <= head.most)
+            counted += count
+        _demand(counted == of_elements.size)
+    except (ValueError, OverflowError, TypeError) as problem:
+        raise FileError(
+            f"{path.name} is damaged: its {what} are not as many, or have other numbers, than it says. {REMEDY}"
+        ) from problem
+
+
+def _blocks(section: Numbers, head: Head) -> Iterator[tuple[int, int, int]]:
+    """Yield dimension, kind and size of the blocks of a section; the caller takes what is in them."""
+    _demand(min(head) >= 0)
+    for _ in range(head.blocks):
+        dimension, _, kind, count = section.numbers(3, 1)
+        _demand(count >= 0)
+        yield dimension, kind, count
+
+
+def _demand(is_so: bool) -> None:
+    if not is_so:
+        raise ValueError
