@@ -349,10 +349,10 @@ def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, ba
     def state(speed: float, steady: bool) -> Linearisation:
         model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
         if not balance:
-            found = linearised(model, None, None, None, None)
+            found = linearised(model, None, None, (), ())
             imbalances[speed] = found.imbalance
             return found
-        return balanced(model, start=model.initial_state, steady=steady).linearise()
+        return balanced(model, start=model.initial_state, steady=steady).linearise(inputs=(), outputs=())
 
     @cache
     def of_periodic(speed: float) -> AnyModes:
@@ -379,6 +379,7 @@ def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, ba
         warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
     if lin.change > CONSTANT:
         return OverSpeed(of_periodic, refused, imbalances)
-    steady = cache(lambda speed: state(speed, True))
+    # whether it is steady is looked at once: at the fastest speed
+    steady = cache(lambda speed: state(speed, speed == fastest))
     of = cache(lambda speed: modes_of(steady(speed)))
     return OverSpeed(of, cache(lambda speed: modes_of(steady(speed).undamped())), imbalances)

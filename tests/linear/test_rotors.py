@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from two_discs import PUBLISHED, rotor_of_two_discs, seen_from_the_ground
 
 MASS, STIFFNESS, INTERNAL, EXTERNAL = 5.0, 2e5, 40.0, 25.0
 RATE = np.sqrt(STIFFNESS / MASS)
@@ -132,3 +133,11 @@ def test_an_overdamped_mode_is_none_and_a_damped_one_is_found_where_it_is():
         assert damped.damping_ratio == pytest.approx(49.5 / np.sqrt(5000.0), rel=1e-9)
         undamped = {round(one.speed, 6) for one in diagram.critical_speeds(order=1, damped=False)}
         assert undamped == {round(np.sqrt(5000.0), 6)}
+
+
+def test_two_discs_on_a_flexible_shaft_whirl_as_published():
+    """To 1e-4: published ones are of as many beams, of another shear coefficient and rotary inertia."""
+    speed = 4000.0 * np.pi / 30.0
+    seen = seen_from_the_ground(kf.equilibrium(rotor_of_two_discs(speed)).linearise(outputs=()).modes(), speed)
+    for value in PUBLISHED:
+        assert seen[np.abs(seen - value).argmin()] == pytest.approx(value, rel=1e-4)
