@@ -56,13 +56,17 @@ if TYPE_CHECKING:
     from kanefe.linear import FrequencyResponse as FrequencyResponse
     from kanefe.linear import Linearisation as Linearisation
     from kanefe.linear import Modes as Modes
+    from kanefe.linear import SampledLoop as SampledLoop
     from kanefe.linear import StabilityLimit as StabilityLimit
+    from kanefe.linear import StabilityMap as StabilityMap
     from kanefe.linear import buckling as buckling
     from kanefe.linear import campbell as campbell
     from kanefe.linear import equilibrium as equilibrium
     from kanefe.linear import floquet as floquet
     from kanefe.linear import linearise as linearise
+    from kanefe.linear import sampled_loop as sampled_loop
     from kanefe.linear import stability_limit as stability_limit
+    from kanefe.linear import stability_map as stability_map
     from kanefe.loads import *  # noqa: F403
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched

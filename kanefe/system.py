@@ -264,7 +264,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             progress=progress,
         )
         model = self.freeze(options.span[0], start)
-        return Result(model, accounted(model, run(model, options)))
+        return Result(model, accounted(model, run(model, options, _told_poles)))
 
     def start(
         self,
@@ -392,3 +392,10 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         if isinstance(sim.stepper, HandingOver):
             sim = self.start(t, method=sim.stepper.second_name, **common)  # type: ignore[arg-type]
         return write_scene(sim, path, fmi, every)
+
+
+def _told_poles(model: Model, t: float, y: np.ndarray) -> str | None:
+    """Return what `kanefe.linear.sampled_loop.told_poles` does, which runs of sound loops do without."""
+    from kanefe.linear.sampled_loop import told_poles
+
+    return told_poles(model, t, y)

@@ -16,7 +16,7 @@ from kanefe.integrate.contact_changes import taken
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
-from kanefe.integrate.pace import Limits, OutOfTime, Pace
+from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper, TellsAccelerations
@@ -59,6 +59,8 @@ class RunLoop:
         In seconds of the run.
     sampler : Sampler or None
         Of a scene with controllers.
+    poles : callable, optional
+        Tells of those of its sampled loop.
 
     Attributes
     ----------
@@ -83,11 +85,14 @@ class RunLoop:
         clock: Clock,
         bar: Any,
         sampler: Sampler | None = None,
+        poles: Poles | None = None,
     ) -> None:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
-        self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler)
+        self._start, self._pace = stepper.t, Pace(
+            dynamics.model, stepper, float(times[-1]), limits, sampler, poles
+        )
         self.is_interrupted = False
         # asked once: whether something keeps such a protocol takes longer than many a step
         self._looking = stepper if watch and sampler is None and isinstance(stepper, LooksOut) else None
@@ -248,6 +253,7 @@ class RunLoop:
                     y = sampler.sampled(stepper.t, stepper.state())
                 stepper.aim(sampler.next)
                 stepper.go_on_with(stepper.t, y)
+                self._pace.check_drives()
                 if self.stored and self._times[self.stored - 1] == stepper.t:
                     self.states[self.stored - 1] = y
                     self._store_accelerations(self.stored - 1, self.stored)

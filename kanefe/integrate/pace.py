@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning
+from kanefe.frames import Vector
 from kanefe.integrate.methods.table import serving
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsWorst
@@ -32,6 +34,14 @@ LARGER = "a larger limit, or go on from a checkpoint with resume="
 
 OTHERS = ("radau5", "dop853", "generalised-alpha")
 """Methods that are named to a run that takes long."""
+
+
+GROWN, EARLY, LATE = 10.0, 1e3, 1e6
+"""Times the changes of drives at the start: from where on a run that ends for another reason names the controller, a
+warning tells of it, and the run ends."""
+
+Poles = Callable[[Model, float, Vector], str | None]
+"""What is told of the poles of a sampled loop about a state, nothing if none grows."""
 
 
 class OutOfTime(Exception):
@@ -66,13 +76,21 @@ class Pace:
     limits : Limits
     sampler : Sampler or None
         Of the controllers of the run.
+    poles : callable, optional
+        Tells of those of the loop.
     """
 
     def __init__(
-        self, model: Model, stepper: Stepper, end: float, limits: Limits, sampler: Sampler | None = None
+        self,
+        model: Model,
+        stepper: Stepper,
+        end: float,
+        limits: Limits,
+        sampler: Sampler | None = None,
+        poles: Poles | None = None,
     ) -> None:
         self._model, self._stepper, self._end, self._limits = model, stepper, end, limits
-        self._sampler = sampler
+        self._sampler, self._poles, self._is_grown = sampler, poles, False
         self._span = end - stepper.t
         self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
         self._is_warned = False
@@ -134,12 +152,28 @@ class Pace:
             )
             warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=7)
 
-    def with_growth(self, status: RunStatus) -> RunStatus:
-        """Return a status that names the controller, if one drives the scene harder and harder."""
-        grown = None if self._sampler is None else self._sampler.growth()
+    def check_drives(self) -> None:
+        """Warn once of drives that grow from sample to sample; raise a StepFailure where they have grown a millionfold."""
+        if self._sampler is None:
+            return
+        if self._is_grown and self._sampler.growth(LATE) is not None:
+            raise StepFailure("drives have grown a millionfold", "")
+        if not self._is_grown and self._sampler.growth(EARLY) is not None:
+            self._is_grown = True
+            status = self.with_growth(RunStatus("stopped", self._stepper.t, f"at t = {self._stepper.t:.6g} s", ""), EARLY)
+            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=8)
+
+    def with_growth(self, status: RunStatus, times: float = GROWN) -> RunStatus:
+        """Return a status that names the controller, if one drives the scene harder and harder, and poles that grow."""
+        grown = None if self._sampler is None else self._sampler.growth(times)
         if grown is None:
             return status
-        return replace(status, reason=f"{status.reason}; {grown[0]}", remedy=f"{grown[1]}; {status.remedy}")
+        reason, remedy = grown
+        state = self._stepper.state()[: len(self._model.initial_state)]
+        if self._poles is not None and np.all(np.isfinite(state)):
+            reason += self._poles(self._model, self._stepper.t, state) or ""
+        remedies = "; ".join(one for one in (remedy, status.remedy) if one)
+        return replace(status, reason=f"{status.reason}; {reason}", remedy=remedies)
 
     def limit(self, steps: int) -> RunStatus | None:
         """Return the status of a run that a limit ends after so many steps; None if it goes on."""

@@ -22,7 +22,7 @@ from kanefe.integrate.knots import accelerations_at, sample_times
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
-from kanefe.integrate.pace import Limits
+from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.trajectory import Trajectory
@@ -53,8 +53,8 @@ def integrate(model: Model, t_span: tuple[float, float], **options: Any) -> Traj
     return run(model, RunOptions(t_span=t_span, **options))
 
 
-def run(model: Model, options: RunOptions) -> Trajectory:
-    """Run a model in time.
+def run(model: Model, options: RunOptions, poles: Poles | None = None) -> Trajectory:
+    """Run a model in time; `poles` tells of those of a sampled loop whose drives grow.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def run(model: Model, options: RunOptions) -> Trajectory:
         If the checkpoint cannot be written at the start, or the one to go on from cannot be read or is of another run.
     """
     with one_count(model, options):
-        return _run(model, options)
+        return _run(model, options, poles)
 
 
 def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]:
@@ -80,7 +80,7 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
     return foreseen(needed)
 
 
-def _run(model: Model, options: RunOptions) -> Trajectory:
+def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
     (start, stop), wanted = options.span, options.times
     check_motions(model, start, stop, may_end=any(event.terminal for event in options.watched))
     choice = choose(model, options)
@@ -101,7 +101,7 @@ def _run(model: Model, options: RunOptions) -> Trajectory:
             watch = watch_of(model, choice, options, told)
             limits = Limits(options.most_steps, options.most_seconds)
             sampler = Sampler(model, start, stop) if model.controllers else None
-            loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar, sampler)
+            loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar, sampler, poles)
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)

@@ -15,6 +15,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, euler_parameters_from_matrix, rotation_vector
+from kanefe.integrate.drive_growth import DriveGrowth
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -22,11 +23,13 @@ if TYPE_CHECKING:
 
 Read = Callable[[float, Vector, Callable[[], SceneState]], float]
 
-FEW_SAMPLES, GROWN = 10, 10.0
-"""First and last samples of a controller that are compared, and how many times the changes of a drive grow."""
-
 END_SHARE = 1e-9
 """Of the time between samples: one that would be as near to the end of a run has nothing left to drive."""
+
+
+AT_ONCE = 1e-9
+"""Of the shortest time between samples: what is due within it is done at once, such as after 3 times 0.1 s and 15 times
+0.02 s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +69,9 @@ class Sampler:
     def __init__(self, model: Model, start: float, stop: float) -> None:
         self._model, self._stop = model, stop
         self._first_held = model.coordinate_count + model.free_count
-        self._controllers = [_Sampled(model, one, start) for one in model.controllers if one.is_sampled]
+        sampled = [one for one in model.controllers if one.is_sampled]
+        together = AT_ONCE * min((one.every for one in sampled), default=0.0)
+        self._controllers = [_Sampled(model, one, start, together) for one in sampled]
 
     def aim(self, stop: float) -> None:
         """Let the run end at another time, s."""
@@ -82,7 +87,7 @@ class Sampler:
         route, before, y = self._model.route, y, y.copy()
         state = cache(lambda: route.state(t, before))  # joints are read without it
         for one in self._controllers:
-            values = one.at(t, self._stop, y, state)
+            values = one.at(t, self._stop, before, state)  # all read what was before any of them drove
             if values is not None:
                 held = self._model.held[one.controller.name]
                 y[self._first_held + held.start : self._first_held + held.stop] = values
@@ -97,25 +102,16 @@ class Sampler:
         for one, kept in zip(self._controllers, snapshot, strict=True):
             one.resume(kept)
 
-    def growth(self) -> tuple[str, str] | None:
-        """Return what is told of a run that gets on badly while a controller drives harder and harder, and the remedy.
-
-        A loop that is unstable as it is sampled grows by one factor from sample to sample, until something else ends
-        it: the last changes of its drives are then far larger than the first.
-        """
+    def growth(self, times: float) -> tuple[str, str] | None:
+        """Return what is told of a run in which the drives of a controller have grown so many times, and the remedy."""
         for one in self._controllers:
-            log = one.log()
-            if len(log.times) <= 2 * FEW_SAMPLES:
-                continue
-            changes = np.abs(np.diff(log.drives, axis=0))
-            first, last = (part.max(axis=0) for part in (changes[:FEW_SAMPLES], changes[-FEW_SAMPLES:]))
-            worst = int(np.argmax(last / np.maximum(first, 1e-300)))
-            if last[worst] > GROWN * first[worst] and last[worst] > GROWN * np.median(changes[:, worst]):
+            grown = one.growth.grown(times)
+            if grown is not None:
                 controller = one.controller
-                times = f", {last[worst] / first[worst]:.2g} times as much as at the start" if first[worst] else ""
                 return (
-                    f"controller {controller.name!r} has come to change {controller.drives[worst]!r} by "
-                    f"{last[worst]:.2g} from one sample to the next{times}: as it is sampled its loop may be unstable",
+                    f"controller {controller.name!r} has come to change {controller.drives[grown.drive]!r} by "
+                    f"{grown.change:.2g} from one sample to the next, {grown.times:.2g} times as much as at the start: "
+                    "as it is sampled its loop may be unstable",
                     f"smaller gains or a shorter every= of controller {controller.name!r} (now {controller.every:g} s)",
                 )
         return None
@@ -128,8 +124,8 @@ class Sampler:
 class _Sampled:
     """One controller in a run."""
 
-    def __init__(self, model: Model, controller: Controller, start: float) -> None:
-        self.controller, self._start = controller, start
+    def __init__(self, model: Model, controller: Controller, start: float, together: float) -> None:
+        self.controller, self._start, self._together = controller, start, together
         self._count = 0
         self._memory: dict[str, Any] = {}
         self._late: deque[tuple[float, Vector]] = deque()
@@ -137,6 +133,7 @@ class _Sampled:
         self._reads: list[Vector] = []
         self._drives: list[Vector] = []
         self._readers = [reader(model, reading) for reading in controller.reads]
+        self.growth = DriveGrowth(controller.drive_count)
 
     @property
     def _time(self) -> float:
@@ -150,15 +147,17 @@ class _Sampled:
     def at(self, t: float, stop: float, y: Vector, state: Callable[[], SceneState]) -> Vector | None:
         """Sample if that is due; return the drives that begin to act now, None if there are none."""
         acting: Vector | None = None
-        while self._late and self._late[0][0] <= t:
+        due = t + self._together
+        while self._late and self._late[0][0] <= due:
             acting = self._late.popleft()[1]
-        if self._time > t or self._time >= stop - END_SHARE * self.controller.every:
+        if self._time > due or self._time >= stop - END_SHARE * self.controller.every:
             return acting
         reads = np.array([read(t, y, state) for read in self._readers])
         values = self._called(t, reads)
         self._times.append(t)
         self._reads.append(reads)
         self._drives.append(values)
+        self.growth.add(values)
         self._count += 1
         if self.controller.delay == 0.0:
             return values

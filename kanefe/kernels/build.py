@@ -35,7 +35,7 @@ from kanefe.storage.kept_code import is_sound, kept, opened
 
 NOT_OF_FLEXIBLE = (
     *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
-    *("aerodynamics*", "bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*"),
+    *("aerodynamics*", "bearing*", "bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*"),
     *("falling_friction*", "oleo*", "periodic_load*", "pose_table*", "rope*", "spring*", "winch*"),
     *("between_states", "look_at", "march_crowd", "motions_of_rows", "pass_quiet_steps", "revisit", "watch_states*"),
 )

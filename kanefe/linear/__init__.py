@@ -12,5 +12,9 @@ from kanefe.linear.frequency_response import FrequencyResponse as FrequencyRespo
 from kanefe.linear.linearisation import Linearisation as Linearisation
 from kanefe.linear.linearisation import linearise as linearise
 from kanefe.linear.modes import Modes as Modes
+from kanefe.linear.sampled_loop import SampledLoop as SampledLoop
+from kanefe.linear.sampled_loop import sampled_loop as sampled_loop
 from kanefe.linear.stability import StabilityLimit as StabilityLimit
 from kanefe.linear.stability import stability_limit as stability_limit
+from kanefe.linear.stability_maps import stability_map as stability_map
+from kanefe.linear.stability_over_speed import StabilityMap as StabilityMap

@@ -2,55 +2,48 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, numbers
+from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import warn_of_missed
 from kanefe.linear.azimuth import CONSTANT
+from kanefe.linear.critical_speeds import CriticalSpeed, critical_speeds
 from kanefe.linear.eigenvalues import growth_noise
 from kanefe.linear.equilibria import balanced
 from kanefe.linear.floquet_modes import FloquetModes, floquet
+from kanefe.linear.followed_modes import DEEPEST, SURE, AnyModes, Curves
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.linearisation import Linearisation, linearised
 from kanefe.linear.modes import Modes, modes_of
+from kanefe.linear.stability_over_speed import StabilityOnset, stability_onsets
 from kanefe.linear.state import model_of
 from kanefe.linear.unsettled import warn_of_imbalance
+from kanefe.linear.whirl import spin_axis
 
 if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
     from kanefe.views.plots import Figure
 
-SURE = 0.7
-"""Correlation of a mode with its follower from which on it is taken for the same: below, a speed between is tried."""
-
-DEEPEST = 5
-"""How often an interval between two speeds is halved to follow modes through it."""
-
-SIDE = 4
-"""Harmonics to either side by which Floquet's modes are known again."""
-
-MOST_SHIFT = 2
-"""By how many harmonics the name of such a mode may change between two speeds."""
-
-AnyModes = Modes | FloquetModes
-
-ALIKE = 1e-3
-"""Difference of two eigenvalues, of their size, below which their modes mix freely and any order is right."""
+USUAL = 6
+"""Modes that are followed where nothing is said."""
 
 
 @dataclass(frozen=True, eq=False)
 class Campbell:
     """Modes over the speed, column by column the same mode; made by `campbell`.
+
+    Columns are the modes that oscillate at the first speed, lowest frequency first, then those that begin to oscillate
+    below the highest of these, or come below it from above: NaN up to there.
 
     Attributes
     ----------
@@ -62,7 +55,7 @@ class Campbell:
     modes : tuple of Modes, or of FloquetModes
         All modes at each speed.
     numbers : ndarray of int, shape (S, modes)
-        Which of the modes at a speed each column is.
+        Which of the modes at a speed each column is; -1 before it begins.
     correlations : ndarray, shape (S, modes)
         Of each mode with itself at the speed before it was followed from (1 at the first); low values mark places
         where modes veer or mix.
@@ -73,6 +66,8 @@ class Campbell:
     modes: tuple[AnyModes, ...]
     numbers: np.ndarray
     correlations: np.ndarray
+    _curves: Curves = field(repr=False)
+    _undamped: Callable[[], Curves] = field(repr=False)
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -83,7 +78,7 @@ class Campbell:
     def damping_ratios(self) -> np.ndarray:
         """``-Re lambda / |lambda|``, shape (S, modes)."""
         size = np.abs(self.eigenvalues)
-        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=size > 0.0))
+        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=size != 0.0))
 
     @property
     def grows(self) -> np.ndarray:
@@ -91,27 +86,71 @@ class Campbell:
         pairs = zip(self.eigenvalues, self.modes, strict=True)
         return np.array([values.real > growth_noise(values, m.eigenvalues) for values, m in pairs])
 
-    def critical_speeds(self, order: float = 1.0) -> list[tuple[float, int]]:
-        """Return the speeds (rad/s) at which a mode has `order` times the frequency of rotation, with its column.
+    def critical_speeds(self, order: float = 1.0, *, damped: bool = True) -> list[CriticalSpeed]:
+        """Return the speeds at which a mode that is followed has `order` times the frequency of rotation, ascending.
 
-        Between the speeds of the diagram by straight lines. In a frame that spins with the rotor an
-        unbalance stands still: its critical speeds are those of order 0, where a frequency falls to zero.
+        Each is solved for: the scene is built at speeds between those of the diagram until the crossing is found to
+        1e-12 of the speed.
+
+        Parameters
+        ----------
+        order : float
+            Zero or more. In a frame that spins with the rotor an unbalance stands still: its critical speeds are those
+            of order 0, where a frequency falls to zero, or a real eigenvalue passes through it.
+        damped : bool
+            Of the damped frequencies ``abs(Im lambda)``, which an excitation of small amplitude meets; False: of the
+            scene without damping and circulating forces, see `Linearisation.undamped`.
+
+        Raises
+        ------
+        ModelError
+            If the order is no number of zero or more; if undamped ones are asked for of a scene that changes as it
+            turns, or that rolls.
+
+        Warns
+        -----
+        AccuracyWarning
+            If a mode that is not followed crosses too, or one jumps where it may cross.
+
+        Examples
+        --------
+        ``for found in diagram.critical_speeds(): print(found, found.shape("disc"))``
         """
-        found = []
-        for j, values in enumerate(self.eigenvalues.T):
-            # squares: a frequency that falls to zero may go on as the growth of a divergence
-            squares = -np.real(values**2) - (order * self.speeds) ** 2
-            turns = _continued(self.speeds, values.imag) if order == 0.0 else squares
-            for i in range(len(self.speeds) - 1):
-                (x, y), (a, b) = self.speeds[i : i + 2], turns[i : i + 2]
-                if a * b >= 0.0:
-                    x, y, a, b = x**2, y**2, squares[i], squares[i + 1]
-                    if a * b >= 0.0 and not (b == 0.0 and a != 0.0):
-                        continue
-                    found.append((float(np.sqrt(x + (y - x) * a / (a - b))), j))
-                else:
-                    found.append((float(x + (y - x) * a / (a - b)), j))
-        return sorted(found)
+        if numbers(order).shape != () or not np.isfinite(order) or order < 0.0:
+            raise ModelError(f"order must be a multiple of the rotation, zero or more, not {order!r}")
+        curves = self._refined if damped else self._undamped()
+        self._warn_of_others(curves, float(order))
+        return critical_speeds(curves, float(order))
+
+    def stability_limits(self) -> list[StabilityOnset]:
+        """Return the speeds at which the scene begins or ceases to be stable, ascending: where a mode begins to grow.
+
+        All modes count, also those that are not followed; rigid motions do not. Solved for as critical speeds are.
+        """
+        return stability_onsets(lambda speed: self._curves.at(speed).modes, self._refined.speeds)
+
+    @cached_property
+    def _refined(self) -> Curves:
+        self._curves.refine()
+        return self._curves
+
+    def _warn_of_others(self, curves: Curves, order: float) -> None:
+        """Tell of modes that are not followed and lie below the line of an order: they cross it somewhere."""
+        if order == 0.0:
+            return
+        for speed in self.speeds[::-1].tolist():
+            at = curves.at(speed)
+            below = _oscillating(at.modes, order * abs(speed) / (2.0 * np.pi))
+            missing = np.setdiff1d(below, at.numbers)
+            if len(missing):
+                warnings.warn(
+                    f"of the modes below order {order:g} at {speed:.6g} rad/s {len(missing)} are not followed, such as "
+                    f"one of {at.modes.frequencies[missing[0]]:.6g} Hz: their critical speeds are not told. Remedy: "
+                    f"campbell(..., modes={len(curves.born) + len(missing)})",
+                    AccuracyWarning,
+                    stacklevel=3,
+                )
+                return
 
     def plot(self, path: str | Path | None = None, *, orders: Sequence[float] = (1.0,)) -> Figure:
         """Draw frequencies and damping over the speed, and write the picture to `path` if given.
@@ -133,13 +172,14 @@ class Campbell:
         multiples = np.atleast_1d(numbers(orders)) if np.size(orders) else np.zeros(0)
         if multiples.ndim != 1 or not np.all(np.isfinite(multiples)) or np.any(multiples < 0.0):
             raise ModelError(f"orders must be multiples of the rotation, zero or more, not {orders!r}")
-        critical = [(speed, order) for order in multiples.tolist() for speed, _ in self.critical_speeds(order)]
+        critical = [(found.speed, order) for order in multiples.tolist() for found in self.critical_speeds(order)]
+        shown = _diagram(self._refined, self._refined.speeds, self._undamped)
         curves = CampbellCurves(
-            self.speeds,
-            self.eigenvalues,
-            self.frequencies,
-            self.damping_ratios,
-            self.grows,
+            shown.speeds,
+            shown.eigenvalues,
+            shown.frequencies,
+            shown.damping_ratios,
+            shown.grows,
             self._labels(),
             multiples,
             critical,
@@ -148,9 +188,11 @@ class Campbell:
 
     def _labels(self) -> list[str]:
         """Return a name for each mode, with the body that moves most in it, unless that is the same one in all."""
-        first = self.modes[0]
-        shares = first.participation
-        leading = [max(shares, key=lambda name: shares[name][number]) for number in self.numbers[0]]
+        leading = []
+        for column in self.numbers.T:
+            row = int(np.argmax(column >= 0))
+            shares = self.modes[row].participation
+            leading.append(max(shares, key=lambda name: shares[name][column[row]]))
         several = len(set(leading)) > 1
         return [f"mode {j + 1}{f' ({name})' if several else ''}" for j, name in enumerate(leading)]
 
@@ -159,7 +201,7 @@ def campbell(
     build: Callable[[float], Freezable | Model],
     speeds: Sequence[float] | np.ndarray,
     *,
-    modes: int = 6,
+    modes: int | None = None,
     balance: bool = True,
 ) -> Campbell:
     """Follow the modes of a scene over its speed.
@@ -175,9 +217,10 @@ def campbell(
         joints at every speed.
     speeds : array_like, shape (S,)
         Ascending, at least two, rad/s. Where a mode changes too much from one to the next to be known again, speeds
-        between are tried.
-    modes : int
-        How many modes are followed: those of lowest frequency at the first speed, rigid motions left out.
+        between are tried, and for pictures and critical speeds also where curves turn.
+    modes : int, optional
+        How many modes are followed: those of lowest frequency that oscillate at the first speed, and what comes below
+        the highest of them at others. Rigid motions and overdamped modes do not count. Default: six, or all there are.
     balance : bool
         Linearise about the steady state at each speed; False: about the start of each scene, with an
         `UnsettledWarning` where that is not in balance.
@@ -185,203 +228,158 @@ def campbell(
     Raises
     ------
     ModelError
-        If the speeds do not ascend, or the scenes have different coordinates.
+        If the speeds do not ascend, nothing turns with them, or the scenes have different coordinates.
     SimulationError
         If a scene has no balance at a speed.
+
+    Warns
+    -----
+    AccuracyWarning
+        If a mode cannot be known again from one speed to the next.
 
     Examples
     --------
     ``kf.campbell(rotor, np.linspace(0, 500, 26), modes=4).plot("campbell.png")``
     """
-    at = numbers(speeds)
-    if at.ndim != 1 or len(at) < 2 or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
-        raise ModelError(f"the speeds of a Campbell diagram must be two or more that ascend, rad/s, not {speeds!r}")
-    if isinstance(modes, bool) or not isinstance(modes, (int, np.integer)) or modes < 1:
+    at = ascending_speeds(speeds, "a Campbell diagram")
+    if modes is not None and (isinstance(modes, bool) or not isinstance(modes, (int, np.integer)) or modes < 1):
         raise ModelError(f"modes must be a whole number of 1 or more, not {modes!r}")
     if not callable(build):
         raise ModelError(f"campbell needs a function of the speed that returns a scene, not {build!r}")
 
-    of, imbalances = _modes_over_speed(build, at, balance)
-    first = of(at[0])
-    own = np.flatnonzero(~first.is_rigid)
-    if len(own) < modes:
-        raise ModelError(f"the scene has {len(own)} modes at {at[0]:.6g} rad/s, not {modes}. Remedy: modes={len(own)}")
-    followed = [_first(first, own[:modes])]
-    for before, after in pairwise(at):
-        followed.append(_follow(of, float(before), followed[-1], float(after), of(float(after)), DEEPEST))
-    worst = max(imbalances, key=lambda speed: imbalances[speed].ratio, default=None)
-    if worst is not None:
-        warn_of_imbalance(imbalances[worst], f"campbell at {worst:.6g} rad/s", "balance=True")
+    scene = modes_over_speed(build, at, balance)
+    curves = _followed(scene.modes, at, modes)
+    found = _diagram(curves, at, cache(lambda: _of_undamped(scene.undamped, at, modes)))
+    scene.warn("campbell")
+    _warn_of_mixed(found)
+    return found
+
+
+def ascending_speeds(speeds: object, what: str) -> Vector:
+    """Return the speeds of a diagram; raise a ModelError if they are not two or more that ascend."""
+    at = numbers(speeds)
+    if at.ndim != 1 or len(at) < 2 or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
+        raise ModelError(f"the speeds of {what} must be two or more that ascend, rad/s, not {speeds!r}")
+    return at
+
+
+def _followed(of: Callable[[float], AnyModes], at: Vector, modes: int | None) -> Curves:
+    """Return the modes that are followed, known at the speeds of a diagram."""
+    own = _oscillating(of(float(at[0])))
+    count = min(USUAL, len(own)) if modes is None else modes
+    if not len(own):
+        raise ModelError(f"nothing oscillates at {at[0]:.6g} rad/s, from where modes are followed. Remedy: other speeds")
+    if len(own) < count:
+        raise ModelError(
+            f"the scene has {len(own)} modes that oscillate at {at[0]:.6g} rad/s, not {modes}. Remedy: modes={len(own)}"
+        )
+    curves = Curves(of, float(at[0]), own[:count])
+    for speed in at.tolist():
+        found = curves.at(speed)
+        highest = np.abs(found.values[:count].imag).max() / (2.0 * np.pi)
+        if isinstance(found.modes, Modes):  # the frequency of others is a matter of names
+            begun = np.setdiff1d(_oscillating(found.modes, highest), found.numbers)
+            curves.add(speed, begun)
+    return curves
+
+
+def _oscillating(modes: AnyModes, below: float = np.inf) -> np.ndarray:
+    """Return the numbers of the modes that oscillate, with a frequency below one (Hz)."""
+    return np.flatnonzero(~modes.is_rigid & (modes.eigenvalues.imag != 0.0) & (modes.frequencies < below))
+
+
+def _diagram(curves: Curves, speeds: Vector, undamped: Callable[[], Curves]) -> Campbell:
+    """Return the modes that are followed at some speeds."""
+    found = [curves.at(float(speed)) for speed in speeds]
+    shape = (len(speeds), len(curves.born))
+    modes, correlations = np.full(shape, -1), np.full(shape, np.nan)
+    for i, one in enumerate(found):
+        modes[i, : len(one.numbers)], correlations[i, : len(one.numbers)] = one.numbers, one.sureness
     return Campbell(
-        speeds=at,
-        eigenvalues=np.array([f.values for f in followed]),
-        modes=tuple(f.modes for f in followed),
-        numbers=np.array([f.numbers for f in followed]),
-        correlations=np.array([f.sureness for f in followed]),
+        speeds, curves.values(speeds), tuple(one.modes for one in found), modes, correlations, curves, undamped
     )
 
 
-def _modes_over_speed(
-    build: Callable[[float], Freezable | Model], at: Vector, balance: bool
-) -> tuple[Callable[[float], AnyModes], dict[float, Imbalance]]:
-    """Return the modes at a speed as a function: Floquet's, if the scene changes as it turns.
+def _of_undamped(of: Callable[[float], Modes], at: Vector, modes: int | None) -> Curves:
+    curves = _followed(of, at, modes)
+    curves.refine()
+    return curves
 
-    And what is out of balance, by speed, of states that are linearised as they are.
+
+def _warn_of_mixed(diagram: Campbell) -> None:
+    """Tell where a mode could not be known again: nothing of what lies behind is sure."""
+    for speed, sureness in zip(diagram.speeds[1:], diagram.correlations[1:], strict=True):
+        unsure = np.flatnonzero(sureness < SURE)
+        if len(unsure):
+            warnings.warn(
+                f"mode {unsure[0] + 1} cannot be known again for certain on the way to {speed:.6g} rad/s (correlation "
+                f"{sureness[unsure[0]]:.2g} after the interval was halved {DEEPEST} times). Remedy: more speeds there",
+                AccuracyWarning,
+                stacklevel=3,
+            )
+            return
+
+
+class OverSpeed(NamedTuple):
+    """A scene over its speed (rad/s).
+
+    Attributes
+    ----------
+    modes, undamped : callable
+        Speed -> modes, Floquet's if the scene changes as it turns; and those without damping.
+    imbalances : dict of float to Imbalance
+        What was out of balance at speeds at which the scene was linearised as it is.
     """
+
+    modes: Callable[[float], AnyModes]
+    undamped: Callable[[float], Modes]
+    imbalances: dict[float, Imbalance]
+
+    def warn(self, what: str) -> None:
+        """Warn of the largest imbalance, if one is worth it."""
+        worst = max(self.imbalances, key=lambda speed: self.imbalances[speed].ratio, default=None)
+        if worst is not None:
+            warn_of_imbalance(self.imbalances[worst], f"{what} at {worst:.6g} rad/s", "balance=True", calls=2)
+
+
+def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, balance: bool) -> OverSpeed:
+    """Return the modes of a scene over its speed; raise a ModelError if nothing turns in it."""
     imbalances: dict[float, Imbalance] = {}
 
     def state(speed: float, steady: bool) -> Linearisation:
         model = model_of(build(speed), f"campbell at {speed:.6g} rad/s")
         if not balance:
-            found = linearised(model, None, None, None, None)
+            found = linearised(model, None, None, (), ())
             imbalances[speed] = found.imbalance
             return found
-        return balanced(model, start=model.initial_state, steady=steady).linearise()
+        return balanced(model, start=model.initial_state, steady=steady).linearise(inputs=(), outputs=())
 
+    @cache
     def of_periodic(speed: float) -> AnyModes:
-        lin = state(float(speed), False)
+        lin = state(speed, False)
         if speed == 0.0:
             still = modes_of(lin)
             none = np.zeros(1, dtype=int)
             return FloquetModes(lin.small, np.inf, still.eigenvalues, none, still.vectors[None], still.is_rigid)
-        imbalances.pop(float(speed), None)  # it finds a motion of its own
-        return floquet(lin.model, period=2.0 * np.pi / abs(float(speed)), t=lin.time, start=lin.state)
+        return floquet(lin.model, period=2.0 * np.pi / abs(speed), t=lin.time, start=lin.state)
+
+    def refused(speed: float) -> Modes:
+        raise ModelError(
+            "a scene that changes as it turns has no modes without damping of its own. Remedy: build it without damping"
+        )
 
     fastest = float(at[np.abs(at).argmax()])
-    if fastest != 0.0:
-        lin = state(fastest, False)
-        if balance:
-            warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
-        if lin.change > CONSTANT:
-            return of_periodic, imbalances
-    return lambda speed: modes_of(state(float(speed), True)), imbalances
-
-
-class _Candidates(NamedTuple):
-    """What modes may go on as: themselves, their conjugates, and Floquet's named by another of their harmonics.
-
-    Attributes
-    ----------
-    values : ndarray of complex, shape (c,)
-    shapes : ndarray of complex, shape (harmonics, free, c)
-    numbers : ndarray of int, shape (c,)
-        The mode that each is of.
-    """
-
-    values: np.ndarray
-    shapes: np.ndarray
-    numbers: np.ndarray
-
-
-def _candidates(modes: AnyModes) -> _Candidates:
-    count = len(modes.eigenvalues)
-    if isinstance(modes, Modes):
-        values = np.concatenate((modes.eigenvalues, modes.eigenvalues.conj()))
-        shapes = np.concatenate((modes.tangents, modes.tangents.conj()), axis=1)[None]
-        return _Candidates(values, shapes, np.tile(np.arange(count), 2))
-    z = np.zeros((2 * SIDE + 1, *modes.tangents.shape[1:]), dtype=complex)
-    for k, shape in zip(modes.orders, modes.tangents, strict=True):
-        if abs(k) <= SIDE:
-            z[k + SIDE] = shape
-    rate = 2.0 * np.pi / modes.period
-    all_values, all_shapes = [], []
-    for shift in range(-MOST_SHIFT, MOST_SHIFT + 1) if rate > 0.0 else (0,):
-        moved = np.zeros_like(z)
-        first, last = max(0, shift), min(len(z), len(z) + shift)
-        moved[first - shift : last - shift] = z[first:last]
-        values = modes.eigenvalues + 1j * shift * rate
-        all_values += [values, values.conj()]
-        all_shapes += [moved, moved[::-1].conj()]
-    numbers_of = np.tile(np.arange(count), len(all_values))
-    return _Candidates(np.concatenate(all_values), np.concatenate(all_shapes, axis=2), numbers_of)
-
-
-class _Followed(NamedTuple):
-    """Which modes at a speed are those that are followed, as what, and how sure that is."""
-
-    modes: AnyModes
-    numbers: np.ndarray
-    values: np.ndarray
-    shapes: np.ndarray
-    sureness: np.ndarray
-
-
-def _first(modes: AnyModes, numbers_of: np.ndarray) -> _Followed:
-    found = _candidates(modes)
-    at = [np.flatnonzero((found.numbers == i) & (found.values == modes.eigenvalues[i]))[0] for i in numbers_of]
-    return _Followed(modes, numbers_of, found.values[at], found.shapes[:, :, at], np.ones(len(at)))
-
-
-def _follow(
-    of: Callable[[float], AnyModes], before: float, old: _Followed, after: float, new: AnyModes, depth: int
-) -> _Followed:
-    """Return the followed modes at the next speed."""
-    found = _matched(old, new)
-    if depth == 0 or found.sureness.min() >= SURE:
-        return found
-    middle = 0.5 * (before + after)
-    between = _follow(of, before, old, middle, of(middle), depth - 1)
-    found = _follow(of, middle, between, after, new, depth - 1)
-    return found._replace(sureness=np.minimum(between.sureness, found.sureness))
-
-
-def _matched(old: _Followed, new: AnyModes) -> _Followed:
-    """Return the best followers, each another one.
-
-    A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency.
-    """
-    if old.modes.state_names != new.state_names:
+    lin = state(fastest, False)
+    if spin_axis(lin.small) is None:
         raise ModelError(
-            "modes can be followed only between scenes of the same coordinates. Remedy: build the scene alike at "
-            "every speed, with the same bodies, modes and joints"
+            f"nothing turns in the scene of campbell at {fastest:.6g} rad/s. Remedy: a shaft driven by "
+            "kanefe.Motion.steady(speed), with the speed that build is given"
         )
-    M, count = new.metric, len(new.eigenvalues)
-    ahead, behind = _candidates(new), _candidates(old.modes)
-    others = ahead.values
-    alike = _correlation(old.shapes, ahead.shapes, M)
-    values = old.values
-    # modes of one frequency mix freely: there it is the space that they span which is followed
-    for i, value in enumerate(values):
-        same = np.abs(behind.values - value) <= ALIKE * np.abs(value)
-        if np.count_nonzero(same) > 1:
-            alike[i] = np.minimum(_correlation(behind.shapes[:, :, same], ahead.shapes, M).sum(axis=0), 1.0)
-    for value in new.eigenvalues:
-        same = np.abs(others - value) <= ALIKE * np.abs(value)
-        if np.count_nonzero(same) > 1:
-            alike[:, same] = np.minimum(alike[:, same].sum(axis=1, keepdims=True), 1.0)
-    size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
-    cost = (1.0 - alike) + 0.2 * np.minimum(np.abs(values[:, None] - others[None, :]) / size, 1.0)
-    cost[:, new.is_rigid[ahead.numbers]] += 1.0
-    # of the two that a divergence has, the one that grows
-    cost += 1e-3 * ((others.imag == 0.0) & (others.real < 0.0))[None, :]
-    by_mode = cost.reshape(len(values), -1, count)  # candidates repeat the modes in their order
-    best = by_mode.argmin(axis=1)
-    rows, columns = linear_sum_assignment(by_mode.min(axis=1))
-    chosen = columns[np.argsort(rows)]
-    at = best[np.arange(len(chosen)), chosen] * count + chosen
-    return _Followed(new, chosen, others[at], ahead.shapes[:, :, at], alike[np.arange(len(chosen)), at])
-
-
-def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:
-    """Return the modal assurance criterion of shapes (harmonics, free, a) and b in the metric M, (a, b), 0 to 1.
-
-    (Allemang, "The modal assurance criterion: twenty years of use and abuse", Sound and Vibration 37 (2003) 14-23.)
-    """
-    weighted = np.einsum("ij,kjb->kib", M, b)
-    cross = np.abs(np.einsum("kia,kib->ab", a.conj(), weighted, optimize=True)) ** 2
-    own_a = np.einsum("kia,ij,kja->a", a.conj(), M, a, optimize=True).real
-    own_b = np.einsum("kib,kib->b", b.conj(), weighted).real
-    return np.asarray(cross / np.maximum(np.outer(own_a, own_b), 1e-300))
-
-
-def _continued(speeds: Vector, frequencies: Vector) -> Vector:
-    """Return frequencies with the signs that continue them: each eigenvalue has a conjugate, told by its sign only."""
-    found = np.array(frequencies)
-    for i in range(1, len(found)):
-        expected = found[0]
-        if i > 1:
-            slope = (found[i - 1] - found[i - 2]) / (speeds[i - 1] - speeds[i - 2])
-            expected = found[i - 1] + slope * (speeds[i] - speeds[i - 1])
-        if abs(found[i] + expected) < abs(found[i] - expected):
-            found[i] = -found[i]
-    return found
+    if balance:
+        warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
+    if lin.change > CONSTANT:
+        return OverSpeed(of_periodic, refused, imbalances)
+    # whether it is steady is looked at once: at the fastest speed
+    steady = cache(lambda speed: state(speed, speed == fastest))
+    of = cache(lambda speed: modes_of(steady(speed)))
+    return OverSpeed(of, cache(lambda speed: modes_of(steady(speed).undamped())), imbalances)

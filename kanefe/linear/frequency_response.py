@@ -45,6 +45,41 @@ class FrequencyResponse:
         """Phases in rad, without jumps over the frequencies, shape (F, outputs, inputs)."""
         return np.asarray(np.unwrap(np.angle(self.response), axis=0))
 
+    def receptance(self, output: str, input: str) -> np.ndarray:
+        """Return the response of one output to one input, complex, shape (F,): of a position, per unit of force.
+
+        Parameters
+        ----------
+        output, input : str
+            Of `output_names` and `input_names`, with or without the unit.
+
+        Raises
+        ------
+        ModelError
+            If there is no such name, or several begin so; lists what there is.
+        """
+        return np.asarray(self.response[:, _place(self.output_names, output), _place(self.input_names, input)])
+
+    def transmissibility(self, output: str, over: str, input: str | None = None) -> np.ndarray:
+        """Return the ratio of two outputs when one input oscillates, complex, shape (F,).
+
+        Parameters
+        ----------
+        output, over : str
+            Of `output_names`, with or without the unit.
+        input : str, optional
+            Of `input_names`; may be left out where there is one.
+
+        Raises
+        ------
+        ModelError
+            If there is no such name; lists what there is. Also if there are several inputs and none is named.
+        """
+        if input is None and len(self.input_names) > 1:
+            raise ModelError(f"a transmissibility needs the input that oscillates. Remedy: input=, one of {self.input_names}")
+        given = self.input_names[0] if input is None else input
+        return self.receptance(output, given) / self.receptance(over, given)
+
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw magnitudes and phases over the frequency, and write the picture to `path` if given.
 
@@ -59,18 +94,30 @@ class FrequencyResponse:
         return frequency_response_picture(ResponseCurves(self.frequencies, self.magnitude, self.phase, *names), path)
 
 
-def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
-    """Return the frequency response of a linearised scene: see `Linearisation.frequency_response`."""
+def checked_frequencies(linearisation: StateSpace, frequencies: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return frequencies (Hz) at which a linearised scene with inputs and outputs can be asked for its response.
+
+    Raises
+    ------
+    ModelError
+        If they make no sense, or there are no inputs or outputs.
+    """
     at = np.atleast_1d(numbers(frequencies))
     if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(at < 0.0):
         raise ModelError(f"frequencies must be finite and not negative, in Hz, not {frequencies!r}")
-    A, B, C, D = linearisation.A, linearisation.B, linearisation.C, linearisation.D
-    for what, count in (("inputs", B.shape[1]), ("outputs", len(C))):
+    for what, count in (("inputs", linearisation.B.shape[1]), ("outputs", len(linearisation.C))):
         if not count:
             raise ModelError(
                 f"the linearisation has no {what}, and so no frequency response. Remedy: linearise(..., "
                 f"{what}=[{'force body x' if what == 'inputs' else 'position body x'!r}])"
             )
+    return at
+
+
+def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
+    """Return the frequency response of a linearised scene: see `Linearisation.frequency_response`."""
+    at = checked_frequencies(linearisation, frequencies)
+    A, B, C, D = linearisation.A, linearisation.B, linearisation.C, linearisation.D
     response = np.empty((len(at), len(C), B.shape[1]), dtype=complex)
     for i, f in enumerate(at):
         try:
@@ -81,3 +128,10 @@ def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] |
                 "leave it out, or damp the scene"
             ) from None
     return FrequencyResponse(at, response, linearisation.output_names, linearisation.input_names)
+
+
+def _place(names: tuple[str, ...], name: str) -> int:
+    found = [i for i, one in enumerate(names) if name in (one, one.partition(" [")[0])]
+    if len(found) != 1:
+        raise ModelError(f"there is no channel {name!r} in this response. There are: {', '.join(names)}")
+    return found[0]

@@ -262,7 +262,7 @@ def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequen
     P, R = small.along_positions, small.along_speeds
     lead_p, lead_r = small.positions.leading, small.speeds.leading
     A = small.state_matrix()
-    driven = _input_directions(small, inputs)
+    driven = input_directions(small, inputs)
     B = np.vstack((np.zeros((len(lead_p), len(inputs))), driven.ddu[lead_r]))
     C = np.hstack((output_rows(small, outputs, P), output_rows(small, outputs, R)))
     D = output_rows(small, outputs, driven)
@@ -286,7 +286,7 @@ def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequen
     )
 
 
-def _input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions:
+def input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions:
     """Return the accelerations that unit inputs bring, drives included."""
     n, count = small.model.free_count, len(inputs)
     none = np.zeros((small.size, count))

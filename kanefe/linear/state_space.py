@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -120,6 +121,24 @@ class StateSpace:
         M = N.T @ small.mass() @ N
         a11, a21, a22 = self.A[:n, :n], self.A[n:, :n], self.A[n:, n:]
         return M, -M @ (a11 + a22), -M @ (a21 - a22 @ a11 + self._turning_rate())
+
+    def undamped(self) -> Self:
+        """Return the same without what dissipates and what circulates: symmetric stiffness, gyroscopic terms, inertia.
+
+        Left out are the symmetric part of the factor of the rates and the skew part of that of the coordinates, such as
+        cross-coupled stiffnesses of bearings and what the damping of a spinning shaft makes seen from the ground.
+
+        Raises
+        ------
+        ModelError
+            If the scene rolls: it has no such matrices.
+        """
+        n, A = self.position_count, self.A.copy()
+        M, K = self.mass, self.stiffness
+        a11 = A[:n, :n]
+        A[n:, n:] = -a11 - np.linalg.solve(M, self.gyroscopic)
+        A[n:, :n] = A[n:, n:] @ a11 - self._turning_rate() - np.linalg.solve(M, 0.5 * (K + K.T))
+        return replace(self, A=A)
 
     def _turning_rate(self) -> Matrix:
         """Return the rate of change of A's upper left block along the motion."""

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from kanefe.loads.base import LoadEvent as LoadEvent
     from kanefe.loads.base import LoadKernel as LoadKernel
     from kanefe.loads.base import Tangent as Tangent
+    from kanefe.loads.bearing import Bearing as Bearing
     from kanefe.loads.oleo import Oleo as Oleo
     from kanefe.loads.periodic_load import PeriodicLoad as PeriodicLoad
     from kanefe.loads.rope import Rope as Rope

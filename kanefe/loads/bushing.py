@@ -29,17 +29,21 @@ class Offset(NamedTuple):
 class Bushing(Load):
     """A force and moment between two markers that hold b at a, in the axes of a.
 
-    With d from the origin of a to that of b, and theta the rotation vector of b seen from a, b feels the force
-    ``-(K_d d + C_d dd)`` at its origin and the moment ``-T(theta)^-T K_r theta - C_r w_ab``, where ``w_ab = T dtheta``:
-    the springs have the potential ``1/2 d K_d d + 1/2 theta K_r theta``. a feels the same reversed, at the same point.
+    With x = (d, theta), d from the origin of a to that of b and theta the rotation vector of b seen from a, and their
+    rates (dd, w_ab), where ``w_ab = T(theta) dtheta``, b feels at its origin
+
+        (force, T^T moment) = -K x,    and    (force, moment) = -C (dd, w_ab)
+
+    The symmetric part of K has the potential ``1/2 x K x``; what its skew part does, as the cross-coupled stiffness of
+    a journal bearing, is work of loads. a feels the same reversed, at the same point.
 
     Attributes
     ----------
     name : str
     ends : (Marker, Marker)
         a and b.
-    stiffness, damping : ndarray, shape (6,)
-        Along x, y, z of a (N/m, N s/m) and about them (N m/rad, N m s/rad).
+    stiffness, damping : ndarray, shape (6, 6)
+        K and C along x, y, z of a and about them: N/m, N/rad, N m/m, N m/rad; N s/m and so on.
     function : callable or None
         Law of the user in place of the springs: (d and theta (6,), dd and w_ab (6,)) -> force and moment on b (6,).
     """
@@ -61,7 +65,11 @@ class Bushing(Load):
     @property
     def exchanges_energy(self) -> bool:
         """Whether it takes energy from the scene or gives it."""
-        return bool(self.damping.any() or self.function is not None)
+        return bool(self.damping.any() or self._circulates or self.function is not None)
+
+    @property
+    def _circulates(self) -> bool:
+        return bool((self.stiffness != self.stiffness.T).any())
 
     def offset(self, ends: Sequence[End]) -> Offset:
         """Return where b is seen from a, and how it moves: rate of d in a (m/s), and w_ab (rad/s)."""
@@ -71,12 +79,12 @@ class Bushing(Load):
         return Offset(a.A.T @ line, relative_rotation(a.A.T @ b.A), rates)
 
     def wrench(self, t: float, offset: Offset) -> tuple[Vector, Vector]:
-        """Return force and moment on b about its origin, in the axes of a, and the law's share, (6,) each."""
-        d, theta, rates = offset
-        force = -self.stiffness[:3] * d
-        moment = np.linalg.solve(ROTATION_VECTOR.tangent(theta).T, -self.stiffness[3:] * theta)
+        """Return force and moment on b about its origin, in the axes of a, and what of it gives work, (6,) each."""
+        x = np.concatenate((offset.d, offset.theta))
+        skew_part = 0.5 * (self.stiffness - self.stiffness.T)
         given = self.given(t, offset)
-        return np.concatenate((force, moment)) - self.damping * rates + given, given
+        wrench = given - _on_axes(offset.theta, self.stiffness @ x) - self.damping @ offset.rates
+        return wrench, given - _on_axes(offset.theta, skew_part @ x)
 
     def given(self, t: float, offset: Offset) -> Vector:
         """Return the part of the wrench that the user's law gives, shape (6,)."""
@@ -95,18 +103,22 @@ class Bushing(Load):
         wrench, given = self.wrench(t, offset)
         displacement = np.concatenate((offset.d, offset.theta))
         return Action(
-            _on_both(ends, wrench),
-            potential=float(0.5 * displacement @ (self.stiffness * displacement)),
-            taken=float(offset.rates @ (self.damping * offset.rates)),
+            on_both(ends, wrench),
+            potential=float(0.5 * displacement @ self.stiffness @ displacement),
+            taken=float(offset.rates @ self.damping @ offset.rates),
             given=float(given @ offset.rates),
         )
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
-        """Return stiffness and damping along and about the axes of a, without what turning them does under load."""
+        """Return stiffness and damping along their principal directions.
+
+        Without what turning the axes does under load, and without the skew parts.
+        """
         a, b = ends
         back, none = a.A.T, np.zeros((3, 3))
         of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
-        return Tangent(np.vstack((of_d, np.hstack((none, -back, none, back)))), self.stiffness, self.damping)
+        rows = np.vstack((of_d, np.hstack((none, -back, none, back))))
+        return principal_tangent(rows, self.stiffness, self.damping)
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return offset (m, rad), and force and moment on b (N, N m), in the axes of a."""
@@ -115,10 +127,11 @@ class Bushing(Load):
 
     @property
     def kernel(self) -> LoadKernel:
-        """Numbers: stiffness, damping, inputs (0 or 6)."""
+        """Numbers: stiffness and damping row by row, inputs (0 or 6)."""
         from kanefe.kernels.force_elements.bushing import bushing
 
-        return LoadKernel(bushing, np.concatenate((self.stiffness, self.damping, (float(self.input_count),))), bushing)
+        constants = (self.stiffness.ravel(), self.damping.ravel(), (float(self.input_count),))
+        return LoadKernel(bushing, np.concatenate(constants), bushing)
 
     @property
     def input_count(self) -> int:
@@ -131,7 +144,7 @@ class Bushing(Load):
 
     def input_wrenches(self, t: float, ends: Sequence[End]) -> np.ndarray:
         """Return what one newton and one newton metre along and about each axis of a do."""
-        return np.array([_on_both(ends, unit) for unit in np.eye(6)])
+        return np.array([on_both(ends, unit) for unit in np.eye(6)])
 
 
 def relative_rotation(A_ab: Matrix) -> Vector:
@@ -139,7 +152,21 @@ def relative_rotation(A_ab: Matrix) -> Vector:
     return rotation_vector(euler_parameters_from_matrix(A_ab))
 
 
-def _on_both(ends: Sequence[End], wrench: Vector) -> Matrix:
+def _on_axes(theta: Vector, forces: Vector) -> Vector:
+    """Return force and moment of forces over d and the rotation vector, (6,)."""
+    return np.append(forces[:3], np.linalg.solve(ROTATION_VECTOR.tangent(theta).T, forces[3:]))
+
+
+def principal_tangent(rows: Matrix, stiffness: Matrix, damping: Matrix) -> Tangent:
+    """Return the symmetric parts of stiffness and damping matrices over some relative rates as springs and dampers."""
+    if not np.any(stiffness - np.diag(np.diag(stiffness))) and not np.any(damping - np.diag(np.diag(damping))):
+        return Tangent(rows, np.diag(stiffness), np.diag(damping))
+    (k, along_k), (c, along_c) = (np.linalg.eigh(0.5 * (matrix + matrix.T)) for matrix in (stiffness, damping))
+    none = np.zeros(len(rows))
+    return Tangent(np.vstack((along_k.T @ rows, along_c.T @ rows)), np.append(k, none), np.append(none, c))
+
+
+def on_both(ends: Sequence[End], wrench: Vector) -> Matrix:
     """Return a wrench on b about its origin, in the axes of a, as those on a and b in N: reversed on a at one point."""
     a, b = ends
     force, moment = a.A @ wrench[:3], a.A @ wrench[3:]

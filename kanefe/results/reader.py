@@ -254,9 +254,39 @@ class Reader:
         """
         return self.read("loop_force", name)
 
-    def load(self, name: str) -> np.ndarray:
-        """Return what a load between frames tells, such as the tension of a spring, (T, columns): see `loads`."""
-        return self.read("load", name)
+    def load(self, name: str, column: str | None = None) -> np.ndarray:
+        """Return what a load between frames tells, such as the tension of a rope, (T, columns), or (T,) of one column.
+
+        Parameters
+        ----------
+        name : str
+            See `loads`, which names the columns too.
+        column : str, optional
+            The name of one column, with or without its unit: ``"tension"``, ``"force y [N]"``.
+
+        Raises
+        ------
+        ModelError
+            If there is no such load or column; lists what there is.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 2.0, joint=kf.Prismatic("z", position=-1.0))
+        >>> scene.add(kf.Rope("hoist", (scene.ground, ball), axial_stiffness=1e6, damping=1e3))
+        >>> result = scene.simulate((0.0, 1.0))
+        >>> float(result.load("hoist", "tension")[-1].round(1))  # N
+        19.6
+        """
+        found = self.read("load", name)
+        if column is None:
+            return found
+        columns = self.loads[name]
+        places = [i for i, one in enumerate(columns) if column in (one, one.partition(" [")[0])]
+        if not places:
+            raise ModelError(f"load {name!r} has no column {column!r}. It has: {', '.join(columns)}")
+        return np.asarray(found[..., places[0]])
 
     def load_force(self, name: str, end: int = -1) -> np.ndarray:
         """Return force (N) and moment (N m) of a load between frames on one of its ends, in N, shape (T, 6).

@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import numbers
+from kanefe.frames import numbers, shaped_numbers
 from kanefe.loads.base import Load
 from kanefe.loads.functions import Constant, Turned, callback
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 
 if TYPE_CHECKING:
     from kanefe.loads.point_load import PointLoad
+
+ROUND_OFF = 1e-12
+"""Eigenvalue of a damping matrix, of its largest entry, that is none."""
 
 LoadValue = Callable[..., Any] | Sequence[float] | float
 
@@ -262,8 +265,10 @@ class LoadMethods(Scene):
             Unique among springs, bushings and other loads between frames.
         a, b : Frame
             Bodies, interfaces, frames of them, or the ground.
-        stiffness, damping : array_like, shape (3,) or (6,)
-            Along x, y and z of a (N/m, N s/m), then about them (N m/rad, N m s/rad); three: no moments.
+        stiffness, damping : array_like, shape (3,), (6,) or (6, 6)
+            Along x, y and z of a (N/m, N s/m), then about them (N m/rad, N m s/rad); three: no moments. Matrices couple
+            directions, and need not be symmetric: of the stiffness the skew part, such as that of an oil film, gives
+            work. A bearing about which a shaft turns on and on is `kanefe.Bearing`.
         law : callable, optional
             In place of the stiffness: (displacement (6,), rate (6,)) -> force and moment on b at its origin (6,), all
             in the axes of a: position of b from a and rotation vector, rate of that position and angular velocity. Its
@@ -284,15 +289,13 @@ class LoadMethods(Scene):
         from kanefe.loads.bushing import Bushing
 
         label = self._new_load(name, "bushing")
-        wide = numbers(stiffness).size == 6 or numbers(damping).size == 6 or law is not None
+        wide = numbers(stiffness).size > 3 or numbers(damping).size > 3 or law is not None
         ends = [
             self._marker(x, f"end {n} of {label}", needs_rotation=wide and n == "b") for x, n in ((a, "a"), (b, "b"))
         ]
-        constants = []
-        for what, given in (("stiffness", stiffness), ("damping", damping)):
-            shape = (6,) if numbers(given).shape == (6,) else (3,)
-            values = _not_negative(given, shape, f"{what} of {label}")
-            constants.append(np.concatenate((values, np.zeros(6 - len(values)))))
+        constants = [_six_by_six(x, f"{what} of {label}") for x, what in ((stiffness, "stiffness"), (damping, "damping"))]
+        if np.linalg.eigvalsh(constants[1] + constants[1].T).min() < -ROUND_OFF * np.abs(constants[1]).max():
+            raise ModelError(f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs")
         if law is not None and not callable(law):
             raise ModelError(f"law of {label} must be a function of displacement and rate, not {law!r}")
         if law is not None and constants[0].any():
@@ -318,6 +321,15 @@ class LoadMethods(Scene):
         if target.number < 0:
             raise ModelError("a load on the ground moves nothing. Remedy: give the body that it acts on")
         return self._entries[target.number]
+
+
+def _six_by_six(given: object, what: str) -> np.ndarray:
+    """Return a matrix over displacements and rotations; of three or six numbers, which must not be negative, diagonal."""
+    shape = numbers(given).shape
+    if shape == (6, 6):
+        return shaped_numbers(given, (6, 6), what)
+    values = _not_negative(given, (6,) if shape == (6,) else (3,), what)
+    return np.diag(np.concatenate((values, np.zeros(6 - len(values)))))
 
 
 def _point_load(

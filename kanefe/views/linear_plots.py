@@ -41,11 +41,11 @@ class CampbellCurves(NamedTuple):
 
 def campbell_picture(campbell: CampbellCurves, path: str | Path | None) -> Figure:
     """Return the picture that `Campbell.plot` describes, and write it to `path` if given."""
-    ratios = 100.0 * np.abs(campbell.damping_ratios)
+    ratios = 100.0 * np.abs(np.nan_to_num(campbell.damping_ratios))
     is_damped = bool(ratios.max(initial=0.0) > 1e-6)  # of undamped modes it is round-off
     figure, panels = _figure(2 if is_damped else 1, 1, (8.0, 7.0 if is_damped else 4.5))
     upper, lower = panels[0], panels[-1]
-    highest = 1.05 * float(campbell.frequencies.max(initial=0.0)) or 1.0
+    highest = 1.05 * float(np.nan_to_num(campbell.frequencies).max(initial=0.0)) or 1.0
     for j, label in enumerate(campbell.labels):
         color, style = COLORS[j % len(COLORS)], STYLES[j // len(COLORS) % len(STYLES)]
         upper.plot(*_frequency_curve(campbell, j), style, color=color, linewidth=1.4, label=label)

@@ -23,20 +23,39 @@ def arm(gain: float) -> kf.System:
 
 
 NAMED = r"controller 'brake' has come to change 'motor arm.*' by .* times as much as at the start.*may be unstable"
+POLES = r"its fastest pole is \|z\| = 2\.9 over 0\.01 s, at 50 Hz"
 REMEDY = r"Remedy: smaller gains or a shorter every= of controller 'brake' \(now 0\.01 s\)"
 
 
-def test_a_run_that_an_unstable_loop_ends_names_the_controller() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        result = arm(3.9).simulate((0.0, 20.0))  # eigenvalue -2.9
+def test_a_run_of_an_unstable_loop_says_so_early_and_ends_where_drives_have_grown_a_millionfold() -> None:
+    with pytest.warns(kf.SimulationWarning, match=f"{NAMED}.*{POLES}.*{REMEDY}") as told:
+        result = arm(3.9).simulate((0.0, 20.0))  # 1 - 3.9
+    assert [str(one.message)[:8] for one in told] == ["at t = 0", "the run "]
     assert result.status.kind == "failed"
-    with pytest.raises(kf.SimulationError, match=f"{NAMED}.*{REMEDY}"):
+    assert result.times[-1] < 1.0
+    with pytest.raises(kf.SimulationError, match=f"drives have grown a millionfold; {NAMED}.*{POLES}.*{REMEDY}"):
         result.status.raise_if_failed()
 
 
+def test_drives_that_grow_otherwise_are_not_taken_for_a_loop() -> None:
+    """A start at rest, a jump and a target that goes on by the third power of time: changes grow by any factor."""
+    for target in (lambda t: 1.0 if t > 0.5 else 1e-9 * t, lambda t: t**3):
+        scene = kf.System()
+        scene.add_rigid_body("arm", 1.0, (0.1, 0.1, 0.1), joint=kf.Revolute("z"))
+        scene.add_controller(
+            "follow",
+            lambda t, r, m, target=target: 20.0 * (target(t) - r[0]) - 2.0 * r[1],
+            every=0.01,
+            reads=("joint_coordinates arm", "joint_speeds arm"),
+            drives="motor arm",
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert scene.simulate((0.0, 3.0)).status.is_finished
+
+
 def test_a_limit_and_a_warning_of_slow_steps_name_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    result = arm(3.9).simulate((0.0, 20.0), most_steps=60)
+    result = arm(3.9).simulate((0.0, 20.0), most_steps=20)
     assert result.status.kind == "stopped"
     with pytest.raises(AssertionError, match=f"{NAMED}.*{REMEDY}"):
         raise AssertionError(str(result.status))

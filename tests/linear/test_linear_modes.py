@@ -136,7 +136,7 @@ def test_campbell_of_an_asymmetric_rotor():
     inside = (diagram.speeds > 100.0) & (diagram.speeds < 120.0)
     assert diagram.grows[:, 0].tolist() == inside.tolist()
     assert not diagram.grows[:, 1].any()
-    assert [speed for speed, _ in diagram.critical_speeds(order=0)] == pytest.approx([100.0, 120.0])
+    assert [found.speed for found in diagram.critical_speeds(order=0)] == pytest.approx([100.0, 120.0], rel=1e-9)
 
 
 def whirling(speed: float) -> kf.System:
@@ -154,14 +154,17 @@ def test_a_whirl_is_followed_through_zero():
     diagram = kf.campbell(whirling, speeds, modes=2)
     np.testing.assert_allclose(diagram.eigenvalues.imag[:, 0], 100.0 - speeds, atol=1e-9)
     np.testing.assert_allclose(diagram.eigenvalues.imag[:, 1], 100.0 + speeds, atol=1e-9)
-    assert diagram.critical_speeds(order=0) == [(pytest.approx(100.0), 0)]
-    assert diagram.critical_speeds(order=1) == [(pytest.approx(50.0, rel=0.02), 0)]  # straight between 10 and 60
+    for grid in (diagram, kf.campbell(whirling, [10.0, 160.0]), kf.campbell(whirling, [10.0, 100.0, 160.0])):
+        ((standing,), (crossing,)) = grid.critical_speeds(order=0), grid.critical_speeds(order=1)
+        assert (standing.speed, standing.column) == (pytest.approx(100.0, rel=1e-9), 0)
+        assert (crossing.speed, crossing.column, crossing.sense) == (pytest.approx(50.0, rel=1e-9), 0, "forward")
     assert diagram.correlations.min() > 0.99
 
 
 def test_modes_that_cross_keep_their_columns():
     def build(speed: float) -> kf.System:
         scene = kf.System()
+        scene.add_frame("rotor", joint=kf.Revolute("z", motion=kf.Motion.steady(speed)))
         for name, rate in (("falls", 20.0 - speed), ("still", 10.5)):
             spring = kf.CoordinateForce(stiffness=rate**2, damping=0.02 * rate)
             scene.add_rigid_body(name, 1.0, joint=kf.Prismatic("x", forces=spring))
@@ -174,15 +177,22 @@ def test_modes_that_cross_keep_their_columns():
     np.testing.assert_allclose(diagram.damping_ratios, 0.01)
 
 
+def flat_whirling() -> kf.System:
+    scene = oscillator()
+    scene.add_frame("rotor", joint=kf.Revolute("z", motion=kf.Motion.steady(9.0)))
+    return scene
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         ({"speeds": [1.0]}, "two or more that ascend"),
         ({"speeds": [2.0, 1.0]}, "two or more that ascend"),
         ({"modes": 0}, "modes must be a whole number"),
-        ({"modes": 9}, "has 2 modes at 0 rad/s, not 9. Remedy: modes=2"),
+        ({"modes": 9}, "has 2 modes that oscillate at 0 rad/s, not 9. Remedy: modes=2"),
         ({"build": 3}, "needs a function of the speed"),
-        ({"build": lambda speed: point_on_springs(1.0) if speed < 5 else oscillator()}, "same coordinates"),
+        ({"build": lambda speed: point_on_springs(1.0) if speed < 5 else flat_whirling()}, "same coordinates"),
+        ({"build": lambda speed: oscillator(), "modes": 1}, "nothing turns in the scene of campbell at 10 rad/s"),
     ],
 )
 def test_what_is_wrong_with_a_campbell_diagram_is_named(options, words):

@@ -167,13 +167,21 @@ def by_names(scene: System, rest: Equilibrium) -> np.ndarray:
     return np.array([found.get(name, value) for name, value in named])
 
 
-def lashing_length(saddles: Saddles = "fixed") -> float:
-    """Return the unstretched length of the lashings, of which both pull by `LASHING_PRELOAD` at the level rest, m."""
+def lashing_length(saddles: Saddles = "fixed", *, tension: float = given.LASHING_PRELOAD) -> float:
+    """Return the unstretched length of the lashings, of which both pull by a tension (N) at the level rest, m.
+
+    Raises
+    ------
+    ModelError
+        If the tension is not above zero.
+    """
+    if not tension > 0.0:
+        raise ModelError(f"the tension of lashings at rest must be above zero N, not {tension!r}")
 
     def excess(length: float) -> float:
-        return float(level_rest(saddles, length)[0].load("port lashing")[2]) - given.LASHING_PRELOAD
+        return float(level_rest(saddles, length)[0].load("port lashing", "tension")) - tension
 
     unloaded = math.hypot(given.LASHING_POINT - given.CORNERS[2, 0], given.CG_HEIGHT + given.CORNERS[2, 1])
-    slack = given.LASHING_PRELOAD / given.LASHING_STIFFNESS
+    slack = tension / given.LASHING_STIFFNESS
     # the gear gives way by some millimetres, by the lashings too, of which longer ones are slack
     return float(brentq(excess, unloaded - 10.0 * slack, unloaded - slack, xtol=1e-12))

@@ -36,7 +36,7 @@ from kanefe.kernels.vectors import (
     transposed,
 )
 
-STIFFNESS, DAMPING, INPUTS = 0, 6, 12
+STIFFNESS, DAMPING, INPUTS = 0, 36, 72
 
 
 @called_by_address(*SIGNATURE)
@@ -51,26 +51,53 @@ def bushing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     theta = rotation_vector_of(product(transposed(A_a), A_b))
     zero = 0.0 * theta[0]
     tangent = slope_motion(0, theta, (zero, zero, zero))[1]
-    k, c = three(numbers, STIFFNESS), three(numbers, DAMPING)
-    k_r, c_r = three(numbers, STIFFNESS + 3), three(numbers, DAMPING + 3)
-    brake = (c[0] * rate[0], c[1] * rate[1], c[2] * rate[2])
-    brake_r = (c_r[0] * spin[0], c_r[1] * spin[1], c_r[2] * spin[2])
-    spring = (-k[0] * d[0], -k[1] * d[1], -k[2] * d[2])
-    spring_r = (-k_r[0] * theta[0], -k_r[1] * theta[1], -k_r[2] * theta[2])
-    force = minus(spring, brake)
-    moment = minus(solved(transposed(tangent), spring_r), brake_r)
-    out[POTENTIAL] = -0.5 * (dot(spring, d) + dot(spring_r, theta))
+    x, moved = (*d, *theta), (*rate, *solved(tangent, spin))
+    spring, spring_r = six_by_six(numbers, STIFFNESS, x)
+    beside, beside_r = six_by_six(numbers, STIFFNESS, moved)
+    brake, brake_r = six_by_six(numbers, DAMPING, (*rate, *spin))
+    force = minus(times(-1.0, spring), brake)
+    moment = minus(times(-1.0, solved(transposed(tangent), spring_r)), brake_r)
+    out[POTENTIAL] = 0.5 * (dot(spring, d) + dot(spring_r, theta))
     out[TAKEN] = dot(brake, rate) + dot(brake_r, spin)
+    # of the skew part of the stiffness
+    out[GIVEN] = 0.5 * (dot(d, beside) + dot(theta, beside_r) - dot(three(moved, 0), spring) - dot(three(moved, 3), spring_r))
     if numbers[INPUTS] > 0.0:
         more, more_r = three(inputs, 0), three(inputs, 3)
         force, moment = plus(force, more), plus(moment, more_r)
-        out[GIVEN] = dot(rate, more) + dot(spin, more_r)
+        out[GIVEN] += dot(rate, more) + dot(spin, more_r)
+    put_on_both(A_a, offset, force, moment, out)
+
+
+@inlined
+def put_on_both(A_a: Numbers, offset: Numbers, force: Numbers, moment: Numbers, out: Any) -> None:
+    """Write a force and moment on b at its origin, in the axes of a, and the reverse on a at the same point."""
     force, moment = rotated(A_a, force), rotated(A_a, moment)
-    # a feels the reverse at the same point, b's origin
     on_a = plus(moment, cross(offset, force))
     for i in range(3):
         out[WRENCHES + i], out[WRENCHES + 3 + i] = -force[i], -on_a[i]
         out[WRENCHES + WRENCH + i], out[WRENCHES + WRENCH + 3 + i] = force[i], moment[i]
+
+
+@inlined
+def six_by_six(numbers: Any, at: int, x: Numbers) -> tuple[Numbers, Numbers]:
+    """Return the upper and lower three of the product of a matrix (6, 6), row by row from `at` on, with six numbers."""
+    return (
+        (row(numbers, at, x), row(numbers, at + 6, x), row(numbers, at + 12, x)),
+        (row(numbers, at + 18, x), row(numbers, at + 24, x), row(numbers, at + 30, x)),
+    )
+
+
+@inlined
+def row(numbers: Any, at: int, x: Numbers) -> Any:
+    """Return the sum of six products."""
+    return (
+        numbers[at] * x[0]
+        + numbers[at + 1] * x[1]
+        + numbers[at + 2] * x[2]
+        + numbers[at + 3] * x[3]
+        + numbers[at + 4] * x[4]
+        + numbers[at + 5] * x[5]
+    )
 
 
 @inlined

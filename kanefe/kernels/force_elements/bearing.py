@@ -1,0 +1,121 @@
+"""Bearings: a shaft that turns on and on, held by coefficients over its speed (Eq. 11)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kanefe.kernels._numba import inlined
+from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.bushing import nine, put_on_both, row
+from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, A, P, V, W
+from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
+
+AXIS, ENDS, SPEEDS, TABLE = range(4)
+STIFFNESS, DAMPING, SLOPES, ROW = 1, 37, 73, 145
+"""Places in a row of the table: its speed, K, C, and the slopes of both."""
+
+EDGE = 1e-9
+"""Of the range of a table, by which a speed may leave it and still be at its end."""
+
+
+@called_by_address(*SIGNATURE)
+def bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write what it exerts on bearing and shaft; `numbers` are those of `kanefe.loads.bearing.Bearing.kernel`."""
+    e = unit(numbers, ends)
+    A_a, A_b = nine(ends, A), nine(ends, END_NUMBERS + A)
+    w_a = three(ends, W)
+    offset = minus(three(ends, END_NUMBERS + P), three(ends, P))
+    velocity = minus(minus(three(ends, END_NUMBERS + V), three(ends, V)), cross(w_a, offset))
+    turn = rotated_back(A_a, minus(three(ends, END_NUMBERS + W), w_a))
+    speed = speed_of(numbers, ends)
+    axis = rotated_back(A_a, rotated(A_b, e))
+    tilting = cross(e, cross(turn, axis))
+    x = (*rotated_back(A_a, offset), *cross(e, axis))
+    moving = (*rotated_back(A_a, velocity), *tilting)
+    spring, spring_r = coefficients_times(numbers, STIFFNESS, speed, x)
+    beside, beside_r = coefficients_times(numbers, STIFFNESS, speed, moving)
+    brake, brake_r = coefficients_times(numbers, DAMPING, speed, moving)
+    about = times(dot(e, turn), e)
+    drag = dot(e, coefficients_times(numbers, DAMPING, speed, (*times(0.0, e), *about))[1])
+    force, forces_r = times(-1.0, plus(spring, brake)), times(-1.0, plus(spring_r, brake_r))
+    moment = minus(cross(axis, cross(forces_r, e)), times(drag, axis))
+    of_springs = dot(three(moving, 0), spring) + dot(three(moving, 3), spring_r)
+    out[TAKEN] = dot(three(moving, 0), brake) + dot(tilting, brake_r) + drag * dot(axis, turn)
+    if numbers[SPEEDS] > 0.0:
+        out[GIVEN] = -of_springs
+    else:
+        out[POTENTIAL] = 0.5 * (dot(three(x, 0), spring) + dot(three(x, 3), spring_r))
+        out[GIVEN] = 0.5 * (dot(three(x, 0), beside) + dot(three(x, 3), beside_r) - of_springs)
+    put_on_both(A_a, offset, force, moment, out)
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def watch_bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write how far the speed is within the table."""
+    low, high = numbers[TABLE], numbers[TABLE + ROW * (int(numbers[SPEEDS]) - 1)]
+    speed = speed_of(numbers, ends)
+    out[0] = min(speed - low, high - speed) + EDGE * (high - low)
+
+
+@inlined
+def unit(numbers: Any, ends: Any) -> Numbers:
+    """Return the axis of rotation, in the axes of the bearing."""
+    i, zero = int(numbers[AXIS]), 0.0 * ends[0]
+    return (1.0 * (i == 0) + zero, 1.0 * (i == 1) + zero, 1.0 * (i == 2) + zero)
+
+
+@inlined
+def speed_of(numbers: Any, ends: Any) -> Any:
+    """Return the speed that the coefficients follow: of the last end about the axis, seen from the bearing."""
+    spinning = three(ends, END_NUMBERS * (int(numbers[ENDS]) - 1) + W)
+    return dot(unit(numbers, ends), rotated_back(nine(ends, A), minus(spinning, three(ends, W))))
+
+
+@inlined
+def coefficients_times(numbers: Any, at: int, speed: Any, x: Numbers) -> tuple[Numbers, Numbers]:
+    """Return the upper and lower three of the coefficients at a speed times six numbers."""
+    count = int(numbers[SPEEDS])
+    if count == 0:
+        base = TABLE + at
+        return (
+            (row(numbers, base, x), row(numbers, base + 6, x), row(numbers, base + 12, x)),
+            (row(numbers, base + 18, x), row(numbers, base + 24, x), row(numbers, base + 30, x)),
+        )
+    k = 0
+    while k < count - 2 and speed.real > numbers[TABLE + ROW * (k + 1)]:
+        k += 1
+    low = TABLE + ROW * k
+    span = numbers[low + ROW] - numbers[low]
+    s = (speed - numbers[low]) / span
+    if s.real < 0.0:
+        s = 0.0 * s
+    elif s.real > 1.0:
+        s = 0.0 * s + 1.0
+    # cubics by values and slopes at both ends
+    weights = (
+        (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s),
+        s * s * (3.0 - 2.0 * s),
+        span * s * (1.0 - s) * (1.0 - s),
+        span * s * s * (s - 1.0),
+    )
+    base = low + at
+    return (
+        (blended(numbers, base, weights, x), blended(numbers, base + 6, weights, x), blended(numbers, base + 12, weights, x)),
+        (
+            blended(numbers, base + 18, weights, x),
+            blended(numbers, base + 24, weights, x),
+            blended(numbers, base + 30, weights, x),
+        ),
+    )
+
+
+@inlined
+def blended(numbers: Any, at: int, weights: Numbers, x: Numbers) -> Any:
+    """Return a row of the coefficients between two speeds times six numbers."""
+    slope = at + SLOPES - STIFFNESS
+    return (
+        weights[0] * row(numbers, at, x)
+        + weights[1] * row(numbers, at + ROW, x)
+        + weights[2] * row(numbers, slope, x)
+        + weights[3] * row(numbers, slope + ROW, x)
+    )

@@ -1,0 +1,209 @@
+"""Critical speeds: where a mode of a scene has a multiple of the frequency of rotation, solved for at the crossing."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.frames import Vector
+from kanefe.linear.eigenvalues import GROWTH
+from kanefe.linear.floquet_modes import FloquetModes
+from kanefe.linear.followed_modes import THINNEST, AnyModes, Curves
+from kanefe.linear.modes import Modes
+from kanefe.linear.whirl import whirl_of
+
+DIGITS = 1e-12
+"""Of a speed, to which a crossing is solved for."""
+
+FOUND = 1e-7
+"""Distance from the line, of the height of the diagram, up to which a crossing is one: more is a jump."""
+
+POINT = 1e-6
+"""Growth, of the height of the diagram, below which the speeds between which a mode grows are one."""
+
+ROUND = 1e-3
+"""Whirl below which orbits are lines, and turn neither forward nor backward."""
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalSpeed:
+    """A speed at which a mode has a multiple of the frequency of rotation; ``print`` shows a line.
+
+    Attributes
+    ----------
+    speed : float
+        rad/s.
+    order : float
+        The multiple; 0: the mode stands still in the frame of the scene.
+    column : int
+        Of the Campbell diagram; of undamped ones the number of the mode among those without damping.
+    eigenvalue : complex
+        Of the mode at that speed, 1/s.
+    modes : Modes or FloquetModes
+        All at that speed.
+    number : int
+        Which of them it is.
+    """
+
+    speed: float
+    order: float
+    column: int
+    eigenvalue: complex
+    modes: AnyModes
+    number: int
+
+    @property
+    def damping_ratio(self) -> float:
+        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: the mode grows. Zero where it stands still."""
+        size = abs(self.eigenvalue)
+        return -self.eigenvalue.real / size if size > 0.0 and self.order > 0.0 else 0.0
+
+    @property
+    def whirl(self) -> float:
+        """How much the mode whirls about the axis of the fastest spin: 1 forward on circles, -1 backward, 0 neither.
+
+        As seen from the frame in which the scene is built; of scenes that change as they turn NaN.
+        """
+        return float(whirl_of(self.modes)[self.number]) if isinstance(self.modes, Modes) else float("nan")
+
+    @property
+    def sense(self) -> str:
+        """'forward', 'backward', or '' where orbits are lines, or not known."""
+        return "forward" if self.whirl > ROUND else "backward" if self.whirl < -ROUND else ""
+
+    def shape(self, body: str, interface: str = "") -> np.ndarray:
+        """Return how a frame moves: displacement (m) and rotation (rad) in N, complex, shape (6,); see `Modes.shape`.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body or interface, or the scene changes as it turns.
+        """
+        if isinstance(self.modes, FloquetModes):
+            raise ModelError(
+                "a scene that changes as it turns moves at several frequencies at once. Remedy: modes.tangents, the "
+                "shape of each harmonic"
+            )
+        return np.asarray(self.modes.shape(body, interface)[self.number])
+
+    def __repr__(self) -> str:
+        sense = f" {self.sense}" if self.sense else ""
+        damping = 100.0 * self.damping_ratio if abs(self.damping_ratio) > GROWTH else 0.0
+        return (
+            f"{self.speed:.6g} rad/s ({30.0 / np.pi * self.speed:.6g} rpm): order {self.order:g}, mode "
+            f"{self.column + 1}{sense}, damping {damping:.3g} %"
+        )
+
+
+def critical_speeds(curves: Curves, order: float) -> list[CriticalSpeed]:
+    """Return the critical speeds of some modes, ascending.
+
+    Parameters
+    ----------
+    curves : Curves
+        Refined.
+    order : float
+        Multiple of the rotation, zero or more.
+    """
+    if order == 0.0:
+        return sorted(_standing(curves), key=lambda found: found.speed)
+    speeds = curves.speeds
+    found = []
+    for column in range(len(curves.born)):
+
+        def above(speed: float, column: int = column) -> float:
+            return abs(curves.at(speed).values[column].imag) - order * speed
+
+        at = speeds[speeds >= curves.born[column]]
+        for (a, at_a), (b, at_b) in pairwise(_looked_at(above, at, THINNEST * curves.height)):
+            if b > 0.0 and (at_a > 0.0) != (at_b > 0.0):
+                speed = _root(above, a, b)
+                if abs(above(speed)) <= FOUND * curves.height:
+                    found.append(_critical(curves, speed, order, column))
+                else:
+                    _warn_of_jump(column, speed)
+    return sorted(found, key=lambda one: one.speed)
+
+
+def _critical(curves: Curves, speed: float, order: float, column: int) -> CriticalSpeed:
+    at = curves.at(speed)
+    return CriticalSpeed(speed, order, column, complex(at.values[column]), at.modes, int(at.numbers[column]))
+
+
+def _warn_of_jump(column: int, speed: float) -> None:
+    warnings.warn(
+        f"mode {column + 1} cannot be followed through {speed:.6g} rad/s, where it may cross the order: it jumps there. "
+        "Remedy: more speeds about it",
+        AccuracyWarning,
+        stacklevel=4,
+    )
+
+
+def _looked_at(above: Callable[[float], float], speeds: Vector, thin: float) -> list[tuple[float, float]]:
+    """Return speeds and values of a function; where it comes within `thin` of zero and turns, its extreme is one."""
+    values = np.array([above(speed) for speed in speeds])
+    points = dict(zip(speeds.tolist(), values.tolist(), strict=True))
+    for i, value in enumerate(values):
+        low, high = max(i - 1, 0), min(i + 1, len(speeds) - 1)
+        beside = np.sign(value) * values[low : high + 1]
+        if 0.0 < abs(value) <= thin and beside.min() == abs(value):
+            least = minimize_scalar(
+                lambda x, sign=np.sign(value): sign * above(x), bounds=(speeds[low], speeds[high]), method="bounded"
+            )
+            points[float(least.x)] = float(np.sign(value) * least.fun)
+    return sorted(points.items())
+
+
+def _root(function: Callable[[float], float], a: float, b: float) -> float:
+    return float(brentq(function, a, b, xtol=DIGITS * max(abs(a), abs(b)), rtol=1e-15))
+
+
+def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
+    """Yield where modes stand still: a whirl turns the other way, or a real eigenvalue passes through zero."""
+    looked_at = set(curves.speeds.tolist())
+    thin = THINNEST * curves.height
+    for column, born in enumerate(curves.born):
+
+        def turns(speed: float, column: int = column) -> float:
+            return float(curves.at(speed).values[column].imag)
+
+        points = _looked_at(turns, curves.speeds[curves.speeds >= born], thin)
+        looked_at |= {a for a, _ in points}
+        for (a, at_a), (b, at_b) in pairwise((a, at_a) for a, at_a in points if at_a != 0.0):
+            if at_a * at_b > 0.0:
+                continue
+            speed = _root(turns, a, b)
+            size = abs(curves.at(speed).values[column])
+            if _determinant(curves.at(speed).modes)[0] < 0.0 and size > POINT * curves.height:
+                looked_at.add(speed)  # between two speeds at which it stands still it grows
+            else:
+                yield _critical(curves, speed, 0.0, column)
+    for a, b in pairwise(sorted(looked_at)):
+        sign_a, size_a = _determinant(curves.at(a).modes)
+        if sign_a * _determinant(curves.at(b).modes)[0] < 0.0:
+
+            def beside(speed: float, size: float = size_a) -> float:
+                sign, own = _determinant(curves.at(speed).modes)
+                return sign * float(np.exp(min(own - size, 100.0)))
+
+            speed = _root(beside, a, b)
+            yield _critical(curves, speed, 0.0, int(np.abs(curves.at(speed).values).argmin()))
+
+
+def _determinant(modes: AnyModes) -> tuple[float, float]:
+    """Return sign and logarithm of the product of all eigenvalues, rigid motions left out; 1 and 0 of Floquet's modes.
+
+    It changes its sign where a real one passes through zero.
+    """
+    if isinstance(modes, FloquetModes):
+        return 1.0, 0.0
+    values = modes.eigenvalues[~modes.is_rigid]
+    is_real = values.imag == 0.0
+    sizes = np.log(np.maximum(np.abs(values), 1e-300)) * np.where(is_real, 1.0, 2.0)
+    return float(np.prod(np.sign(values.real[is_real]))), float(sizes.sum())

@@ -1,0 +1,254 @@
+"""Modes followed over the speed of a scene: each known again by its shape, through veering and crossings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector
+from kanefe.linear.floquet_modes import FloquetModes
+from kanefe.linear.modes import Modes
+
+SURE = 0.7
+"""Correlation of a mode with its follower from which on it is taken for the same: below, a speed between is tried."""
+
+DEEPEST = 5
+"""How often an interval between two speeds is halved to follow modes through it."""
+
+SIDE = 4
+"""Harmonics to either side by which Floquet's modes are known again."""
+
+MOST_SHIFT = 2
+"""By how many harmonics the name of such a mode may change between two speeds."""
+
+AnyModes = Modes | FloquetModes
+
+ALIKE = 1e-3
+"""Difference of two eigenvalues, of their size, below which their modes mix freely and any order is right."""
+
+RIVAL = 3.0
+"""How many times farther off in frequency another mode of the same shape must be than the one that is taken for it."""
+
+STILL = 1e-6
+"""Size of an eigenvalue, of the highest frequency, below which a mode stands still."""
+
+THINNEST = 2e-3
+"""Distance of a curve from the straight line between two of its points, of the highest frequency, that is not seen."""
+
+
+class _Candidates(NamedTuple):
+    """What modes may go on as: themselves, their conjugates, and Floquet's named by another of their harmonics.
+
+    Attributes
+    ----------
+    values : ndarray of complex, shape (c,)
+    shapes : ndarray of complex, shape (harmonics, free, c)
+    numbers : ndarray of int, shape (c,)
+        The mode that each is of.
+    """
+
+    values: np.ndarray
+    shapes: np.ndarray
+    numbers: np.ndarray
+
+
+def _candidates(modes: AnyModes) -> _Candidates:
+    count = len(modes.eigenvalues)
+    if isinstance(modes, Modes):
+        values = np.concatenate((modes.eigenvalues, modes.eigenvalues.conj()))
+        shapes = np.concatenate((modes.tangents, modes.tangents.conj()), axis=1)[None]
+        return _Candidates(values, shapes, np.tile(np.arange(count), 2))
+    z = np.zeros((2 * SIDE + 1, *modes.tangents.shape[1:]), dtype=complex)
+    for k, shape in zip(modes.orders, modes.tangents, strict=True):
+        if abs(k) <= SIDE:
+            z[k + SIDE] = shape
+    rate = 2.0 * np.pi / modes.period
+    all_values, all_shapes = [], []
+    for shift in range(-MOST_SHIFT, MOST_SHIFT + 1) if rate > 0.0 else (0,):
+        moved = np.zeros_like(z)
+        first, last = max(0, shift), min(len(z), len(z) + shift)
+        moved[first - shift : last - shift] = z[first:last]
+        values = modes.eigenvalues + 1j * shift * rate
+        all_values += [values, values.conj()]
+        all_shapes += [moved, moved[::-1].conj()]
+    numbers_of = np.tile(np.arange(count), len(all_values))
+    return _Candidates(np.concatenate(all_values), np.concatenate(all_shapes, axis=2), numbers_of)
+
+
+class Followed(NamedTuple):
+    """Which modes at a speed are those that are followed, as what, and how sure that is.
+
+    Attributes
+    ----------
+    modes : Modes or FloquetModes
+        All at that speed.
+    numbers : ndarray of int, shape (k,)
+        The modes that are followed.
+    values : ndarray of complex, shape (k,)
+        Their eigenvalues, 1/s, or the conjugates as which they go on.
+    shapes : ndarray of complex, shape (harmonics, free, k)
+    sureness : ndarray, shape (k,)
+        Correlation of each with itself at the speed that it was followed from.
+    """
+
+    modes: AnyModes
+    numbers: np.ndarray
+    values: np.ndarray
+    shapes: np.ndarray
+    sureness: np.ndarray
+
+
+class Curves:
+    """Modes of a scene over its speed: each speed is looked at once, and followed from the nearest one known.
+
+    Parameters
+    ----------
+    of : callable
+        Speed (rad/s) -> the modes there.
+    start : float
+        The lowest speed, rad/s.
+    numbers : ndarray of int
+        Which of the modes there are followed.
+    """
+
+    def __init__(self, of: Callable[[float], AnyModes], start: float, numbers: np.ndarray) -> None:
+        self._of = of
+        self._known = {start: _first(of(start), numbers)}
+        self._born = [start] * len(numbers)
+
+    @property
+    def speeds(self) -> Vector:
+        """Those that are known, rad/s, ascending."""
+        return np.array(sorted(self._known))
+
+    @property
+    def born(self) -> Vector:
+        """From which speed on each is followed, rad/s."""
+        return np.array(self._born)
+
+    def at(self, speed: float) -> Followed:
+        """Return the modes that are followed at a speed."""
+        found = self._known.get(speed)
+        if found is None:
+            first = max(born for born in self._born if born <= speed)
+            known = [known for known in self._known if known >= first]
+            # a whirl that stands still has no sense by which it could be known again
+            turning = [one for one in known if np.abs(self._known[one].values).min() > STILL * self.height] or known
+            found = self._follow(min(turning, key=lambda one: abs(one - speed)), speed, DEEPEST)
+        return found
+
+    def values(self, speeds: Sequence[float] | Vector) -> np.ndarray:
+        """Return the eigenvalues at some speeds, (S, k); NaN where a mode is not followed yet."""
+        found = np.full((len(speeds), len(self._born)), np.nan, dtype=complex)
+        for row, speed in zip(found, speeds, strict=True):
+            values = self.at(float(speed)).values
+            row[: len(values)] = values
+        return found
+
+    def add(self, speed: float, numbers: np.ndarray) -> None:
+        """Follow more modes from the last speed on that is known."""
+        old, new = self._known[speed], _first(self._of(speed), numbers)
+        parts = [np.concatenate(pair, axis=-1) for pair in zip(old[1:], new[1:], strict=True)]
+        self._known[speed] = Followed(old.modes, *parts)
+        self._born += [speed] * len(numbers)
+
+    def _follow(self, before: float, after: float, depth: int) -> Followed:
+        count = sum(born <= after for born in self._born)
+        old = self._known[before]
+        found = _matched(Followed(old.modes, *(part[..., :count] for part in old[1:])), self._of(after))
+        if depth > 0 and found.sureness.min(initial=1.0) < SURE:
+            middle = 0.5 * (before + after)
+            between = self._follow(before, middle, depth - 1)
+            found = self._follow(middle, after, depth - 1)
+            found = found._replace(sureness=np.minimum(between.sureness[:count], found.sureness))
+        self._known[after] = found
+        return found
+
+    def refine(self) -> None:
+        """Look at speeds between where curves turn, until straight lines between those known are the curves."""
+        if len(self._known) == 2:
+            self.at(float(self.speeds.mean()))
+        for _ in range(DEEPEST):
+            x = self.speeds
+            values = self.values(x)
+            slopes = np.diff(values, axis=0) / np.diff(x)[:, None]
+            turns = np.abs(np.diff(slopes, axis=0) / (0.5 * (x[2:] - x[:-2]))[:, None])
+            turns = np.nan_to_num(turns).max(axis=1, initial=0.0)
+            of_intervals = np.maximum(np.append(turns, 0.0), np.insert(turns, 0, 0.0))
+            wide = of_intervals * np.diff(x) ** 2 / 8.0 > THINNEST * self.height
+            if not wide.any():
+                return
+            for before, after in np.column_stack((x[:-1], x[1:]))[wide]:
+                self.at(float(0.5 * (before + after)))
+
+    @property
+    def height(self) -> float:
+        """The highest frequency that is known of those that are followed, rad/s."""
+        return float(max(np.abs(found.values.imag).max(initial=0.0) for found in self._known.values()))
+
+
+def _first(modes: AnyModes, numbers_of: np.ndarray) -> Followed:
+    found = _candidates(modes)
+    at = [np.flatnonzero((found.numbers == i) & (found.values == modes.eigenvalues[i]))[0] for i in numbers_of]
+    return Followed(modes, numbers_of, found.values[at], found.shapes[:, :, at], np.ones(len(at)))
+
+
+def _matched(old: Followed, new: AnyModes) -> Followed:
+    """Return the best followers, each another one.
+
+    A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency.
+    """
+    if old.modes.state_names != new.state_names:
+        raise ModelError(
+            "modes can be followed only between scenes of the same coordinates. Remedy: build the scene alike at "
+            "every speed, with the same bodies, modes and joints"
+        )
+    M, count = new.metric, len(new.eigenvalues)
+    ahead, behind = _candidates(new), _candidates(old.modes)
+    others = ahead.values
+    alike = _correlation(old.shapes, ahead.shapes, M)
+    values = old.values
+    # modes of one frequency mix freely: there it is the space that they span which is followed
+    for i, value in enumerate(values):
+        same = np.abs(behind.values - value) <= ALIKE * np.abs(value)
+        if np.count_nonzero(same) > 1:
+            alike[i] = np.minimum(_correlation(behind.shapes[:, :, same], ahead.shapes, M).sum(axis=0), 1.0)
+    for value in new.eigenvalues:
+        same = np.abs(others - value) <= ALIKE * np.abs(value)
+        if np.count_nonzero(same) > 1:
+            alike[:, same] = np.minimum(alike[:, same].sum(axis=1, keepdims=True), 1.0)
+    size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
+    apart = np.abs(values[:, None] - others[None, :])
+    cost = (1.0 - alike) + 0.2 * apart / (size + apart)
+    cost[:, new.is_rigid[ahead.numbers]] += 1.0
+    # of the two that a divergence has, the one that grows
+    cost += 1e-3 * ((others.imag == 0.0) & (others.real < 0.0))[None, :]
+    by_mode = cost.reshape(len(values), -1, count)  # candidates repeat the modes in their order
+    best = by_mode.argmin(axis=1)
+    rows, columns = linear_sum_assignment(by_mode.min(axis=1))
+    chosen = columns[np.argsort(rows)]
+    at = best[np.arange(len(chosen)), chosen] * count + chosen
+    rows = np.arange(len(at))
+    # an equal shape, hardly farther off: the whirls of a round rotor, one of them backwards, differ by frequency only
+    rivals = (alike >= SURE) & (apart < RIVAL * apart[rows, at][:, None])
+    rivals &= others.imag[None, :] != 0.0
+    rivals &= np.abs(others[None, :] - others[at][:, None]) > ALIKE * np.abs(others[at])[:, None]
+    is_single = np.array([np.count_nonzero(np.abs(behind.values - v) <= ALIKE * np.abs(v)) < 2 for v in values])
+    sureness = np.where(rivals.any(axis=1) & is_single, 0.0, alike[rows, at])
+    return Followed(new, chosen, others[at], ahead.shapes[:, :, at], sureness)
+
+
+def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:
+    """Return the modal assurance criterion of shapes (harmonics, free, a) and b in the metric M, (a, b), 0 to 1.
+
+    (Allemang, "The modal assurance criterion: twenty years of use and abuse", Sound and Vibration 37 (2003) 14-23.)
+    """
+    weighted = np.einsum("ij,kjb->kib", M, b)
+    cross = np.abs(np.einsum("kia,kib->ab", a.conj(), weighted, optimize=True)) ** 2
+    own_a = np.einsum("kia,ij,kja->a", a.conj(), M, a, optimize=True).real
+    own_b = np.einsum("kib,kib->b", b.conj(), weighted).real
+    return np.asarray(cross / np.maximum(np.outer(own_a, own_b), 1e-300))

@@ -1,0 +1,268 @@
+"""Bearings: a shaft turns on and on in them, and coefficients, constant or over its speed, hold it in other directions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from kanefe.errors import ModelError, SimulationError
+from kanefe.frames import Matrix, Vector, cross, numbers, skew
+from kanefe.kernels.force_elements.bearing import EDGE, bearing, watch_bearing
+from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.bushing import on_both, principal_tangent
+
+AXES = ("x", "y", "z")
+
+ROUND_OFF = 1e-12
+"""Eigenvalue of a damping matrix, of its largest entry, that is none."""
+
+
+class Held(NamedTuple):
+    """How a shaft is displaced in its bearing, in the axes of the bearing.
+
+    Attributes
+    ----------
+    x : ndarray, shape (6,)
+        Displacement (m) and tilt of its axis (rad): the turn that leads to it from that of the bearing, ``e x e'``.
+    rates : ndarray, shape (6,)
+        Velocity (m/s) and rate of the tilt (1/s); about the axis the speed of the shaft itself, rad/s.
+    axis : ndarray, shape (3,)
+        Of the shaft, a unit vector e'.
+    """
+
+    x: Vector
+    rates: Vector
+    axis: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Bearing(Load):
+    """A bearing: a force and moment on a shaft by its displacement and tilt, with coefficients over its speed.
+
+    With x = (d, tilt), d from the origin of the bearing to that of the shaft and ``tilt = e x e'`` of their axes, all in
+    the axes of the bearing,
+
+        (force, F_tilt) = -K(speed) x - C(speed) dx/dt,    moment = e' x (F_tilt x e) - drag speed e'
+
+    where the moment is that whose work is ``F_tilt dtilt/dt``. About its axis the shaft turns freely, but for a drag.
+    The bearing feels the same reversed, at the same point. Of constant coefficients the symmetric part of K has a
+    potential; what the rest gives, and all that the springs of a table do, is work of loads.
+
+    Attributes
+    ----------
+    name : str
+        Unique among the loads between frames of a scene.
+    ends : (Frame, Frame) or (Frame, Frame, Frame)
+        The bearing, whose axes count; the shaft in it; and whose speed of rotation counts, if that is not the shaft's:
+        such as a disc that spins on a shaft that does not.
+    stiffness, damping : array_like, shape (2, 2), (6, 6), or (S, 2, 2), (S, 6, 6) of a table
+        Over the two directions across the axis, in their order after it (y, z of an axis x; z, x of y; x, y of z), or
+        over x, y, z and the tilts about them: N/m, N/rad, N m/m, N m/rad; N s/m and so on. Rows force, columns motion;
+        they need not be symmetric. Of (6, 6) row and column of the turn about the axis are zero, but for the drag
+        in the damping, N m s/rad.
+    speeds : array_like, shape (S,), optional
+        Speeds of rotation of a table, ascending, rad/s. Between them the coefficients follow monotone cubics; a speed
+        outside ends the run.
+    axis : 'x', 'y' or 'z'
+        Of rotation, of both frames.
+
+    Raises
+    ------
+    ModelError
+        Naming what is wrong with the bearing.
+
+    Examples
+    --------
+    A journal bearing with cross-coupled stiffness, N/m, at three speeds:
+
+    >>> import numpy as np
+    >>> import kanefe as kf
+    >>> scene = kf.System()
+    >>> rotor = scene.add_rigid_body("rotor", 5.0, (0.02, 0.01, 0.01), joint=kf.Free(angular_velocity=(100.0, 0, 0)))
+    >>> K = 1e6 * np.array([[[2.0, c], [-c, 2.0]] for c in (0.1, 0.3, 0.5)])
+    >>> C = np.array(3 * [1e3 * np.eye(2)])
+    >>> scene.add(kf.Bearing("journal", (scene.ground, rotor), K, C, speeds=(0.0, 200.0, 400.0)))
+    >>> kf.linearise(scene).modes().frequencies.round(1)[-2:]
+    array([100.7, 100.7])
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    stiffness: Any
+    damping: Any = None
+    speeds: Any = None
+    axis: str = "x"
+
+    kind = "bearing"
+    columns = (
+        *(f"displacement {c} [m]" for c in "xyz"),
+        *(f"tilt {c} [rad]" for c in "xyz"),
+        *(f"force {c} [N]" for c in "xyz"),
+        *(f"moment {c} [N m]" for c in "xyz"),
+        "speed [rad/s]",
+    )
+
+    def __post_init__(self) -> None:
+        label = f"bearing {self.name!r}"
+        if not isinstance(self.ends, (tuple, list)) or len(self.ends) not in (2, 3):
+            raise ModelError(f"ends of {label} must be the bearing, the shaft, and possibly what spins, not {self.ends!r}")
+        object.__setattr__(self, "ends", tuple(self.ends))
+        if self.axis not in AXES:
+            raise ModelError(f"axis of {label} must be 'x', 'y' or 'z', not {self.axis!r}")
+        if self.speeds is not None:
+            speeds = numbers(self.speeds)
+            if speeds.ndim != 1 or len(speeds) < 2 or not np.all(np.isfinite(speeds)) or np.any(np.diff(speeds) <= 0.0):
+                raise ModelError(f"speeds of {label} must be two or more that ascend, rad/s, not {self.speeds!r}")
+            object.__setattr__(self, "speeds", speeds)
+        rows = () if self.speeds is None else (len(self.speeds),)
+        for what in ("stiffness", "damping"):
+            given = getattr(self, what)
+            given = np.zeros((*rows, 2, 2)) if given is None else given
+            object.__setattr__(self, what, self._wide(given, rows, f"{what} of {label}"))
+        i = 3 + AXES.index(self.axis)
+        coupled = self.damping.copy()
+        coupled[..., i, i] = 0.0
+        if self.stiffness[..., i, :].any() or self.stiffness[..., i].any() or coupled[..., i, :].any() or coupled[..., i].any():
+            raise ModelError(
+                f"{label} resists the turn about its axis {self.axis}: row and column r{self.axis} must be zero, but "
+                "for the drag in the damping. Remedy: a bushing, where nothing turns on and on"
+            )
+        even = self.damping + np.swapaxes(self.damping, -1, -2)
+        if np.linalg.eigvalsh(even).min() < -ROUND_OFF * np.abs(even).max():
+            raise ModelError(f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs")
+        if not self.stiffness.any() and not self.damping.any():
+            raise ModelError(f"{label} does nothing. Remedy: give stiffness or damping")
+
+    def _wide(self, given: object, rows: tuple[int, ...], what: str) -> np.ndarray:
+        """Return coefficients over all six directions."""
+        array = numbers(given)
+        if array.shape not in ((*rows, 2, 2), (*rows, 6, 6)) or not np.all(np.isfinite(array)):
+            of_speeds = f" for each of the {rows[0]} speeds" if rows else ""
+            raise ModelError(f"{what} must be finite numbers, shape (2, 2) or (6, 6){of_speeds}, not {given!r}")
+        if array.shape[-1] == 6:
+            return array
+        found, i = np.zeros((*rows, 6, 6)), AXES.index(self.axis)
+        across = np.array(((i + 1) % 3, (i + 2) % 3))
+        found[..., across[:, None], across] = array
+        return found
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Whether it takes energy from the scene or gives it."""
+        is_even = np.array_equal(self.stiffness, np.swapaxes(self.stiffness, -1, -2))
+        return bool(self.damping.any() or not is_even or self.speeds is not None)
+
+    @cached_property
+    def _curves(self) -> PchipInterpolator:
+        return PchipInterpolator(self.speeds, np.stack((self.stiffness, self.damping), axis=1), axis=0)
+
+    def coefficients(self, speed: float) -> tuple[Matrix, Matrix]:
+        """Return stiffness and damping at a speed of rotation (rad/s), (6, 6) each; beyond a table those of its end."""
+        if self.speeds is None:
+            return self.stiffness, self.damping
+        K, C = self._curves(np.clip(speed, self.speeds[0], self.speeds[-1]))
+        return K, C
+
+    def held(self, ends: Sequence[End]) -> Held:
+        """Return how the shaft is displaced and how that changes."""
+        a, b = ends[:2]
+        e = np.eye(3)[AXES.index(self.axis)]
+        line, axis = b.p - a.p, a.A.T @ b.A @ e
+        turn = a.A.T @ (b.w - a.w)
+        velocity = a.A.T @ (b.v - a.v - cross(a.w, line))
+        tilting = cross(e, cross(turn, axis))
+        return Held(
+            np.concatenate((a.A.T @ line, cross(e, axis))),
+            np.concatenate((velocity, tilting + (e @ turn) * e)),
+            axis,
+        )
+
+    def speed(self, ends: Sequence[End]) -> float:
+        """Return the speed of rotation against the bearing that coefficients follow, about its axis, rad/s."""
+        a, spinning = ends[0], ends[-1]
+        return float(a.A[:, AXES.index(self.axis)] @ (spinning.w - a.w))
+
+    def wrench(self, held: Held, speed: float) -> Vector:
+        """Return force and moment on the shaft about its origin, in the axes of the bearing, (6,)."""
+        i = AXES.index(self.axis)
+        K, C = self.coefficients(speed)
+        drag = C[3 + i, 3 + i]
+        forces = -K @ held.x - C @ held.rates
+        forces[3 + i] = 0.0
+        moment = cross(held.axis, cross(forces[3:], np.eye(3)[i]))
+        return np.append(forces[:3], moment - drag * held.rates[3 + i] * held.axis)
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return what it exerts on bearing and shaft (Eq. 11)."""
+        held, speed = self.held(ends), self.speed(ends)
+        K, C = self.coefficients(speed)
+        i = 3 + AXES.index(self.axis)
+        moving = held.rates.copy()
+        moving[i] = 0.0
+        even = 0.5 * (K + K.T) if self.speeds is None else np.zeros((6, 6))
+        wrenches = np.zeros((len(ends), 6))
+        wrenches[:2] = on_both(ends[:2], self.wrench(held, speed))
+        turning = float(held.axis @ (ends[0].A.T @ (ends[1].w - ends[0].w)))
+        return Action(
+            wrenches,
+            potential=float(0.5 * held.x @ even @ held.x),
+            taken=float(moving @ C @ moving + C[i, i] * held.rates[i] * turning),
+            given=float(-((K - even) @ held.x) @ moving),
+        )
+
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
+        """Return stiffness and damping along their principal directions, without the skew parts."""
+        a, b = ends[:2]
+        back, none = a.A.T, np.zeros((3, 3))
+        of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
+        rows = np.vstack((of_d, np.hstack((none, -back, none, back))))
+        rows = np.hstack((rows, np.zeros((6, 6 * (len(ends) - 2)))))
+        return principal_tangent(rows, *self.coefficients(self.speed(ends)))
+
+    @property
+    def events(self) -> tuple[LoadEvent, ...]:
+        """The end of its table, which ends the run."""
+        return () if self.speeds is None else (LoadEvent("leaves its table", self._reserve, -1, self._left),)
+
+    def _reserve(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        low, high = self.speeds[0], self.speeds[-1]
+        speed = self.speed(ends)
+        return float(min(speed - low, high - speed) + EDGE * (high - low))
+
+    def _left(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        raise SimulationError(self._words(t, self.speed(ends)))
+
+    def _words(self, t: float, speed: float) -> str:
+        return (
+            f"the coefficients of bearing {self.name!r} reach from {self.speeds[0]:.6g} to {self.speeds[-1]:.6g} rad/s, "
+            f"and it turns at {speed:.6g} rad/s at t = {t:.6g} s. Remedy: speeds= that cover it"
+        )
+
+    def started(self, t: float, ends: Sequence[End]) -> Bearing:
+        """Return itself, if its table covers the speed at the start."""
+        if self.speeds is not None and self._reserve(t, ends, np.zeros(0)) < 0.0:
+            raise ModelError(self._words(t, self.speed(ends)))
+        return self
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return displacement and tilt, force and moment on the shaft, in the axes of the bearing, and the speed."""
+        held, speed = self.held(ends), self.speed(ends)
+        return np.concatenate((held.x, self.wrench(held, speed), (speed,)))
+
+    @property
+    def kernel(self) -> LoadKernel:
+        """Numbers: axis, ends, speeds, then of each its number, K and C row by row, and their slopes over the speed."""
+        if self.speeds is None:
+            table = np.concatenate(((0.0,), self.stiffness.ravel(), self.damping.ravel(), np.zeros(72)))
+        else:
+            values, slopes = self._curves(self.speeds), self._curves.derivative()(self.speeds)
+            count = len(self.speeds)
+            table = np.column_stack((self.speeds, values.reshape(count, 72), slopes.reshape(count, 72))).ravel()
+        head = (AXES.index(self.axis), len(self.ends), 0 if self.speeds is None else len(self.speeds))
+        constants = np.concatenate((head, table)).astype(float)
+        return LoadKernel(bearing, constants, bearing, None if self.speeds is None else watch_bearing)
