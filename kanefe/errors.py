@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+from types import FrameType
+
+INSIDE = {"kanefe", "kanefe_fem", "functools", "scipy"}
+"""Packages whose lines no warning points to: ours, and what calls functions of ours for us."""
+
 
 class KanefeError(Exception):
     """Base of every error that kanefe raises on purpose."""
@@ -57,3 +63,12 @@ class MissingDependency(KanefeError, ImportError):
         self.package = package
         self.needed_by = needed_by
         self.remedy = remedy
+
+
+def outside() -> int:
+    """Return the `stacklevel` by which a warning points to the line of the user, however many calls lie between."""
+    frame: FrameType | None = sys._getframe(1)
+    level = 1
+    while frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] in INSIDE:
+        frame, level = frame.f_back, level + 1
+    return level

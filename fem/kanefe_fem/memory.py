@@ -5,6 +5,8 @@ from __future__ import annotations
 import warnings
 from pathlib import Path
 
+from kanefe.errors import outside
+
 SHARE = 0.9
 """Part of the free memory that a factorisation may take without a warning."""
 
@@ -46,5 +48,5 @@ def warn_of_memory(unknowns: int, needed: float, free: float) -> None:
         "GB are free: the machine may slow down to a crawl, or end the process. Remedy: a coarser mesh where stresses "
         "do not matter, order=1 there, a substructure for each part, or a larger machine",
         MemoryWarning,
-        stacklevel=2,
+        stacklevel=outside(),
     )

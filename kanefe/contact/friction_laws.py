@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.shape import direction
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.loads.falling_friction import slip_speed
 
 
+@checked("torsional", "rolling")
 @dataclass(frozen=True)
 class Coulomb:
     """Dry friction: a point that sticks hangs on a spring and damper from its anchor, which moves only when it slips.

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.dispersion import wave_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
@@ -121,6 +122,7 @@ class MotionRao:
         steps = np.diff(headings, append=headings[0] + 360.0)
         return float(np.sort(steps)[-2]) if len(steps) > 1 else 0.0
 
+    @checked
     def at(self, omega: Vector, heading_deg: Vector | float, speed: float) -> np.ndarray:
         """Return the responses at wave frequencies and headings, shape (n, 6).
 
@@ -149,6 +151,7 @@ class MotionRao:
         near, far = ((1.0 - x) * values[k, i] + x * values[k, i + 1] for k in (j, j + 1))
         return np.asarray((1.0 - y) * near + y * far)
 
+    @checked
     def with_wave_at(self, x: float, y: float) -> MotionRao:
         """Return the same where the wave had been told at a point (m, ship axes, from the reference point)."""
         beta = np.radians(self.headings_deg)

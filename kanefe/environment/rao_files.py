@@ -7,6 +7,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
+from kanefe.arguments import checked
 from kanefe.environment.rao import MotionRao
 from kanefe.environment.rao_checks import check_long_waves
 from kanefe.environment.rao_table import read_table
@@ -23,6 +24,7 @@ READERS = {
 """By suffix: the reader, and what it must or may be told."""
 
 
+@checked("wave_at", "symmetric")
 def read_rao(
     path: Any, *, wave_at: tuple[float, float] = (0.0, 0.0), symmetric: bool | None = None, **said: Any
 ) -> MotionRao:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.directional import DirectionalTable, of_compass
 from kanefe.environment.dispersion import wave_number
@@ -280,6 +281,7 @@ class Sea:
         low, high = self.spectrum.usual_range if self.frequency_range is None else self.frequency_range
         return float(low), float(high)
 
+    @checked
     def kept(self, order: int = 0) -> float:
         """Return the share of a moment of the spectrum that the range of frequencies keeps: 0 heights, 2 velocities."""
         return self.spectrum.moment(order, *self.range) / self.spectrum.moment(order)
@@ -316,6 +318,7 @@ class Sea:
             omega, wave_number(omega, self.depth, self.gravity), np.sqrt(power), 2.0 * math.pi * phases, direction
         )
 
+    @checked("x", "y")
     def elevation(self, times: Sequence[float] | Vector, x: float = 0.0, y: float = 0.0) -> Vector:
         """Return the height of the surface at a place, m; x points where the main waves go, y to the left of it, m."""
         w, t = self.waves, numbers(times)

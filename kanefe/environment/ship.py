@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
 from kanefe.environment.directional import DirectionalTable
@@ -24,7 +25,7 @@ from kanefe.environment.roll_damping import RollDamping
 from kanefe.environment.sea import Sea
 from kanefe.environment.spectra import gauss
 from kanefe.environment.spreading import Spreading
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector, shaped_numbers
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ class Ship:
                 f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
                 "an RAO of that depth; of waves that are shorter than twice both depths it is the same",
                 AccuracyWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
         left = self.left_out
         if max(left.values(), default=0.0) > TOLD:
@@ -123,7 +124,7 @@ class Ship:
                 f"motions in the plane slower than {self.slowest_hz:g} Hz are left out; of the variance it is {said}. "
                 "Remedy: slowest_hz=0 to keep them",
                 AccuracyWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
 
     @classmethod
@@ -167,6 +168,7 @@ class Ship:
             rao = damped(rao, damping, sea.gravity)
         return cls(rao, sea, speed, heading_deg, slowest_hz)
 
+    @checked("rotations")
     def at(
         self,
         point: Sequence[float] | Vector,
@@ -219,10 +221,12 @@ class Ship:
         response = self._filtered(self.rao.at(waves.frequency, headings, self.speed), met)
         return Harmonics(met, response * (waves.amplitude * np.exp(1j * waves.phase))[:, None])
 
+    @checked
     def motions(self, times: Sequence[float] | Vector) -> np.ndarray:
         """Return surge to yaw, with rates and accelerations, at times in s, without ramp, (times, 3, 6), m and rad."""
         return self.harmonics.at(np.atleast_1d(np.asarray(times, dtype=float)))
 
+    @checked
     def response_spectra(self, omega: Sequence[float] | Vector) -> np.ndarray:
         """Return the spectra of surge to yaw over *wave* frequency (rad/s), shape (n, 6), m2 s/rad and rad2 s/rad.
 
@@ -254,6 +258,7 @@ class Ship:
         shares = np.divide(slow, whole, out=np.zeros(len(whole)), where=whole > 0.0)
         return {NAMES[k]: float(share) for k, share in zip(HORIZONTAL, shares, strict=True)}
 
+    @checked
     def plot_rao(self, path: str | Path | None = None) -> Figure:
         """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
 

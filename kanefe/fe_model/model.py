@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.storage.scipy_later import sp
 
@@ -186,6 +187,7 @@ class FiniteElementModel:
         """Number of degrees of freedom of the nodes, the first ones."""
         return len(self.nodes) * len(self.components)
 
+    @checked
     def rigid_modes(self, about: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return the motions of the nodes under unit rigid motions, shape (N, 6).
 
@@ -201,6 +203,7 @@ class FiniteElementModel:
         kept = norms > 1e-12 * norms.max()
         return R[:, kept] / norms[kept], np.flatnonzero(kept)
 
+    @checked
     def group(self, name: str) -> NodeGroup:
         """Return the named group of nodes.
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.status import RunStatus
@@ -18,6 +19,7 @@ from kanefe.tree.scene_state import SceneState
 DIRECTIONS = (-1, 0, 1)
 
 
+@checked("direction", "terminal")
 @dataclass(frozen=True, eq=False)
 class Event:
     """A moment at which a function of the state passes zero.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.equations.forces_at import seen
-from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning
+from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.contact_changes import taken
@@ -383,4 +383,6 @@ class RunLoop:
             except FileError as error:
                 if is_first:
                     raise
-                warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=5)
+                warnings.warn(
+                    f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=outside()
+                )

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross, numbers
 from kanefe.joints.base import OneCoordinateJoint, axis_direction
@@ -39,6 +40,7 @@ LEAST_ACROSS = 1e-2
 """Sine of the smallest angle between the curve and what is up, at which the frame may still turn fast but does turn."""
 
 
+@checked("closed")
 @dataclass(frozen=True, eq=False)
 class PointOnCurve(OneCoordinateJoint):
     """A point that slides on a curve through given points, fixed in the parent.

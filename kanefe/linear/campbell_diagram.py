@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
@@ -90,6 +91,7 @@ class Campbell:
         pairs = zip(self.eigenvalues, self.modes, strict=True)
         return np.array([values.real > growth_noise(values, m.eigenvalues) for values, m in pairs])
 
+    @checked
     def critical_speeds(self, order: float = 1.0) -> list[tuple[float, int]]:
         """Return the speeds (rad/s) at which a mode has `order` times the frequency of rotation, with its column.
 
@@ -112,6 +114,7 @@ class Campbell:
                     found.append((float(x + (y - x) * a / (a - b)), j))
         return sorted(found)
 
+    @checked
     def plot(self, path: str | Path | None = None, *, orders: Sequence[float] = (1.0,)) -> Figure:
         """Draw frequencies and damping over the speed, and write the picture to `path` if given.
 
@@ -154,6 +157,7 @@ class Campbell:
         return [f"mode {j + 1}{f' ({name})' if several else ''}" for j, name in enumerate(leading)]
 
 
+@checked
 def campbell(
     build: Callable[[float], Freezable | Model],
     speeds: Sequence[float] | np.ndarray,

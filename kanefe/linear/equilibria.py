@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning
 from kanefe.frames import Vector, numbers
@@ -119,6 +120,7 @@ class Equilibrium(Instant):
             lines.append(f"  contact {name}: carries {carrying[name]:.6g} N{how}{rubs}")
         return lines
 
+    @checked
     def linearise(self, *, inputs: Named | None = None, outputs: Named | None = None) -> Linearisation:
         """Linearise about this state: see `kanefe.linearise`."""
         from kanefe.linear.linearisation import linearised
@@ -126,6 +128,7 @@ class Equilibrium(Instant):
         return linearised(self.model, self.time, self.state, inputs, outputs)
 
 
+@checked
 def equilibrium(
     scene: Freezable | Model,
     *,

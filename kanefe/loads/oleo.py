@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, shaped_numbers
 from kanefe.loads.base import Action, End, Load, LoadKernel, Tangent
@@ -18,6 +19,7 @@ ATMOSPHERE = 101325.0
 """Pressure around the strut, Pa."""
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Oleo(Load):
     """The forces in a telescopic strut with gas and oil, which push its two ends apart along their line.
@@ -104,6 +106,7 @@ class Oleo(Load):
             raise ModelError(f"exponent of {label} must be 1 (slow) or above, not {self.exponent!r}")
 
     @staticmethod
+    @checked("density", "area", "orifice", "discharge")
     def orifice_coefficient(*, density: float, area: float, orifice: float, discharge: float = 0.7) -> float:
         """Return c of oil that a piston presses through a hole, ``rho A^3 / (2 (Cd Ao)^2)``, N s2/m2.
 

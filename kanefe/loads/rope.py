@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
@@ -41,6 +42,7 @@ def path_over(label: str, t: float, ends: Sequence[End]) -> Path:
     return Path(length, float(sum(g @ end.v for g, end in zip(gradient, ends, strict=True))), gradient)
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Rope(Load):
     """A rope without mass from the first end over points on which it slides without friction to the last.

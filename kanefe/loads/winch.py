@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
@@ -16,6 +17,7 @@ from kanefe.loads.periodic_load import checked_history
 from kanefe.loads.rope import Path, path_over
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Winch(Load):
     """A cable from a winch at the first end over points to the last, held at a tension by what the winch pays out.

@@ -55,7 +55,7 @@ def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most:
         Where neither is given.
     """
     if fps is not None and every is not None:
-        raise ModelError("give fps= or every=, not both")
+        raise ModelError("both fps= and every= are given. Remedy: one of them")
     if fps is not None:
         if not (isinstance(fps, (int, float)) and math.isfinite(fps) and fps > 0):
             raise ModelError(f"fps must be above zero, not {fps!r}")

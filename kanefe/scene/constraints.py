@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
@@ -109,6 +110,7 @@ class ConstraintMethods(Scene):
             Constraint(name, "distance", (DistanceRow("distance", *ends, size),), *ends, (), starts_on)
         )
 
+    @checked("constant")
     def add_gear(
         self,
         name: str,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.scene.scene import Scene
 from kanefe.scene.targets import Named, Target, asked_for, axes_of, joint_entry, target_of
@@ -40,6 +41,7 @@ ELSEWHERE = {
 class ControllerMethods(Scene):
     """The part of `System` that adds controllers."""
 
+    @checked("every", "reads", "drives", "delay")
     def add_controller(
         self,
         name: str,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.functions import Constant, callback
@@ -21,6 +22,7 @@ VectorLoad = Callable[..., Any] | Sequence[float]
 class FieldLoadMethods(Scene):
     """The part of `System` that adds distributed loads."""
 
+    @checked("surface", "follows")
     def add_traction(
         self, member: FlexibleMember, surface: str, traction: VectorLoad, *, follows: bool = False
     ) -> None:
@@ -87,6 +89,7 @@ class FieldLoadMethods(Scene):
         function, takes = _vector(load, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
+    @checked("surface")
     def add_pressure(self, member: FlexibleMember, surface: str, pressure: Callable[..., Any] | float) -> None:
         """Apply a uniform pressure to the outside of a surface of a flexible body.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.base import Load
@@ -63,6 +64,7 @@ class LoadMethods(Scene):
         ]
         self._loads.append(load.with_ends(tuple(markers)))
 
+    @checked("follows")
     def add_force(
         self, target: Frame, force: LoadValue, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
     ) -> None:
@@ -98,6 +100,7 @@ class LoadMethods(Scene):
         where = target.at + target.axes @ three(point, f"point of {label}")
         entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
 
+    @checked("follows")
     def add_torque(self, target: Frame, torque: LoadValue, *, follows: bool = False) -> None:
         """Apply a torque.
 
@@ -129,6 +132,7 @@ class LoadMethods(Scene):
         load = _point_load(label, torque, True, np.zeros(3), follows, target)
         entry.loads.append((load, target.interface_frame))
 
+    @checked("coordinate")
     def add_motor(self, body: Frame, force: LoadValue, *, coordinate: int = 0) -> None:
         """Apply the force of a motor along a coordinate of a body's joint: on the body and, reversed, on its parent.
 
@@ -184,6 +188,7 @@ class LoadMethods(Scene):
         value = float(constant)
         entry.joint_loads.append(JointLoad(label, Constant(value), coordinate))
 
+    @checked("name")
     def add_spring(
         self,
         name: str,
@@ -242,6 +247,7 @@ class LoadMethods(Scene):
             raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or force")
         self._loads.append(SpringDamper(name, ends, k, c, float(rest), lengths, forces, function))
 
+    @checked("name")
     def add_bushing(
         self,
         name: str,
@@ -305,7 +311,7 @@ class LoadMethods(Scene):
         """Return the label of a new load between frames; raise a ModelError if its name is none or taken."""
         label = f"{kind} {name!r}"
         self._check_open(label)
-        if not name or not isinstance(name, str):
+        if not isinstance(name, str) or not name:
             raise ModelError(f"the name of a {kind} must be a text, not {name!r}")
         taken = next((other for other in self._loads if other.name == name), None)
         if taken is not None:

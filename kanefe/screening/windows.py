@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.contact import Contact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.equations.model import Model
@@ -59,6 +60,7 @@ GRAZING = 1e-6
 """Of what an event looks at, at rest: what passes by less only grazes."""
 
 
+@checked("spacing")
 def screen(
     scene: Freezable,
     duration: float | tuple[float, float],

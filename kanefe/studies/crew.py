@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, rotation_matrix, shaped_numbers
 from kanefe.result import Result
@@ -60,6 +61,7 @@ class Interruptions:
         return felt, result.times[shown]
 
 
+@checked
 def interruptions(
     body: str,
     at: Sequence[float] = (0.0, 0.0, 0.0),

@@ -14,6 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 
 LEAST = 3
@@ -73,10 +74,12 @@ class GumbelFit:
         """The expected maximum."""
         return self.location + float(np.euler_gamma) * self.scale
 
+    @checked
     def quantile(self, probability: float) -> float:
         """Return the value below which a maximum stays with some probability."""
         return self.location + self.scale * _reduced(probability)
 
+    @checked
     def quantile_band(self, probability: float, band: float = 0.9) -> tuple[float, float]:
         """Return the confidence band of a quantile."""
         mu, sigma = _fits_of_standard(self.count)
@@ -84,10 +87,12 @@ class GumbelFit:
         low, high = np.quantile(pivot, _ends(band))
         return self.location + self.scale * float(low), self.location + self.scale * float(high)
 
+    @checked
     def exceedance(self, limit: float) -> float:
         """Return the probability that a maximum is above a limit."""
         return float(-np.expm1(-np.exp(-(limit - self.location) / self.scale)))
 
+    @checked
     def exceedance_band(self, limit: float, band: float = 0.9) -> tuple[float, float]:
         """Return the confidence band of that probability."""
         mu, sigma = _fits_of_standard(self.count)

@@ -14,7 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kanefe.errors import ModelError, SimulationWarning
+from kanefe.arguments import checked
+from kanefe.errors import ModelError, SimulationWarning, outside
 from kanefe.integrate.options import RunOptions
 from kanefe.storage.digest import Unhashable, digest_of_functions, installed_versions
 from kanefe.studies.cases import Cases, cases_of, key_of
@@ -34,6 +35,7 @@ OPTIONS = ("build", "outputs", "table", "duration", "rtol", "simulate")
 """Arguments of `Study` that no parameter can be called."""
 
 
+@checked("duration", "rtol", "simulate")
 class Study:
     """One scene many times, over parameters; what comes out is a table.
 
@@ -111,6 +113,7 @@ class Study:
             ) from error
 
     @classmethod
+    @checked("sampling_seed", "duration", "rtol", "simulate")
     def sampled(
         cls,
         build: Callable[..., Any],
@@ -162,6 +165,7 @@ class Study:
         """Return the number of cases."""
         return len(self.cases)
 
+    @checked("store", "workers", "retry_failed", "progress")
     def run(
         self,
         executor: Any = "processes",
@@ -245,10 +249,12 @@ class Study:
         where.check_same(self._header())
         return StudyTable(where.folder, study=self)
 
+    @checked
     def key(self, number: int) -> str:
         """Return the key of a case: the same in all studies that would run it in the same way."""
         return key_of(self._identity, self.cases[number])
 
+    @checked("parameters")
     def result(self, parameters: Mapping[str, Any]) -> Result:
         """Run the case of some parameters in this process, and return all that it tells.
 
@@ -285,7 +291,7 @@ class Study:
                         "the study was stopped by Ctrl-C; what is done is in its table. Remedy: run it again with "
                         "store=, to go on",
                         SimulationWarning,
-                        stacklevel=3,
+                        stacklevel=outside(),
                     )
                 except BaseException:
                     pool.abandon()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.studies.cases import Cases, key_of, plain
 from kanefe.studies.store import Store
@@ -31,6 +32,7 @@ class RunsCases(Protocol):
         ...
 
 
+@checked("store")
 class StudyTable:
     """What came of a study: a row a case, in the order of the cases, read from its store whenever it is asked for.
 

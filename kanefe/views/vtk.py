@@ -60,7 +60,7 @@ def write_series(
     A body without mass is not shown. Contacts share one more: points with force, normal force, slip and status.
     """
     target = Path(path)
-    if target.suffix.lower() not in ("", ".pvd"):
+    if not target.name or target.suffix.lower() not in ("", ".pvd"):
         raise ModelError(f"cannot write a series to {target}: its name must end in .pvd")
     if not math.isfinite(scale):
         raise ModelError(f"scale of the displacements must be finite, not {scale!r}")

@@ -18,6 +18,7 @@ import numpy as np
 import scipy
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
 from kanefe_fem.beams import elements as be
@@ -38,6 +39,7 @@ Theory = Literal["timoshenko", "euler-bernoulli"]
 ENDS: Groups = {"root": 0, "tip": -1}
 
 
+@checked
 def beam_model(
     nodes: np.ndarray | Sequence[Sequence[float]],
     elements: np.ndarray | Sequence[Sequence[int]],
@@ -154,6 +156,7 @@ def beam_model(
     )
 
 
+@checked
 def straight_beam(
     length: float,
     section: BeamSection,
@@ -221,6 +224,7 @@ def straight_beam(
     )
 
 
+@checked
 def beam_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, Any],

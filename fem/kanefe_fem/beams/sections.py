@@ -19,12 +19,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import shaped_numbers
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 from kanefe_fem.beams.section_shapes import box_shear_factor, box_torsion, circle, rectangle, rectangle_torsion
 
 if TYPE_CHECKING:
     from kanefe_fem.beams.stiffness_section import StiffnessSection
+
+
+LARGEST = 1e60
+"""Of a number of a section: fourth powers of lengths stay within the range of floats."""
 
 
 @dataclass(frozen=True)
@@ -89,9 +95,9 @@ class CrossSection(BeamSection):
     def _require_positive(self, *names: str) -> None:
         for name in names:
             value = getattr(self, name)
-            if isinstance(value, bool) or not hasattr(value, "__float__") or not 0.0 < float(value) < math.inf:
+            if not 0.0 < shaped_numbers(value, (), f"{name} of {type(self).__name__}") < LARGEST:
                 raise ModelError(
-                    f"{type(self).__name__}: {name} = {value!r} must be a positive, finite number. "
+                    f"{type(self).__name__}: {name} = {value!r} must be a positive number below {LARGEST:g}. "
                     "Remedy: give it in SI units"
                 )
 
@@ -102,6 +108,7 @@ class CrossSection(BeamSection):
             )
 
 
+@checked
 @dataclass(frozen=True)
 class Section(CrossSection):
     """Section given by its numbers.
@@ -140,6 +147,7 @@ class Section(CrossSection):
                 )
 
     @classmethod
+    @checked
     def from_stiffness(
         cls,
         *,
@@ -201,6 +209,7 @@ class Section(CrossSection):
         return StiffnessSection.of(numbers, stiffness, rho_A, rho_I, centre_of_mass, mass)
 
 
+@checked
 @dataclass(frozen=True)
 class SolidCircle(CrossSection):
     """Solid round bar, by its diameter.
@@ -238,6 +247,7 @@ class SolidCircle(CrossSection):
         return circle(self.diameter)
 
 
+@checked
 @dataclass(frozen=True)
 class Tube(CrossSection):
     """Round tube.
@@ -287,6 +297,7 @@ class Tube(CrossSection):
         return circle(self.outer_diameter)
 
 
+@checked
 @dataclass(frozen=True)
 class Rectangle(CrossSection):
     """Solid rectangle. A planar model bends in its plane, across the `width`.
@@ -324,6 +335,7 @@ class Rectangle(CrossSection):
         return rectangle(self.width, self.height)
 
 
+@checked
 @dataclass(frozen=True)
 class Box(CrossSection):
     """Rectangular hollow section of one wall thickness, with sharp corners.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe_fem.materials.oriented import SolidMaterial, axes_at_angle
 from kanefe_fem.materials.voigt import IN_PLANE, check_numbers, rotated
@@ -15,6 +16,7 @@ ACROSS = (2, 3, 4)
 """Places of the stresses zz, yz, xz that act between plies."""
 
 
+@checked
 @dataclass(frozen=True)
 class Ply:
     """One layer of a laminate.
@@ -49,6 +51,7 @@ class Ply:
         object.__setattr__(self, "angle", float(self.angle))
 
 
+@checked
 @dataclass(frozen=True)
 class Laminate:
     """Stack of bonded plies as one homogeneous material, axis 3 across the plies.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, outside
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.fe_model.shapes import kind_of_order, measures, shape
 from kanefe_fem.materials import voigt
@@ -191,7 +191,7 @@ def _warn_of_locking(name: str, material: SolidMaterial, order: int) -> None:
     else:
         return
     kind = "nu" if isinstance(material, Material) else "its average Poisson ratio"
-    warnings.warn(f"group {name!r}: {kind} = {nu:.6g} {problem}. {remedy}", AccuracyWarning, stacklevel=4)
+    warnings.warn(f"group {name!r}: {kind} = {nu:.6g} {problem}. {remedy}", AccuracyWarning, stacklevel=outside())
 
 
 def _refuse_unknown(mesh: Mesh, name: Any, what: str) -> None:

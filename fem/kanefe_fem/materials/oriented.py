@@ -9,6 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe_fem.materials.voigt import rotated
 
@@ -39,6 +40,7 @@ class SolidMaterial(Protocol):
         """Return what makes the material (json-able)."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Oriented:
     """A material whose axes 1, 2, 3 are not those of the mesh.
@@ -179,6 +181,7 @@ class PositionAxes:
 _NAMES = {"cylindrical": ("outward", "around", "along"), "spherical": ("outward", "around", "north")}
 
 
+@checked
 def cylindrical_axes(
     origin: Vector = (0.0, 0.0, 0.0), axis: Vector = (0.0, 0.0, 1.0), first: str = "outward"
 ) -> PositionAxes:
@@ -202,6 +205,7 @@ def cylindrical_axes(
     return _position_axes("cylindrical", origin, axis, first)
 
 
+@checked
 def spherical_axes(
     origin: Vector = (0.0, 0.0, 0.0), pole: Vector = (0.0, 0.0, 1.0), first: str = "outward"
 ) -> PositionAxes:
@@ -224,6 +228,7 @@ def spherical_axes(
     return _position_axes("spherical", origin, pole, first)
 
 
+@checked
 def axes_at_angle(angle: float, axis: Vector = (0.0, 0.0, 1.0), along: Vector = (1.0, 0.0, 0.0)) -> np.ndarray:
     """Return axes with 3 along `axis` and 1 turned about it by an angle from `along`, shape (3, 3).
 

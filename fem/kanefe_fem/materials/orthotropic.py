@@ -6,10 +6,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe_fem.materials.voigt import check_density, check_numbers, check_stiffness
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Orthotropic:
     """Orthotropic linear elastic material, in its own axes 1, 2, 3 (see `kanefe_fem.Oriented`).
@@ -83,6 +85,7 @@ class Orthotropic:
             )
 
     @classmethod
+    @checked
     def transversely_isotropic(
         cls, *, E1: float, E2: float, nu12: float, nu23: float, G12: float, rho: float, name: str | None = None
     ) -> Orthotropic:
@@ -100,7 +103,10 @@ class Orthotropic:
             Density in kg/m3.
         name : str, optional
         """
-        across = check_numbers(f"material {name!r}" if name else "material", ("E2",), (E2,), "moduli in Pa")[0]
+        label = f"material {name!r}" if name else "material"
+        across = check_numbers(label, ("E2",), (E2,), "moduli in Pa")[0]
+        if nu23 <= -1.0:
+            raise ModelError(f"{label}: nu23 = {nu23!r} must be above -1. Remedy: Poisson's ratio across the fibres")
         return cls(
             E1=E1,
             E2=E2,
@@ -145,6 +151,7 @@ class Orthotropic:
         return f"material {self.name!r}" if self.name else "material"
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Anisotropic:
     """Linear elastic material given by its stiffness matrix.

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.voigt import PLACES, check_density, check_stiffness
@@ -18,6 +19,7 @@ REST = 1e-8
 """Stress at rest, and stiffness against rotation, that count as none (relative to the moduli)."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class UserEnergy:
     """Elastic material of a strain energy density W, linear about its reference state.

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.places import InCylinder, OnPlane, PlaceLike
@@ -21,6 +22,7 @@ _CORE = 0.55
 """Half-diagonal of the square in the middle of a round section, of its radius: no angle is far from a right one."""
 
 
+@checked
 def box_mesh(
     size: tuple[float, float, float],
     counts: tuple[int, int, int],
@@ -78,6 +80,7 @@ def box_mesh(
     return mesh.with_groups(places)
 
 
+@checked
 def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], start: Any = (0.0, 0.0)) -> Mesh:
     """Return the mesh of a rectangle in the x-y plane, for plane stress or strain.
 
@@ -127,6 +130,7 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     )
 
 
+@checked
 def cylinder_mesh(
     length: float, radius: float, counts: tuple[int, int, int], *, inner_radius: float = 0.0, order: Literal[1, 2] = 2
 ) -> Mesh:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.instants.instant import Instant
 from kanefe.results.reader import LARGEST_TABLE, Reader
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from kanefe_fem.recovery.section_forces import SectionForces
 
 
+@checked
 def recover(
     result: Reader | Instant,
     name: str,

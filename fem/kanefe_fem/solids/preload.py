@@ -18,9 +18,11 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.frames import numbers
 from kanefe_fem.lumped.mean_motion import mean_motion
 
 DENSE = 60
@@ -33,6 +35,7 @@ SLACK = 1e-6
 """A load this close to the one at which the body buckles counts as buckling it: its frequency means nothing."""
 
 
+@checked
 @dataclass(frozen=True)
 class Preload:
     """A static load case that a body is under.
@@ -316,10 +319,7 @@ def _held(name: str, given: Held) -> dict[str, float]:
 
 
 def _vector(label: str, value: Any, shapes: Sequence[tuple[int, ...]]) -> tuple[float, ...]:
-    try:
-        vector = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        vector = np.full(1, np.nan)
+    vector = numbers(value)
     if vector.shape not in shapes or not np.isfinite(vector).all():
         wanted = " or ".join(str(shape[0]) for shape in shapes)
         raise ModelError(f"preload: {label} is {value!r}. Remedy: {wanted} finite number(s), in SI units")
