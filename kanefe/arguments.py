@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import builtins
 import inspect
+import math
 import re
 import sys
 import types
 import typing
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from importlib import import_module
 from numbers import Real
 from os import PathLike
@@ -29,6 +30,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 MOST_LETTERS = 120
 """Of a value in a message."""
+
+LARGEST = sys.float_info.max
+"""Of the finite numbers."""
 
 
 def told(value: object) -> str:
@@ -84,9 +88,11 @@ def _guarded_thing(thing: Any, held: tuple[str, ...]) -> Any:
 
 
 def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) -> Callable[..., Any]:
+    asked = cache(partial(_kinds, function, held))
+
     @wraps(function)
     def guarded(*args: Any, **kwargs: Any) -> Any:
-        places, kinds = _kinds(function, held)
+        places, kinds = asked()
         for name, value in (*zip(places, args, strict=False), *kwargs.items()):
             kind = kinds.get(name)
             if kind is not None and not kind.holds(value):
@@ -120,14 +126,16 @@ class _Names(dict[str, Any]):
     def __missing__(self, name: str) -> object:
         if hasattr(builtins, name):
             return getattr(builtins, name)
-        source = inspect.getsource(self.module)
+        try:
+            source = inspect.getsource(self.module)
+        except OSError:  # a program that is shipped without sources
+            return Any
         found = re.search(rf"from (\S+) import (?:\([^)]*|[^(\n]*)\b{name}\b", source)
         if found is None:
             raise NameError(f"{self.module.__name__} has no name {name!r}, which a type hint uses")
         return getattr(import_module(found[1]), name)
 
 
-@cache
 def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, Kind | None]]:
     """Return the arguments of a function that may be given by place, and the kinds of all; None of what is not held."""
     places: list[str] = []
@@ -164,11 +172,18 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
     if hint is None or hint is type(None):
         return Kind("None", lambda value: value is None)
     if origin is Literal:
-        known = [(type(one), one) for one in inner]
-        return Kind(" or ".join(map(repr, inner)), lambda value: any((type(value), value) == one for one in known))
+        return Kind(" or ".join(map(repr, inner)), lambda value: any(_is_same(value, one) for one in inner))
     if hint is float:
         words = "a number" if may_be_infinite else "a finite number"
-        return Kind(words, lambda value: isinstance(value, (Real, np.ndarray)) and are_fine(value, 0))
+        most = math.inf if may_be_infinite else LARGEST
+        return Kind(
+            words,
+            lambda value: (
+                -most <= value <= most
+                if type(value) in {float, int}
+                else isinstance(value, (Real, np.ndarray)) and are_fine(value, 0)
+            ),
+        )
     if hint is int:
         return Kind("a whole number", _is_whole)
     if hint is bool:
@@ -183,17 +198,25 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
         return Kind("a path", lambda value: isinstance(value, PathLike))
     if isinstance(origin, type) and origin.__module__ in {"builtins", "collections.abc"} and inner:
         return _container(origin, [kind_of(one, may_be_infinite) for one in inner], inner, are_fine)
-    if (
-        hint is Any
-        or not isinstance(origin, type)
-        or (getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False))
-    ):
+    is_protocol = getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False)
+    if hint is Any or not isinstance(origin, type) or is_protocol:
         return Kind("anything", lambda _: True)
     article = "an" if origin.__name__[0] in "AEIO" else "a"
     return Kind(f"{article} {origin.__name__}", lambda value: isinstance(value, origin))
 
 
+def _is_same(value: object, one: object) -> bool:
+    """Return whether a value is one of a list: a text of any class of texts, a whole number of any kind."""
+    if isinstance(one, str):
+        return isinstance(value, str) and value == one
+    if isinstance(one, int) and not isinstance(one, bool):
+        return _is_whole(value) and value == one
+    return type(value) is type(one) and value == one
+
+
 def _is_whole(value: object) -> bool:
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and abs(int(value)) < 2**63
 
 
@@ -226,15 +249,13 @@ def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: 
     rows = typing.get_args(inner[0])
     if inner[0] is float or (rows and rows[0] in {int, float}):
         return Kind(words, lambda value: _is_listed(value) and are_fine(value, 2 if rows and len(value) else 1))
-    of_texts = inner[0] is str  # an array of them is compared entry by entry
-    return Kind(
-        words,
-        lambda value: (
-            _is_listed(value, origin)
-            and not (of_texts and isinstance(value, np.ndarray))
-            and all(map(kinds[0].holds, value))
-        ),
-    )
+
+    def are_all(value: object) -> bool:
+        if isinstance(value, np.ndarray) and value.dtype.kind in "iufUb":  # all of one kind: one stands for them
+            return inner[0] is not str and value.ndim > 0 and all(map(kinds[0].holds, value[:1]))
+        return _is_listed(value, origin) and all(map(kinds[0].holds, value))
+
+    return Kind(words, are_all)
 
 
 def _is_listed(value: object, origin: type = Sequence) -> bool:

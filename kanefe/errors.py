@@ -9,8 +9,18 @@ INSIDE = {"kanefe", "kanefe_fem", "functools", "scipy"}
 """Packages whose lines no warning points to: ours, and what calls functions of ours for us."""
 
 
+MOST_LETTERS = 2000
+"""Of a message that is shown: what was given may be a text or a list without end."""
+
+
 class KanefeError(Exception):
     """Base of every error that kanefe raises on purpose."""
+
+    def __str__(self) -> str:
+        """Return the message, without its middle where it is longer than a page."""
+        text = super().__str__()
+        half = MOST_LETTERS // 2 - 10
+        return text if len(text) <= MOST_LETTERS else f"{text[:half]} [...] {text[-half:]}"
 
 
 class ModelError(KanefeError, ValueError):

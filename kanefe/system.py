@@ -141,7 +141,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         self.is_frozen = True
         return model
 
-    @checked
+    @checked("start", "method", "output_times", "checkpoint", "resume", "most_steps", "progress")
     def simulate(
         self,
         t_span: tuple[float, float],

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.mesh_parts import check_parts
 from kanefe.contact.points import on_triangles, standing_for
 from kanefe.contact.shape import SurfaceShape, positive
@@ -76,6 +77,7 @@ class Mesh(SurfaceShape):
         object.__setattr__(self, "_table", _table_of(vertices, triangles))
 
     @classmethod
+    @checked
     def from_stl(cls, path: str | Path, scale: float = 1.0) -> Self:
         """Return the mesh of an STL file, binary or text.
 

@@ -108,7 +108,7 @@ class Ship:
         if abs(checked_number(self.heading_deg, "heading_deg of a ship")) > FULL_CIRCLE:
             raise ModelError(f"heading_deg of a ship must be -360 to 360 degrees, not {self.heading_deg!r}")
         for name in ("speed", "slowest_hz"):
-            checked_number(getattr(self, name), f"{name} of a ship", least=0.0)
+            object.__setattr__(self, name, checked_number(getattr(self, name), f"{name} of a ship", least=0.0))
         self._refuse_waves_outside()
         if self.rao.depth != self.sea.depth:
             warnings.warn(

@@ -123,6 +123,7 @@ class Interface:
                 )
             keep(self, "weights", _weights(self.weights))
 
+    @checked
     def group_names(self, name: str) -> tuple[str, ...]:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
         if self.groups is not None:

@@ -44,9 +44,7 @@ class NodalFormWarning(UserWarning):
 
 @checked(
     "components",
-    "groups",
     "cells",
-    "load_patterns",
     "geometric_stiffness",
     "stress_stiffness",
     "order",
@@ -165,6 +163,9 @@ def model_from_matrices(
         given = {name: K_g[by_node][:, by_node] for name, K_g in given.items()}
     elif order != "nodes":
         raise ModelError(f"order of the rows must be 'nodes' or 'components', not {order!r}")
+    for what, named in (("groups", groups), ("load_patterns", load_patterns)):
+        if named is not None and not isinstance(named, Mapping):
+            raise ModelError(f"{what} must be a dict by names, not {named!r}")
     model = FiniteElementModel(
         nodes=points,
         components=names,

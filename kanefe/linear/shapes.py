@@ -91,7 +91,7 @@ class Shapes(ABC):
         ``kf.buckling(scene).shown(0, size=0.1).to_vtk("buckled.pvd")``
         """
         self._check(mode)
-        if numbers(size).shape != () or not np.isfinite(size):
+        if numbers(size).shape != () or not np.isfinite(numbers(size)):
             raise ModelError(f"the size of a shape must be a finite number, not {size!r}")
         small = self._small
         model = small.model

@@ -25,7 +25,7 @@ SAME = 1e-9
 """Angles that differ by less are one, rad."""
 
 
-@checked("name")
+@checked("name", "is_symmetric")
 @dataclass(frozen=True, eq=False)
 class Aerodynamics(Load):
     """Forces and moments of the wind by a table over the angle from which it blows: of a fuselage, a crate, a sail.

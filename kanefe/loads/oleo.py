@@ -128,7 +128,10 @@ class Oleo(Load):
         for what, value in (("density", density), ("area", area), ("orifice", orifice), ("discharge", discharge)):
             if shaped_numbers(value, (), f"{what} of an orifice") <= 0.0:
                 raise ModelError(f"{what} of an orifice must be > 0, not {value!r}")
-        return density * area**3 / (2.0 * (discharge * orifice) ** 2)
+        through = float(discharge) * orifice
+        if not 0.0 < through**2 < math.inf:
+            raise ModelError(f"orifice times discharge must be an area in m2, not {through!r}")
+        return density * area**3 / (2.0 * through**2)
 
     @property
     def exchanges_energy(self) -> bool:

@@ -115,9 +115,10 @@ class Rope(Load):
             ("preload", self.preload, ">="),
             ("breaking_load", self.breaking_load, ">"),
         ):
-            number = numbers(0.0 if value is None else value)
-            is_right = number.shape == () and np.isfinite(number) and (number > 0 or (number == 0 and least == ">="))
-            if value is not None and not is_right:
+            if value is None and what not in {"axial_stiffness", "damping"}:
+                continue
+            number = numbers(value)
+            if not (number.shape == () and np.isfinite(number) and (number > 0 or (number == 0 and least == ">="))):
                 raise ModelError(f"{what} of {label} must be one number, finite and {least} 0, not {value!r}")
         if self.length is not None and self.preload is not None:
             raise ModelError(f"{label} has a length and a preload. Remedy: one of them, the other follows")

@@ -83,4 +83,5 @@ def check_count(method: str, modes: Any) -> None:
 
 def is_number(value: Any) -> bool:
     """Return whether a value is a real number in the range of floats."""
-    return isinstance(value, (int, float, np.integer, np.floating)) and not np.isnan(numbers(value))
+    given = numbers(value)
+    return given.shape == () and not np.isnan(given)

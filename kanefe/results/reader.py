@@ -243,6 +243,7 @@ class Reader:
         """
         return self.read("coupling_force", name, interface, of)
 
+    @checked
     def neighbours(self, name: str, interface: str) -> Neighbours:
         """Return the names of what acts at an interface, `unknown` and `known`: parts that `coupling_force` takes."""
         return self.body(name).neighbours[self._interface(self._flexible(name), "coupling_force", interface)]
@@ -455,6 +456,7 @@ class Reader:
             quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
         )
 
+    @checked
     def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.results.quantities` by its name; the methods above are the readable way.
 

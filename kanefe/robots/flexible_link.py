@@ -56,6 +56,10 @@ class FlexibleLink:
     orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
     interfaces: Mapping[str, str] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Refuse a pose that is none."""
+        _ = self.pose
+
     @property
     def pose(self) -> Pose:
         """Of G, seen from the frame of the link."""

@@ -77,7 +77,7 @@ def scene_of(
         If a body cannot be as the file has it, or what replaces a link does not fit.
     """
     scene = RobotScene(gravity)
-    replaced = _replaced(robot, flexible or {})
+    replaced = _replaced(robot, {} if flexible is None else flexible)
     _check_moving_masses(robot, replaced)
     for link in robot.links:
         _add_link(scene, link, replaced)

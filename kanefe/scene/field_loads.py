@@ -58,6 +58,7 @@ class FieldLoadMethods(Scene):
         function, takes = _vector(traction, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
+    @checked("line", "follows")
     def add_line_load(self, member: FlexibleMember, line: str, load: VectorLoad, *, follows: bool = False) -> None:
         """Apply a uniform load per length to a line of beams.
 

@@ -5,6 +5,7 @@ Where kanefe keeps what can be made again: compiled kernels and flexible bodies.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import stat
 import sys
@@ -49,7 +50,7 @@ def regular_file(
     FileError
         If it is not there, a folder, a device, a pipe or a socket, or larger than memory takes.
     """
-    path = Path(path)
+    path = possible_path(path)
     called = f"{path} {what}".rstrip()
     try:
         status = path.stat()
@@ -115,6 +116,23 @@ def usable_memory() -> float:
     return found
 
 
+def possible_path(path: str | Path) -> Path:
+    """Return the path of a file that may be there or be made.
+
+    Raises
+    ------
+    FileError
+        If it is no text or path, or no file can have the name: one with a zero in it, half a letter, or too long a one.
+    """
+    try:
+        possible = Path(path)
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+            possible.lstat()
+    except (OSError, ValueError, TypeError) as error:
+        raise FileError(f"no file can have the path {path!r}: {error}. Remedy: another name") from error
+    return possible
+
+
 def ready_path(path: str | Path) -> Path:
     """Return `path` with its folder made.
 
@@ -123,7 +141,7 @@ def ready_path(path: str | Path) -> Path:
     FileError
         If the folder cannot be made.
     """
-    path = Path(path)
+    path = possible_path(path)
     try:
         make_folder(path.parent)
     except OSError as error:
@@ -159,7 +177,7 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
     FileError
         If the folder cannot be written, or the disk is full; `path` is as it was before.
     """
-    path = ready_path(os.path.realpath(path))
+    path = ready_path(os.path.realpath(possible_path(path)))
     if path.exists() and not path.is_file():
         _write_through(path, write)
         return

@@ -16,6 +16,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 
 LEAST = 3
 """Maxima below which nothing is fitted."""
@@ -63,7 +64,7 @@ class GumbelFit:
         ModelError
             If they are fewer than three, not finite, or all equal.
         """
-        x = np.asarray(maxima, dtype=float).ravel()
+        x = numbers(maxima).ravel()
         if len(x) < LEAST or not np.isfinite(x).all() or np.ptp(x) <= 1e-12 * np.abs(x).max():
             raise ModelError(f"Gumbel's law needs {LEAST} finite maxima or more that are not all equal")
         location, scale = _fitted(x[None, :])

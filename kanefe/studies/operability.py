@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.studies.cells import Cell, cell_of
 
@@ -68,6 +69,7 @@ class Operability:
             found.append((cells[worst].parameters, list(self.cells)[worst], cells[worst].probability))
         return found
 
+    @checked
     def plot(
         self,
         angle: str | None = None,
@@ -120,6 +122,7 @@ class Operability:
 
         return report_of(self.limits, self.cells, self.band, self.about, self.governing(), self._pictures)
 
+    @checked
     def to_html(self, path: str | Path) -> Path:
         """Write the report as one HTML page that holds its pictures; errors as of `plot`."""
         return self.report().to_html(path)

@@ -237,6 +237,7 @@ class Study:
             self._run(where, left, executor, workers, most_seconds, progress)
         return table
 
+    @checked("store")
     def table(self, store: str | Path) -> StudyTable:
         """Return the table of a store of this study, also while it runs.
 

@@ -108,6 +108,7 @@ class StudyTable:
         last = {row["key"]: row["status"] for row in self._store.rows()}
         return ((key, status) for key, status in last.items() if key in self._numbers)
 
+    @checked
     def column(self, name: str) -> np.ndarray:
         """Return a column, of the cases that are done; not a number where a case has no value.
 
@@ -184,6 +185,7 @@ class StudyTable:
             )
         return self._study.result(self.cases[number])
 
+    @checked
     def save(self, path: str | Path) -> Path:
         """Write the table to one file: .csv, .h5 (HDF5), or .parquet (which needs pandas and pyarrow).
 
@@ -196,6 +198,7 @@ class StudyTable:
 
         return save_table(self.lists(), self.header, path)
 
+    @checked("over", "band")
     def operability(
         self, limit: float | Mapping[str, float], *, over: str | tuple[str, ...] = "seed", band: float = 0.9
     ) -> Operability:

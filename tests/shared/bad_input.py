@@ -11,6 +11,7 @@ import inspect
 import io
 import itertools
 import json
+import math
 import os
 import random
 import re
@@ -21,9 +22,13 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from types import FunctionType, MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 
 import kanefe as kf
 
@@ -31,59 +36,159 @@ NAN, INF = float("nan"), float("inf")
 MOST_SECONDS = 20
 """Of one call; the good ones take below one."""
 
-MOST_MEMORY = 8 * 2**30
+MOST_MEMORY = 4 * 2**30
 """Of the process, bytes: what has no end becomes a MemoryError."""
 
 
 class Bad(NamedTuple):
-    """A bad value: how it is made, and a pattern of the hints that it may fit."""
+    """A bad value: how it is made of the good one, and a pattern of the hints that it may fit."""
 
-    make: Callable[[], Any]
+    make: Callable[[Any], Any]
     fits: str
 
 
 ANY = r"\b(Any|object)\b"
-ARRAY = rf"{ANY}|Sequence|tuple|array|Vector|Matrix|Collection"
+NUMBER = rf"{ANY}|float|Load|Vector|Law|Quantity|Damping|Friction"
+WHOLE = rf"{NUMBER}|int\b|Target|Nodes"
+SEVERAL = (
+    rf"{ANY}|Sequence|array|Vector|Matrix|Collection|Orientation|Frames|Nodes|Iterable|Target|Mapping|Groups|Named"
+)
+TEXT = rf"{ANY}|str|Path|Literal|Named|Nodes|Target|PlaceLike|Units|Kind|Order|Quantity"
+CALLABLE = rf"{ANY}|Callable|type|PlaceLike|Axes|Load|Quantity|Field|Function|Factorise|Law|progress"
+
+
+def is_numeric(good: Any) -> bool:
+    """Return whether a good value is a number, or an array or sequence of numbers."""
+    with contextlib.suppress(TypeError, ValueError):
+        return not isinstance(good, (str, bytes, bool, set, dict)) and np.asarray(good).dtype.kind in "fiu"
+    return False
+
+
+def changed(change: Callable[[np.ndarray], Any]) -> Callable[[Any], Any]:
+    """Return a maker of a bad value from the numbers of a good one; where that has none, of three."""
+    return lambda good: change(np.array(good if is_numeric(good) else (1.0, 2.0, 3.0), dtype=float))
+
+
+def one_nan(numbers: np.ndarray) -> Any:
+    numbers.flat[-1:] = NAN
+    return numbers if numbers.ndim else float(numbers)
+
+
+def deep(_: Any) -> Any:
+    made: Any = 1.0
+    for _level in range(100):
+        made = [made]
+    return made
+
+
+def no_end(_: Any) -> Any:
+    made: list[Any] = [1.0]
+    made.append(made)
+    return made
+
+
+def wrong(*_: Any, **__: Any) -> str:
+    """Return what no function of numbers returns."""
+    return "wrong"
+
+
+def fifo(_: Any) -> str:
+    with contextlib.suppress(FileExistsError):
+        os.mkfifo("fifo")
+    return "fifo"
+
+
 BAD = {
-    "NaN": Bad(lambda: NAN, ANY),
-    "inf": Bad(lambda: INF, ANY),
-    "-inf": Bad(lambda: -INF, ANY),
-    "complex": Bad(lambda: 1j, ANY),
-    "huge whole": Bad(lambda: 10**400, ANY),
-    "huge": Bad(lambda: 1e300, r"."),
-    "tiny": Bad(lambda: 1e-300, r"."),
-    "negative": Bad(lambda: -1.0, r"."),
-    "zero": Bad(lambda: 0, r"."),
-    "fraction": Bad(lambda: 1.5, rf"{ANY}|float|\bLoadValue|VectorLoad"),
-    "True": Bad(lambda: True, rf"{ANY}|bool|int\b"),
-    "None": Bad(lambda: None, rf"{ANY}|None|Optional"),
-    "text": Bad(lambda: "nonsense", rf"{ANY}|str|Path|Literal|Named|Nodes|Target|PlaceLike|Units|Kind|Order|Quantity"),
-    "number in text": Bad(
-        lambda: "1.0", rf"{ANY}|str|Path|Literal|Named|Nodes|Target|PlaceLike|Units|Kind|Order|Quantity"
-    ),
-    "no text": Bad(lambda: "", rf"{ANY}|str|Path|Literal|Named|Units|Target"),
-    "bytes": Bad(lambda: b"x", ANY),
-    "object": Bad(object, ANY),
-    "class": Bad(lambda: int, rf"{ANY}|Callable|type|PlaceLike|Axes|LoadValue|VectorLoad|Quantity|Field|Function"),
-    "generator": Bad(lambda: (x for x in (1.0, 2.0, 3.0)), rf"{ANY}|Iterable|Iterator"),
-    "endless": Bad(itertools.count, rf"{ANY}|Iterable|Iterator"),
-    "empty list": Bad(list, r"."),
-    "mapping": Bad(lambda: {"a": "b"}, rf"{ANY}|Mapping|dict"),
-    "set": Bad(lambda: {"a"}, rf"{ANY}|Set|Collection|Iterable"),
-    "texts": Bad(lambda: ["a", "b"], rf"{ANY}|str|Literal|Named|Kind|Sequence\[Load\]"),
-    "three axes": Bad(lambda: np.zeros((2, 3, 4)), rf"{ANY}"),
-    "array of NaN": Bad(lambda: np.full(3, NAN), ANY),
-    "array of complex": Bad(lambda: np.array([1j, 0, 0]), ANY),
-    "array of objects": Bad(lambda: np.array([None, object(), 1]), ANY),
-    "array of texts": Bad(lambda: np.array(["1", "2", "3"]), rf"{ANY}|str|Load\b"),
-    "seven numbers": Bad(lambda: [1.0] * 7, rf"{ARRAY}|VectorLoad|Orientation|Frames|Nodes"),
-    "ragged": Bad(lambda: [[1.0], [1.0, 2.0]], ANY),
-    "function": Bad(lambda: len, rf"{ANY}|Callable|Load|PlaceLike|Field|Axes|Function|Factorise|Law|progress"),
+    "NaN": Bad(lambda _: NAN, ANY),
+    "one NaN": Bad(changed(one_nan), ANY),
+    "inf": Bad(lambda _: INF, ANY),
+    "-inf": Bad(lambda _: -INF, ANY),
+    "complex": Bad(lambda _: 1j, ANY),
+    "huge whole": Bad(lambda _: 10**400, ANY),
+    "many": Bad(lambda _: 10**9, WHOLE),
+    "huge": Bad(lambda _: 1e300, NUMBER),
+    "tiny": Bad(lambda _: 1e-300, NUMBER),
+    "negative": Bad(lambda _: -1.0, NUMBER),
+    "minus one": Bad(lambda _: -1, WHOLE),
+    "zero": Bad(lambda _: 0, WHOLE),
+    "fraction": Bad(lambda _: 1.5, NUMBER),
+    "True": Bad(lambda _: True, rf"{ANY}|bool"),
+    "None": Bad(lambda _: None, rf"{ANY}|None|Optional"),
+    "text": Bad(lambda _: "nonsense", TEXT),
+    "number in text": Bad(lambda _: "1.0", TEXT),
+    "good in text": Bad(lambda good: f"{good} ", TEXT),
+    "no text": Bad(lambda _: "", TEXT),
+    "text without end": Bad(lambda _: "a" * 100_000, TEXT),
+    "zero byte": Bad(lambda _: "a\0b", TEXT),
+    "half a letter": Bad(lambda _: "\ud800", TEXT),
+    "fifo": Bad(fifo, TEXT),
+    "bytes": Bad(lambda _: b"x", ANY),
+    "object": Bad(lambda _: object(), ANY),
+    "class": Bad(lambda _: int, CALLABLE),
+    "another scene": Bad(lambda _: kf.System(), rf"{ANY}|System|Scene|Freezable"),
+    "another ground": Bad(lambda _: kf.System().ground, rf"{ANY}|Frame|Target"),
+    "generator": Bad(lambda _: (x for x in (1.0, 2.0, 3.0)), rf"{ANY}|Iterable|Iterator"),
+    "endless": Bad(lambda _: itertools.count(), rf"{ANY}|Iterable|Iterator"),
+    "empty list": Bad(lambda _: [], SEVERAL),
+    "mapping": Bad(lambda _: {"a": "b"}, rf"{ANY}|Mapping|dict"),
+    "set": Bad(lambda _: {"a"}, rf"{ANY}|Set|Collection|Iterable"),
+    "texts": Bad(lambda _: ["a", "b"], rf"{ANY}|str|Literal|Named|Kind|Sequence\[Load\]"),
+    "an axis more": Bad(lambda good: [good], SEVERAL),
+    "one less": Bad(changed(lambda numbers: np.atleast_1d(numbers)[:-1]), SEVERAL),
+    "one more": Bad(changed(lambda numbers: [*np.atleast_1d(numbers), *np.atleast_1d(numbers)[-1:]]), SEVERAL),
+    "opposite": Bad(changed(lambda numbers: -numbers), rf"{NUMBER}|{SEVERAL}"),
+    "zeros": Bad(changed(lambda numbers: 0.0 * numbers), rf"{NUMBER}|{SEVERAL}"),
+    "numbers in texts": Bad(changed(lambda numbers: numbers.astype(str)), rf"{ANY}|str|Load\b"),
+    "three axes": Bad(lambda _: np.zeros((2, 3, 4)), ANY),
+    "a million": Bad(lambda _: [1.0] * 10**6, SEVERAL),
+    "array of NaN": Bad(lambda _: np.full(3, NAN), ANY),
+    "array of complex": Bad(lambda _: np.array([1j, 0, 0]), ANY),
+    "array of objects": Bad(lambda _: np.array([None, object(), 1]), ANY),
+    "sparse": Bad(lambda _: sp.eye(3), rf"{ANY}|Matrix|matrix"),
+    "ragged": Bad(lambda _: [[1.0], [1.0, 2.0]], ANY),
+    "deep": Bad(deep, ANY),
+    "within itself": Bad(no_end, ANY),
+    "function": Bad(lambda _: len, CALLABLE),
+    "wrong function": Bad(lambda _: wrong, CALLABLE),
 }
 """By name. A hint that says nothing of a value takes it: such an argument is judged by the exception that it raises."""
 
+
+class Called:
+    """An object that is called as a function is."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+
+    def __call__(self, *args: Any) -> Any:
+        return self.function(*args)
+
+
+def is_number(good: Any) -> bool:
+    return isinstance(good, (int, float)) and not isinstance(good, bool)
+
+
+def is_row(good: Any) -> bool:
+    return isinstance(good, (list, tuple)) and len(good) > 0 and is_numeric(good)
+
+
+SAME = {
+    "of numpy": (lambda good: isinstance(good, (bool, int, float, str)), lambda good: np.array(good)[()]),
+    "without axes": (lambda good: isinstance(good, float), np.array),
+    "whole": (lambda good: isinstance(good, float) and good.is_integer(), int),
+    "fraction": (lambda good: isinstance(good, float) and math.isfinite(good), Fraction),
+    "list": (lambda good: isinstance(good, tuple), list),
+    "tuple": (lambda good: isinstance(good, list), tuple),
+    "array": (is_row, np.array),
+    "path": (lambda good: isinstance(good, Path), str),
+    "mapping": (lambda good: isinstance(good, dict), MappingProxyType),
+    "object called": (lambda good: isinstance(good, FunctionType), Called),
+}
+"""Other forms of good values, which are good too: of which, and how they are made."""
+
+
 REMEDY = re.compile(
-    r"Remedy|must|needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
+    r"Remedy|must|give |needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
     r"expected|wants|instead|are:|takes|It has",
     re.I,
 )
@@ -92,36 +197,59 @@ REMEDY = re.compile(
 SYNONYMS = {
     "kanefe_fem.Orthotropic": ("nu",),
     "kanefe_fem.Orthotropic.transversely_isotropic": ("nu",),
-    "kanefe.System.add_gear": ("gear",),
-    "kanefe.Krylov": ("frequency", "load"),
-    "kanefe.FreeInterface": ("load",),
     "kanefe_fem.cylinder_mesh": ("root",),
     "kanefe_fem.solid_model": ("group", "material"),
     "kanefe_fem.solid_body": ("group", "material"),
     "kanefe_fem.read_mesh": ("mesh file",),
+    "kanefe_fem.recover": ("stress",),
+    "kanefe.System.add_gear": ("gear",),
+    "kanefe.System.add_motor": ("motor",),
+    "kanefe.System.add_contact": ("surface",),
+    "kanefe.Krylov": ("frequency", "load"),
+    "kanefe.FreeInterface": ("load",),
+    "kanefe.MotionRao.at": ("frequency",),
+    "kanefe.Result.plot": ("picture",),
+    "kanefe.Sea.state": ("states",),
+    "kanefe.Simulation.restore": ("save",),
+    "kanefe.Universal": ("axis",),
+    "kanefe.floquet": ("harmonics",),
+    "kanefe.shapes.Mesh": ("triangle",),
+    "kanefe.studies.Operability.plot": ("limit",),
 }
 """Words by which messages of a function name its arguments, beside their own names."""
 
 BY_ARGUMENT = {
-    "start": ("state",),
-    "find": ("body",),
-    "speeds": ("body",),
+    "build": ("needs a system",),
     "dt": ("step",),
-    "simulate": ("run",),
-    "path": ("file", "data set"),
+    "find": ("body",),
     "fps": ("every",),
     "gravity": ("steep",),
     "length": ("distribution",),
-    "spreading": ("spread",),
-    "wind": ("waves",),
-    "build": ("needs a system",),
+    "mapping": ("file",),
+    "mass": ("file",),
+    "member": ("body",),
+    "name": ("called",),
+    "path": ("file", "data set"),
     "scale": ("triangles",),
+    "simulate": ("run",),
+    "speeds": ("body",),
+    "spreading": ("spread",),
+    "start": ("state",),
+    "stiffness": ("file",),
+    "wind": ("waves",),
 }
 """The same, for arguments that have one meaning wherever they are."""
 
 
 class Hang(BaseException):
     """A call that takes too long."""
+
+
+AS_GOOD = "good, "
+"""Begins the names of cases whose value is good in another form."""
+
+MOST_LETTERS = 2000
+"""Of a message."""
 
 
 class Case(NamedTuple):
@@ -153,9 +281,12 @@ def may_be_taken(function: Callable[..., Any], case: Case) -> bool:
 def cases(calls: dict[str, Callable[[], tuple[Callable[..., Any], dict[str, Any]]]]) -> Iterator[Case]:
     """Yield each pair of an argument and a bad value."""
     for name, made in calls.items():
-        for argument in made.arguments:
+        for argument, good in made.good()[1].items():
             for bad in BAD:
                 yield Case(name, argument, bad)
+            for same, (fits, _) in SAME.items():
+                if fits(good):
+                    yield Case(name, argument, AS_GOOD + same)
         yield Case(name, "no_such_argument", "zero")
 
 
@@ -164,49 +295,59 @@ def names_it(message: str, case: Case, value: object) -> bool:
     told = message.lower().replace("-", " ").replace("_", " ")
     plain = case.argument.lower().split("_")
     words = ["".join(plain), " ".join(plain), *plain, *BY_ARGUMENT.get(case.argument, ()), *SYNONYMS.get(case.name, ())]
-    stems = [re.escape(re.sub("(ies|s)$", "", word)) + (r"\w*" if len(word) > 3 else r"\b") for word in words]
+    stems = [re.escape(re.sub("(ies|s)$", "", word)) + (r"\w*" if len(word) > 3 else r"s?\b") for word in words]
     is_named = any(re.search(rf"\b{stem}", told) for stem in stems)
-    return is_named or any(text[:15] in message for text in (repr(value), str(value)))
+    return is_named or (isinstance(value, (str, float)) and len(repr(value)) > 2 and repr(value)[:15] in message)
 
 
-def verdict(case: Case, made: Any) -> tuple[str, str]:
-    """Return what became of a call with one bad argument, and what it said."""
+def ended(function: Callable[..., Any], arguments: dict[str, Any]) -> tuple[BaseException | None, Any]:
+    """Return what a call raised or returned; a `Hang` where it took too long."""
 
     def ring(*_: object) -> None:
         raise Hang
 
-    function, arguments = made.good()
-    value = BAD[case.bad].make()
-    arguments = {**arguments, case.argument: value}
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.alarm(MOST_SECONDS)
+    kinds = {signal.SIGPROF: signal.ITIMER_PROF, signal.SIGALRM: signal.ITIMER_REAL}  # what waits takes no processor
+    before = {kind: signal.signal(kind, ring) for kind in kinds}
     try:
-        function(**arguments)
-    except kf.KanefeError as error:
-        signal.alarm(0)
-        text = str(error)
-        if not names_it(text, case, value):
-            return "UNNAMED", text
-        return ("clear", text) if REMEDY.search(text) else ("NO REMEDY", text)
-    except Hang:
-        return "HANG", traceback.format_exc()[-300:]
-    except TypeError as error:
-        signal.alarm(0)
-        if "unexpected keyword argument" in str(error) and case.argument == "no_such_argument":
-            return "clear", str(error)
-        return raw(error)
-    except Exception as error:  # noqa: BLE001 (any other is the fault that is looked for)
-        signal.alarm(0)
-        return raw(error)
+        signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS)
+        signal.setitimer(signal.ITIMER_REAL, 6 * MOST_SECONDS)
+        return None, function(**arguments)
+    except (Exception, Hang) as error:  # noqa: BLE001 (those that are none of ours are the faults that are looked for)
+        return error, None
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        for kind, timer in kinds.items():
+            signal.setitimer(timer, 0)
+            signal.signal(kind, before[kind])
+
+
+def verdict(case: Case, made: Any) -> tuple[str, str]:
+    """Return what became of a call with one argument replaced, and what it said."""
+    function, arguments = made.good()
+    good = arguments.get(case.argument)
+    if case.bad.startswith(AS_GOOD):
+        error, _ = ended(function, {**arguments, case.argument: SAME[case.bad.removeprefix(AS_GOOD)][1](good)})
+        return ("taken", "") if error is None else ("REFUSED", f"{type(error).__name__}: {error}")
+    value = BAD[case.bad].make(good)
+    error, found = ended(function, {**arguments, case.argument: value})
+    if isinstance(error, Hang):
+        return "HANG", str(traceback.extract_tb(error.__traceback__)[-3:])
+    if isinstance(error, kf.KanefeError):
+        if not names_it(str(error), case, value):
+            return "UNNAMED", str(error)
+        if len(str(error)) > MOST_LETTERS:
+            return "ENDLESS WORDS", str(error)
+        return ("clear" if REMEDY.search(str(error)) else "NO REMEDY"), str(error)
+    if error is not None:
+        is_unknown = isinstance(error, TypeError) and "unexpected keyword argument" in str(error)
+        return ("clear", str(error)) if is_unknown and case.argument == "no_such_argument" else raw(error)
     if case.argument == "no_such_argument":
         return "SILENT", "taken"
+    if isinstance(found, (float, np.ndarray)) and np.asarray(found).dtype.kind in "fc" and np.isnan(found).any():
+        return "SILENT", "NaN is returned"
     return ("taken", "") if may_be_taken(function, case) else ("SILENT", "taken")
 
 
-def raw(error: Exception) -> tuple[str, str]:
+def raw(error: BaseException) -> tuple[str, str]:
     """Return the verdict of an exception that is none of kanefe."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     return f"RAW {type(error).__name__}", f"{error} @{os.path.basename(last.filename)}:{last.lineno}"

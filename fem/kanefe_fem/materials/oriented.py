@@ -11,6 +11,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe_fem.materials.voigt import rotated
 
 Vector = Sequence[float] | np.ndarray
@@ -262,14 +263,19 @@ def axes_at_angle(angle: float, axis: Vector = (0.0, 0.0, 1.0), along: Vector = 
 def _position_axes(kind: str, origin: Vector, axis: Vector, first: str) -> PositionAxes:
     if first not in _NAMES[kind]:
         raise ModelError(f"{kind} axes: first={first!r} is unknown. Remedy: one of {', '.join(_NAMES[kind])}")
-    point = np.asarray(origin, dtype=float)
+    point = numbers(origin)
     if point.shape != (3,) or not np.isfinite(point).all():
         raise ModelError(f"{kind} axes: origin={origin!r} is no point. Remedy: three coordinates in m")
-    return PositionAxes(kind, tuple(point.tolist()), tuple(_direction("axis", axis).tolist()), first)
+    return PositionAxes(
+        kind,
+        tuple(point.tolist()),
+        tuple(_direction("axis" if kind == "cylindrical" else "pole", axis).tolist()),
+        first,
+    )
 
 
 def _direction(name: str, vector: Vector) -> np.ndarray:
-    direction = np.asarray(vector, dtype=float)
+    direction = numbers(vector)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not np.linalg.norm(direction) > 0.0:
         raise ModelError(f"{name}={vector!r} is no direction. Remedy: three components, not all zero")
     return direction / np.linalg.norm(direction)

@@ -125,6 +125,7 @@ class Preload:
         return {name: dict(value) if isinstance(value, Mapping) else value for name, value in of.items()}
 
 
+@checked
 def preloaded(model: FiniteElementModel, preload: Preload, factorise: Factorise = splu_factorise) -> FiniteElementModel:
     """Return the model with the tangent stiffness of a preloaded state.
 
