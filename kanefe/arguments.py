@@ -116,7 +116,7 @@ class Kind(NamedTuple):
     holds: Callable[[Any], bool]
 
 
-class _Names(dict[str, Any]):
+class _NamesOfHints(dict[str, Any]):
     """The names that hints of a file may use, those too that it imports for type checkers only."""
 
     def __init__(self, module: types.ModuleType, more: Mapping[str, Any]) -> None:
@@ -141,7 +141,7 @@ def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[s
     places: list[str] = []
     found: dict[str, Kind | None] = {}
     # the constructor that dataclasses write has globals of its own
-    names = _Names(sys.modules[function.__module__], function.__globals__)
+    names = _NamesOfHints(sys.modules[function.__module__], function.__globals__)
     for one in inspect.signature(function).parameters.values():
         if one.kind in {one.VAR_POSITIONAL, one.VAR_KEYWORD}:
             continue
@@ -250,7 +250,7 @@ def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: 
     if inner[0] is float or (rows and rows[0] in {int, float}):
         return Kind(words, lambda value: _is_listed(value) and are_fine(value, 2 if rows and len(value) else 1))
 
-    def are_all(value: object) -> bool:
+    def are_all(value: Any) -> bool:
         if isinstance(value, np.ndarray) and value.dtype.kind in "iufUb":  # all of one kind: one stands for them
             return inner[0] is not str and value.ndim > 0 and all(map(kinds[0].holds, value[:1]))
         return _is_listed(value, origin) and all(map(kinds[0].holds, value))

@@ -225,7 +225,7 @@ class Sea:
         The number is also the `sea_state` of the seed.
         """
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number not in STATES:
-            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}")
+            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}. Remedy: one of them")
         options.setdefault("sea_state", number)
         return cls._of(Bretschneider(*STATES[number]), Spreading(spreading, spreading_deg), options)
 

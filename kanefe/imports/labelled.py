@@ -144,9 +144,10 @@ def model_of_labelled(
     placed["stiffness"], followers = following_rotations(points, components, placed["stiffness"], labels)
     known = set(labels.tolist())
     named = {name: [n for n in members if int(n) in known] for name, members in nodes.sets.items()}
-    if not isinstance(groups or {}, Mapping):
+    groups = {} if groups is None else groups
+    if not isinstance(groups, Mapping):
         raise ModelError(f"groups must be a dict of names to labels of nodes, not {groups!r}")
-    chosen = {name: np.atleast_1d(np.asarray(members)) for name, members in (groups or {}).items()}
+    chosen = {name: np.atleast_1d(np.asarray(members)) for name, members in groups.items()}
     for name, members in chosen.items():
         if members.dtype.kind not in "iu" or not len(members) or not set(members.tolist()) <= known:
             raise ModelError(

@@ -46,17 +46,17 @@ class NodeTable:
         ModelError
             If labels are no whole numbers or stand twice at different places, or coordinates are not finite.
         """
-        rows = checked_numbers(rows)
-        if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows) or not np.all(np.isfinite(rows)):
-            raise ModelError(f"the nodes of {source} must be rows of label, x, y, z, not of shape {rows.shape}")
-        if np.any(rows[:, 0] != np.round(rows[:, 0])):
+        table = checked_numbers(rows)
+        if table.ndim != 2 or table.shape[1] != 4 or not len(table) or not np.all(np.isfinite(table)):
+            raise ModelError(f"the nodes of {source} must be rows of label, x, y, z, not of shape {table.shape}")
+        if np.any(table[:, 0] != np.round(table[:, 0])):
             raise ModelError(f"the nodes of {source} must begin with whole labels. Remedy: rows of label, x, y, z")
-        rows = np.unique(rows, axis=0)  # sorted by label; a node written twice at one place is one node
-        labels = rows[:, 0].astype(np.int64)
+        table = np.unique(table, axis=0)  # sorted by label; a node written twice at one place is one node
+        labels = table[:, 0].astype(np.int64)
         twice = labels[1:][labels[1:] == labels[:-1]]
         if len(twice):
             raise ModelError(f"node {twice[0]} of {source} stands at two places. Remedy: keep one of them")
-        return cls(labels, np.ascontiguousarray(rows[:, 1:]), dict(sets or {}))
+        return cls(labels, np.ascontiguousarray(table[:, 1:]), dict(sets or {}))
 
     def places(self, labels: np.ndarray, what: str) -> np.ndarray:
         """Return the rows of labels in the table.

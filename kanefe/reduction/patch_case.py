@@ -63,7 +63,7 @@ class PatchCase:
             raise ModelError(
                 f"the place of a PatchCase must be a group's name, OnPlane, Near or so on, not {self.place!r}"
             )
-        if isinstance(self.most, bool) or not isinstance(self.most, int) or self.most < 1:
+        if isinstance(self.most, bool) or not isinstance(self.most, (int, np.integer)) or self.most < 1:
             raise ModelError(f"most of a PatchCase must be a whole number of points, 1 or more, not {self.most!r}")
 
     @property

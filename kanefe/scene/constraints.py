@@ -278,7 +278,7 @@ class ConstraintMethods(Scene):
 
     def _check_new(self, name: object, label: str, starts_on: object) -> None:
         self._check_open(label)
-        if starts_on is not None and not isinstance(starts_on, bool):
+        if starts_on is not None and not isinstance(starts_on, (bool, np.bool_)):
             raise ModelError(f"starts_on of {label} must be True, False or None, not {starts_on!r}")
         if not isinstance(name, str) or not name or "/" in name:
             raise ModelError(f"the name of a constraint must be a text without '/', not {name!r}")

@@ -6,10 +6,12 @@ Where kanefe keeps what can be made again: compiled kernels and flexible bodies.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import stat
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -19,6 +21,9 @@ from kanefe.errors import FileError
 
 LARGEST_SHARE = 0.5
 """Of the memory that a process may use: a file above it that is read whole would fill the rest with what it says."""
+
+MOST_WAITING = 10.0
+"""Seconds that a pipe has until somebody reads it."""
 
 _NO_FILES = {
     stat.S_IFCHR: "a device",
@@ -211,12 +216,27 @@ def _write_through(path: Path, write: Callable[[BinaryIO], object]) -> None:
     buffer = BytesIO()
     write(buffer)
     try:
-        with path.open("wb", buffering=0) as file:
+        with os.fdopen(_opened_for_writing(path), "wb", buffering=0) as file:
             rest = buffer.getbuffer()
             while rest:
                 rest = rest[file.write(rest) :]
     except OSError as error:
         raise FileError(f"cannot write {path}: {error.strerror}. Remedy: the name of a file") from error
+
+
+def _opened_for_writing(path: Path) -> int:
+    """Return the descriptor of a device or pipe; an OSError where nobody comes to read a pipe."""
+    last = time.monotonic() + MOST_WAITING
+    while True:
+        try:
+            handle = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError as error:
+            if error.errno != errno.ENXIO or time.monotonic() > last:
+                raise
+            time.sleep(0.01)
+        else:
+            os.set_blocking(handle, True)
+            return handle
 
 
 def cache_folder() -> Path:

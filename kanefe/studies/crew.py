@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, rotation_matrix, shaped_numbers
+from kanefe.frames import Vector, numbers, rotation_matrix, shaped_numbers
 from kanefe.result import Result
 
 AXES = {"longitudinal": 0, "lateral": 1}
@@ -108,7 +108,7 @@ def interruptions(
     """
     place = shaped_numbers(at, (3,), "the place of interruptions")
     for label, value in (("lateral", lateral), ("longitudinal", longitudinal), ("sliding", sliding)):
-        if value is not None and not (isinstance(value, (int, float)) and 0.0 < value < math.inf):
+        if value is not None and not (numbers(value).shape == () and 0.0 < numbers(value) < math.inf):
             raise ModelError(f"{label} of interruptions must be above zero, not {value!r}")
     x, y, z = place.tolist()
     limits = {"lateral": float(lateral), "longitudinal": float(longitudinal)}

@@ -103,11 +103,17 @@ class GumbelFit:
 
 
 def _reduced(probability: float) -> float:
-    return float(-np.log(-np.log(probability)))
+    return float(-np.log(-np.log(_share(probability, "probability"))))
 
 
 def _ends(band: float) -> tuple[float, float]:
-    return 0.5 * (1.0 - band), 0.5 * (1.0 + band)
+    return 0.5 * (1.0 - _share(band, "band")), 0.5 * (1.0 + band)
+
+
+def _share(value: float, what: str) -> float:
+    if not 0.0 < value < 1.0:
+        raise ModelError(f"{what} must lie between 0 and 1, not {value!r}")
+    return float(value)
 
 
 def _fitted(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

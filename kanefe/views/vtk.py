@@ -61,7 +61,7 @@ def write_series(
     """
     target = Path(path)
     if not target.name or target.suffix.lower() not in ("", ".pvd"):
-        raise ModelError(f"cannot write a series to {target}: its name must end in .pvd")
+        raise ModelError(f"cannot write a series to the file {target}: its name must end in .pvd")
     if not math.isfinite(scale):
         raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
     for name in result.bodies:

@@ -49,7 +49,7 @@ class Bad(NamedTuple):
 
 ANY = r"\b(Any|object)\b"
 NUMBER = rf"{ANY}|float|Load|Vector|Law|Quantity|Damping|Friction"
-WHOLE = rf"{NUMBER}|int\b|Target|Nodes"
+WHOLE = rf"{NUMBER}|int\b|Target|Nodes|Frames"
 SEVERAL = (
     rf"{ANY}|Sequence|array|Vector|Matrix|Collection|Orientation|Frames|Nodes|Iterable|Target|Mapping|Groups|Named"
 )
@@ -177,7 +177,7 @@ SAME = {
     "without axes": (lambda good: isinstance(good, float), np.array),
     "whole": (lambda good: isinstance(good, float) and good.is_integer(), int),
     "fraction": (lambda good: isinstance(good, float) and math.isfinite(good), Fraction),
-    "list": (lambda good: isinstance(good, tuple), list),
+    "list": (lambda good: type(good) is tuple, list),
     "tuple": (lambda good: isinstance(good, list), tuple),
     "array": (is_row, np.array),
     "path": (lambda good: isinstance(good, Path), str),
@@ -188,7 +188,7 @@ SAME = {
 
 
 REMEDY = re.compile(
-    r"Remedy|must|give |needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
+    r"Remedy|must|give |fitted to|needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
     r"expected|wants|instead|are:|takes|It has",
     re.I,
 )
@@ -207,9 +207,10 @@ SYNONYMS = {
     "kanefe.System.add_contact": ("surface",),
     "kanefe.Krylov": ("frequency", "load"),
     "kanefe.FreeInterface": ("load",),
+    "kanefe.ModalDamping.ratios": ("modes",),
     "kanefe.MotionRao.at": ("frequency",),
     "kanefe.Result.plot": ("picture",),
-    "kanefe.Sea.state": ("states",),
+    "kanefe.Sea.measured": ("spectrum",),
     "kanefe.Simulation.restore": ("save",),
     "kanefe.Universal": ("axis",),
     "kanefe.floquet": ("harmonics",),
@@ -229,12 +230,14 @@ BY_ARGUMENT = {
     "mass": ("file",),
     "member": ("body",),
     "name": ("called",),
-    "path": ("file", "data set"),
+    "path": ("file", "data set", "suffix"),
+    "resume": ("checkpoint",),
     "scale": ("triangles",),
     "simulate": ("run",),
     "speeds": ("body",),
     "spreading": ("spread",),
     "start": ("state",),
+    "store": ("study",),
     "stiffness": ("file",),
     "wind": ("waves",),
 }

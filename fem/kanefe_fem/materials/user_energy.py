@@ -70,7 +70,7 @@ class UserEnergy:
     def __post_init__(self, energy: Callable[[Any], Any], of: Measure) -> None:
         label = f"material {self.name!r}" if self.name else "material"
         object.__setattr__(self, "rho", check_density(label, self.rho))
-        if not callable(energy) or of not in ("strain", "deformation gradient"):
+        if not callable(energy) or not isinstance(of, str) or of not in ("strain", "deformation gradient"):
             raise ModelError(
                 f"{label}: energy={energy!r}, of={of!r}. Remedy: a function of the strain (of='strain') or of F "
                 "(of='deformation gradient') that returns a UFL expression"
