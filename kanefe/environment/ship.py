@@ -209,7 +209,9 @@ class Ship:
         if last <= first:
             raise ModelError(f"the duration of a ship's motion must be after {first:g} s, not {duration!r}")
         if rotations not in ("exact", "small"):
-            raise ModelError(f'rotations of a ship\'s motion are "exact" or "small", not {rotations!r}')
+            raise ModelError(
+                f'rotations of a ship\'s motion are "exact" or "small", not {rotations!r}. Remedy: "exact"'
+            )
         return DeckMotion(self.harmonics, place, Ramp(start, ramp), (first, last), rotations == "small")
 
     @cached_property
@@ -232,7 +234,7 @@ class Ship:
 
         In following seas several waves share one frequency of encounter, so that spectra over it would have poles.
         """
-        omega = np.asarray(omega, dtype=float)
+        omega = np.atleast_1d(np.asarray(omega, dtype=float))
         return np.asarray(self._mean_square(omega) * self.sea.spectrum.density(omega)[:, None])
 
     def motions_std(self, point: Sequence[float] | Vector = (0.0, 0.0, 0.0)) -> dict[str, float]:

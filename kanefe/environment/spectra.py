@@ -16,6 +16,9 @@ from kanefe.environment.checks import checked_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
+LEAST_PERIOD = 0.1
+"""Of waves of gravity, s: shorter ones are held by the tension of the surface."""
+
 GRAVITY = 9.81
 """m/s2, where none is said."""
 
@@ -101,6 +104,7 @@ class Bretschneider(Spectrum):
     def __post_init__(self) -> None:
         for name in ("Hs", "Tp"):
             checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+        _check_period(self.Tp)
 
     @classmethod
     def of_wind(cls, speed: float, gravity: float = GRAVITY) -> Bretschneider:
@@ -157,6 +161,7 @@ class Jonswap(Spectrum):
     def __post_init__(self) -> None:
         for name in ("Hs", "Tp", "gamma"):
             checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+        _check_period(self.Tp)
         if self.gamma < 1.0:
             raise ModelError(f"gamma of a JONSWAP spectrum must be 1 or more, not {self.gamma!r}")
 
@@ -243,6 +248,11 @@ class Tabulated(Spectrum):
         ends = np.unique(np.clip(w, max(low, w[0]), min(high, w[-1])))
         points, weights = gauss(ends, 8)
         return float(np.sum(weights * points**order * self.density(points)))
+
+
+def _check_period(Tp: float) -> None:
+    if Tp < LEAST_PERIOD:
+        raise ModelError(f"Tp of a wave spectrum must be {LEAST_PERIOD:g} s or more, of waves of gravity, not {Tp!r}")
 
 
 def integral(

@@ -22,6 +22,9 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import numbers
 
+MOST_MODES = 1_000_000
+"""Of one body: more are no count of modes."""
+
 
 @dataclass(frozen=True)
 class RayleighDamping:
@@ -130,6 +133,8 @@ class ModalDamping:
             If more ratios were given than there are modes.
         """
         values = np.atleast_1d(numbers(self.ratio))
+        if count > MOST_MODES:
+            raise ModelError(f"count of modes must be {MOST_MODES} at most, not {count!r}")
         if len(values) > count:
             raise ModelError(
                 f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out"
@@ -175,7 +180,7 @@ def real_matrix(given: object) -> sp.csr_matrix:
 def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
     """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
     if isinstance(damping, (int, float, str)):
-        raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
+        raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping(ratio) or RayleighDamping")
     C = real_matrix(damping)
     if C.shape != (model.size, model.size):
         raise ModelError(

@@ -18,6 +18,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import shaped_numbers
 from kanefe.storage.scipy_later import sp
 
 if TYPE_CHECKING:
@@ -193,6 +194,7 @@ class FiniteElementModel:
 
         Columns are three translations and three small rotations about the point `about` (m, in G).
         """
+        about = shaped_numbers(about, (3,), "the point about which a body turns")
         motion = rigid_motion(self.nodes, about, self.components)
         return motion if not self.generalised else np.vstack((motion, np.zeros((self.generalised, 6))))
 

@@ -133,7 +133,7 @@ class MarginEvent(Event):
 
 def checked_events(events: Sequence[Event] | Event, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:
     """Return the events of loads and those of a call; a ModelError says what is wrong with them."""
-    if not isinstance(events, (Event, Sequence)):
+    if not isinstance(events, (Event, Sequence)) or isinstance(events, str):
         raise ModelError(f"events must be a list of kanefe.Event, not {type(events).__name__}")
     found = (*of_loads, *((events,) if isinstance(events, Event) else events))
     for event in found:

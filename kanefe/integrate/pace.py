@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import SimulationWarning
+from kanefe.errors import SimulationWarning, outside
 from kanefe.integrate.methods.table import serving
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsWorst
@@ -132,7 +132,7 @@ class Pace:
                     f"{self._others()}",
                 )
             )
-            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=7)
+            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=outside())
 
     def with_growth(self, status: RunStatus) -> RunStatus:
         """Return a status that names the controller, if one drives the scene harder and harder."""

@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross, numbers
 from kanefe.joints.base import OneCoordinateJoint, axis_direction
@@ -40,7 +39,6 @@ LEAST_ACROSS = 1e-2
 """Sine of the smallest angle between the curve and what is up, at which the frame may still turn fast but does turn."""
 
 
-@checked("closed")
 @dataclass(frozen=True, eq=False)
 class PointOnCurve(OneCoordinateJoint):
     """A point that slides on a curve through given points, fixed in the parent.
@@ -106,10 +104,10 @@ class PointOnCurve(OneCoordinateJoint):
     kind: ClassVar[str] = "point-on-curve"
 
     def __post_init__(self) -> None:
-        points = _checked_points(self.points, self.closed, self.kind)
         for name in ("closed", "turns"):
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise ModelError(f"{name} of a {self.kind} joint must be True or False, not {getattr(self, name)!r}")
+        points = _checked_points(self.points, self.closed, self.kind)
         if self.up is not None and not self.turns:
             raise ModelError(f"a {self.kind} joint that does not turn has nothing up. Remedy: turns=True")
         starts, nodes, t, pieces = _by_arc_length(points, self.closed, self.kind)

@@ -77,7 +77,7 @@ class Buckling(Shapes):
         return "\n".join(lines)
 
 
-@checked
+@checked("loads", "count", "t", "start")
 def buckling(
     scene: Freezable | Model,
     *,

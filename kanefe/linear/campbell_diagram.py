@@ -157,7 +157,7 @@ class Campbell:
         return [f"mode {j + 1}{f' ({name})' if several else ''}" for j, name in enumerate(leading)]
 
 
-@checked
+@checked("speeds", "modes", "balance")
 def campbell(
     build: Callable[[float], Freezable | Model],
     speeds: Sequence[float] | np.ndarray,

@@ -144,7 +144,7 @@ class FloquetModes(OfEigenvalues):
         return f"{parts}; most in {max(self.participation, key=lambda name: self.participation[name][mode])}"
 
 
-@checked
+@checked("period", "t", "start")
 def floquet(
     scene: Freezable | Model, *, period: float | None = None, t: float | None = None, start: Start = None
 ) -> FloquetModes:

@@ -157,7 +157,7 @@ class Linearisation(StateSpace):
         return np.concatenate((q, u + du[:n], internal))
 
 
-@checked
+@checked("t", "start")
 def linearise(
     scene: Freezable | Model,
     *,

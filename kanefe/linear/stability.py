@@ -92,7 +92,7 @@ class StabilityLimit(Shapes):
         return f"stable up to {self.factor:.6g} times its loads, {self.path}; then {how} of {self.describe(0)}"
 
 
-@checked
+@checked("loads", "up_to", "t", "start")
 def stability_limit(
     scene: Freezable | Model,
     *,

@@ -10,6 +10,7 @@ import warnings
 
 import numpy as np
 
+from kanefe.errors import outside
 from kanefe.linear.imbalance import Imbalance, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.unresisted import Unresisted
@@ -43,5 +44,5 @@ def warn_of_imbalance(found: Imbalance, what: str) -> None:
             "there, and the stiffness that loads make is missing with it. Remedy: "
             "kanefe.equilibrium(scene).linearise(), which finds the balance first",
             UnsettledWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )

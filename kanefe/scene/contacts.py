@@ -108,7 +108,7 @@ class ContactMethods(LoadMethods):
             for surface in self._surfaces.values()
         ]
 
-    @checked("name", "one")
+    @checked("name")
     def add_contact(
         self,
         name: str,

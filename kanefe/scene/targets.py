@@ -55,6 +55,8 @@ def asked_for(named: Named) -> list[tuple[str, str]]:
         return [("", named)]
     if isinstance(named, Mapping):
         return [(str(name), text) for name, text in named.items()]
+    if not isinstance(named, Sequence):
+        raise ModelError(f"inputs and outputs must be a list of texts, or texts by names, not {named!r}")
     return [("", text) for text in named]
 
 

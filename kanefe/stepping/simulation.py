@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -264,7 +263,7 @@ class Simulation:
         --------
         ``sim.step(0.01, {"motor hub": 3.0})``
         """
-        if not (isinstance(dt, (int, float, np.number)) and math.isfinite(dt) and dt > 0.0):
+        if not (is_finite_number(dt) and dt > 0.0):
             raise ModelError(f"dt of a step must be above zero, in s, not {dt!r}")
         values = self._told_values(inputs or {})
         if self._status.kind == "stopped":

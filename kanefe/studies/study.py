@@ -263,6 +263,7 @@ class Study:
         --------
         ``study.result({"length": 1.0, "angle": 0.1}).plot()``
         """
+        _check_signature(self._work.build, parameters)
         return self._work.result(parameters, progress=None)
 
     def _run(

@@ -50,9 +50,8 @@ class Bad(NamedTuple):
 ANY = r"\b(Any|object)\b"
 NUMBER = rf"{ANY}|float|Load|Vector|Law|Quantity|Damping|Friction"
 WHOLE = rf"{NUMBER}|int\b|Target|Nodes|Frames"
-SEVERAL = (
-    rf"{ANY}|Sequence|array|Vector|Matrix|Collection|Orientation|Frames|Nodes|Iterable|Target|Mapping|Groups|Named"
-)
+SEVERAL = rf"{ANY}|Sequence|array|Vector|Matrix|Collection|Orientation|Frames|Nodes|Iterable|Target|Mapping|Named"
+SEVERAL = rf"{SEVERAL}|Groups|Start|Axes|Units"
 TEXT = rf"{ANY}|str|Path|Literal|Named|Nodes|Target|PlaceLike|Units|Kind|Order|Quantity"
 CALLABLE = rf"{ANY}|Callable|type|PlaceLike|Axes|Load|Quantity|Field|Function|Factorise|Law|progress"
 
@@ -60,7 +59,11 @@ CALLABLE = rf"{ANY}|Callable|type|PlaceLike|Axes|Load|Quantity|Field|Function|Fa
 def is_numeric(good: Any) -> bool:
     """Return whether a good value is a number, or an array or sequence of numbers."""
     with contextlib.suppress(TypeError, ValueError):
-        return not isinstance(good, (str, bytes, bool, set, dict)) and np.asarray(good).dtype.kind in "fiu"
+        return (
+            not isinstance(good, (str, bytes, bool, set, dict))
+            and np.size(good) > 0
+            and np.asarray(good).dtype.kind in "fiu"
+        )
     return False
 
 
@@ -188,7 +191,7 @@ SAME = {
 
 
 REMEDY = re.compile(
-    r"Remedy|must|give |fitted to|needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
+    r"Remedy|must|give |fitted to|is not the derivative|gives \[|needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
     r"expected|wants|instead|are:|takes|It has",
     re.I,
 )
@@ -205,12 +208,11 @@ SYNONYMS = {
     "kanefe.System.add_gear": ("gear",),
     "kanefe.System.add_motor": ("motor",),
     "kanefe.System.add_contact": ("surface",),
+    "kanefe.Coulomb": ("coefficient",),
     "kanefe.Krylov": ("frequency", "load"),
     "kanefe.FreeInterface": ("load",),
     "kanefe.ModalDamping.ratios": ("modes",),
-    "kanefe.MotionRao.at": ("frequency",),
     "kanefe.Result.plot": ("picture",),
-    "kanefe.Sea.measured": ("spectrum",),
     "kanefe.Simulation.restore": ("save",),
     "kanefe.Universal": ("axis",),
     "kanefe.floquet": ("harmonics",),
@@ -220,9 +222,12 @@ SYNONYMS = {
 """Words by which messages of a function name its arguments, beside their own names."""
 
 BY_ARGUMENT = {
-    "build": ("needs a system",),
+    "build": ("needs a system", "function"),
+    "constants": ("function",),
+    "densities": ("spectrum",),
     "dt": ("step",),
     "find": ("body",),
+    "fixed": ("fixes",),
     "fps": ("every",),
     "gravity": ("steep",),
     "length": ("distribution",),
@@ -230,9 +235,10 @@ BY_ARGUMENT = {
     "mass": ("file",),
     "member": ("body",),
     "name": ("called",),
-    "path": ("file", "data set", "suffix"),
+    "omega": ("frequency",),
+    "path": ("file", "data set", "suffix", "draw"),
     "resume": ("checkpoint",),
-    "scale": ("triangles",),
+    "scale": ("triangles", "points"),
     "simulate": ("run",),
     "speeds": ("body",),
     "spreading": ("spread",),
