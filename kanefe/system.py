@@ -141,7 +141,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         self.is_frozen = True
         return model
 
-    @checked("start", "method", "output_times", "checkpoint", "resume", "most_steps", "progress")
+    @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress")
     def simulate(
         self,
         t_span: tuple[float, float],
@@ -270,7 +270,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         model = self.freeze(options.span[0], start)
         return Result(model, accounted(model, run(model, options)))
 
-    @checked
+    @checked("method")
     def start(
         self,
         t: float = 0.0,
@@ -338,7 +338,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         )
         return started(self, Asked(start, inputs, outputs, every, options))
 
-    @checked("path", "fmi", "every", "duration", "method", "rtol", "atol", "step")
+    @checked("path", "fmi", "method")
     def to_fmu(
         self,
         path: str | Path,

@@ -19,6 +19,9 @@ from kanefe.environment.spreading import Spreading
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
+MOST_ORDER = 3
+"""Of moments of spectra, which fall with the fifth power of the frequency."""
+
 STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4), 7: (7.5, 15.0)}
 """Hs in m and Tp in s of sea states of the open North Atlantic, after Bales, Lee & Voelker (1981)."""
 
@@ -284,6 +287,8 @@ class Sea:
     @checked
     def kept(self, order: int = 0) -> float:
         """Return the share of a moment of the spectrum that the range of frequencies keeps: 0 heights, 2 velocities."""
+        if not 0 <= order <= MOST_ORDER:
+            raise ModelError(f"order of a moment must be 0 to {MOST_ORDER}, of which there is one, not {order!r}")
         return self.spectrum.moment(order, *self.range) / self.spectrum.moment(order)
 
     def __str__(self) -> str:

@@ -26,7 +26,7 @@ from kanefe.environment.sea import Sea
 from kanefe.environment.spectra import gauss
 from kanefe.environment.spreading import Spreading
 from kanefe.errors import AccuracyWarning, ModelError, outside
-from kanefe.frames import Vector, shaped_numbers
+from kanefe.frames import Vector, numbers, shaped_numbers
 
 if TYPE_CHECKING:
     from kanefe.views.rao_picture import Figure
@@ -105,7 +105,8 @@ class Ship:
         for name, given, kind in (("rao", self.rao, MotionRao), ("sea", self.sea, Sea)):
             if not isinstance(given, kind):
                 raise ModelError(f"{name} of a ship must be a {kind.__name__}, not {given!r}")
-        if abs(checked_number(self.heading_deg, "heading_deg of a ship")) > FULL_CIRCLE:
+        object.__setattr__(self, "heading_deg", checked_number(self.heading_deg, "heading_deg of a ship"))
+        if abs(self.heading_deg) > FULL_CIRCLE:
             raise ModelError(f"heading_deg of a ship must be -360 to 360 degrees, not {self.heading_deg!r}")
         for name in ("speed", "slowest_hz"):
             object.__setattr__(self, name, checked_number(getattr(self, name), f"{name} of a ship", least=0.0))
@@ -234,8 +235,10 @@ class Ship:
 
         In following seas several waves share one frequency of encounter, so that spectra over it would have poles.
         """
-        omega = np.atleast_1d(np.asarray(omega, dtype=float))
-        return np.asarray(self._mean_square(omega) * self.sea.spectrum.density(omega)[:, None])
+        asked = np.atleast_1d(numbers(omega))
+        if asked.ndim != 1:
+            raise ModelError(f"omega must be frequencies in rad/s, shape (n,), not of shape {asked.shape}")
+        return np.asarray(self._mean_square(asked) * self.sea.spectrum.density(asked)[:, None])
 
     def motions_std(self, point: Sequence[float] | Vector = (0.0, 0.0, 0.0)) -> dict[str, float]:
         """Return the standard deviations of the motions of a point by name, m and rad, over all that the RAO knows.

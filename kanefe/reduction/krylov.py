@@ -61,7 +61,7 @@ class Krylov(Options):
 
     def __post_init__(self) -> None:
         given: Any = self.frequencies
-        if isinstance(given, str) or not isinstance(given, (Sequence, np.ndarray)):
+        if isinstance(given, (str, bytes)) or not isinstance(given, (Sequence, np.ndarray)):
             raise ModelError(f"the frequencies of Krylov must be a sequence in Hz, such as (0.0, 50.0), not {given!r}")
         object.__setattr__(self, "frequencies", tuple(given))
         for frequency in self.frequencies:

@@ -265,7 +265,7 @@ class Simulation:
         """
         if not (is_finite_number(dt) and dt > 0.0):
             raise ModelError(f"dt of a step must be above zero, in s, not {dt!r}")
-        values = self._told_values(inputs or {})
+        values = self._told_values({} if inputs is None else inputs)
         if self._status.kind == "stopped":
             raise ModelError(f"{self._status}. Remedy: restore a state from before, or another start")
         stop = self.stepper.t + float(dt)
@@ -292,9 +292,7 @@ class Simulation:
                 did = f" Did you mean {near[0]!r}?" if near else ""
                 listed = ", ".join(map(repr, self.input_names)) or "none: start(inputs=...) names them"
                 raise ModelError(f"the simulation has no input {name!r}.{did} It has: {listed}")
-            if not (
-                isinstance(value, (int, float, np.number, np.ndarray)) and np.ndim(value) == 0 and np.isfinite(value)
-            ):
+            if not is_finite_number(value):
                 raise ModelError(f"input {name!r} must be a finite number, in {self.units[name]}, not {value!r}")
             values[self._places[name]] = float(value)
         return values

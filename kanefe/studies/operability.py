@@ -14,6 +14,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.studies.cells import Cell, cell_of
 
 if TYPE_CHECKING:
@@ -232,7 +233,7 @@ def _limits(limit: float | Mapping[str, float], outputs: tuple[str, ...]) -> dic
     for name, value in limit.items():
         if name not in outputs:
             raise ModelError(f"there is no output {name!r}. There are: {', '.join(outputs) or 'none yet'}")
-        if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not math.isfinite(value):
+        if numbers(value).shape != () or not math.isfinite(numbers(value)):
             raise ModelError(f"the limit of {name} must be a finite number, not {value!r}")
     if not limit:
         raise ModelError("no limit was given")

@@ -253,6 +253,8 @@ class Study:
     @checked
     def key(self, number: int) -> str:
         """Return the key of a case: the same in all studies that would run it in the same way."""
+        if not 0 <= number < len(self):
+            raise ModelError(f"number of a case must be 0 to {len(self) - 1}, not {number}")
         return key_of(self._identity, self.cases[number])
 
     @checked("parameters")

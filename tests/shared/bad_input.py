@@ -51,7 +51,7 @@ ANY = r"\b(Any|object)\b"
 NUMBER = rf"{ANY}|float|Load|Vector|Law|Quantity|Damping|Friction"
 WHOLE = rf"{NUMBER}|int\b|Target|Nodes|Frames"
 SEVERAL = rf"{ANY}|Sequence|array|Vector|Matrix|Collection|Orientation|Frames|Nodes|Iterable|Target|Mapping|Named"
-SEVERAL = rf"{SEVERAL}|Groups|Start|Axes|Units"
+SEVERAL = rf"{SEVERAL}|Groups|Start|Axes|Units|\.\.\.\]"
 TEXT = rf"{ANY}|str|Path|Literal|Named|Nodes|Target|PlaceLike|Units|Kind|Order|Quantity"
 CALLABLE = rf"{ANY}|Callable|type|PlaceLike|Axes|Load|Quantity|Field|Function|Factorise|Law|progress"
 
@@ -163,8 +163,8 @@ class Called:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
 
-    def __call__(self, *args: Any) -> Any:
-        return self.function(*args)
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        return self.function(*args, **kwargs)
 
 
 def is_number(good: Any) -> bool:
@@ -191,7 +191,8 @@ SAME = {
 
 
 REMEDY = re.compile(
-    r"Remedy|must|give |fitted to|is not the derivative|gives \[|needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
+    r"Remedy|must|give |fitted to|is not the derivative|gives \[|"
+    r"needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
     r"expected|wants|instead|are:|takes|It has",
     re.I,
 )
@@ -213,6 +214,7 @@ SYNONYMS = {
     "kanefe.FreeInterface": ("load",),
     "kanefe.ModalDamping.ratios": ("modes",),
     "kanefe.Result.plot": ("picture",),
+    "kanefe.Sea.state": ("states",),
     "kanefe.Simulation.restore": ("save",),
     "kanefe.Universal": ("axis",),
     "kanefe.floquet": ("harmonics",),
@@ -241,6 +243,7 @@ BY_ARGUMENT = {
     "scale": ("triangles", "points"),
     "simulate": ("run",),
     "speeds": ("body",),
+    "spectrum": ("spectra",),
     "spreading": ("spread",),
     "start": ("state",),
     "store": ("study",),

@@ -1177,7 +1177,7 @@ files(
 def spectrum() -> Any:
     import xarray
 
-    values = np.outer(np.ones(4), [0.1, 1.0, 0.1, 0.0])
+    values = 0.01 * np.outer(np.ones(4), [0.1, 1.0, 0.1, 0.0])
     return xarray.DataArray(values, coords={"freq": [0.1, 0.2, 0.3, 0.4], "dir": [0.0, 90.0, 180.0, 270.0]})
 
 
