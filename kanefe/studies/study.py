@@ -377,7 +377,8 @@ def _check_signature(build: Callable[..., Any], parameters: Mapping[str, Any]) -
         taken = [name for name in signature.parameters if name in OPTIONS and name not in parameters]
         more = f"; {', '.join(taken)} is an option of Study: rename it, or give it in table=" if taken else ""
         raise ModelError(
-            f"build{signature} does not fit the parameters {', '.join(parameters)}: {error}{more}"
+            f"build{signature} does not fit the parameters {', '.join(parameters)}: {error}{more}. "
+            "Remedy: the names that build takes"
         ) from error
 
 
