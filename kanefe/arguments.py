@@ -99,6 +99,7 @@ def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) ->
                 raise ModelError(f"{name}= of {title} must be {kind.words}, not {told(value)}")
         return function(*args, **kwargs)
 
+    guarded.asked = asked  # type: ignore[attr-defined]  # for tests
     return guarded
 
 

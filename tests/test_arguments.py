@@ -8,11 +8,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pytest
 
+import kanefe as kf
+import kanefe_fem as fem
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
@@ -36,6 +39,17 @@ def test_numbers_of_all_kinds_are_read(given: Any) -> None:
     assert numbers(given) == 2.0
 
 
+def test_hints_of_all_public_functions_are_understood() -> None:
+    """Also those of names that are imported for type checkers only."""
+    things = [getattr(module, name) for module in (kf, kf.shapes, kf.studies, fem) for name in module.__all__]
+    bases = {base for thing in things if isinstance(thing, type) for base in thing.__mro__}
+    things += [getattr(method, "__func__", method) for base in bases for method in vars(base).values()]
+    asked = [thing.asked for thing in things if hasattr(thing, "asked")]
+    assert len(asked) > 100
+    for kinds in asked:
+        kinds()
+
+
 @checked
 def door(
     size: float = 1.0,
@@ -57,12 +71,20 @@ def door(
 @pytest.mark.parametrize(
     ("argument", "fine", "wrong"),
     [
-        ("size", [1, 2.5, np.float64(1)], ["1", True, None, NAN, INF, 1j, [1.0], 10**400]),
+        (
+            "size",
+            [1, 2.5, np.float64(1), np.float32(1), np.int64(1), np.array(1.0), Fraction(1, 2)],
+            ["1", True, None, NAN, INF, 1j, [1.0], 10**400],
+        ),
         ("sizes", [(), [1, 2], np.ones(3)], ["12", [1, NAN], [[1.0]], [None], 3, itertools.count(), [1j], {1: 2}]),
-        ("name", ["a", None], [1, b"a", ["a"]]),
-        ("span", [(0, 1), (-INF, INF), [0, 1]], [(0,), 1, (0, NAN), (0, "1"), (0, 1, 2), None]),
-        ("groups", [{"a": 1}, None, {}], [{1: 1}, {"a": "b"}, ["a"], "a"]),
-        ("kind", ["hard"], ["harder", None, 1]),
+        ("name", ["a", None, np.str_("a")], [1, b"a", ["a"]]),
+        ("span", [(0, 1), (-INF, INF), [0, 1], np.array([0, 1])], [(0,), 1, (0, NAN), (0, "1"), (0, 1, 2), None]),
+        (
+            "groups",
+            [{"a": 1}, None, {}, {"a": np.int64(1)}, {"a": np.array(1)}, MappingProxyType({"a": 1})],
+            [{1: 1}, {"a": "b"}, ["a"], "a"],
+        ),
+        ("kind", ["hard", np.str_("hard")], ["harder", None, 1]),
         ("law", [2.0, abs], ["abs", None, NAN, [abs]]),
         ("path", ["a", Path("a")], [1, None, b"a"]),
         ("flag", [True, np.True_], [1, "yes", None]),

@@ -138,7 +138,7 @@ class FieldLoadMethods(Scene):
 
 
 def _name(member: object) -> str:
-    return repr(member.name) if isinstance(member, Frame) else repr(member)
+    return repr(member.name) if isinstance(member, Frame) else type(member).__name__
 
 
 def _vector(load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:

@@ -120,7 +120,7 @@ def screen(
     first, last = (float(t) for t in shaped_numbers(span, (2,), "the duration of a screened run"))
     if not last > first:
         raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")
-    if isinstance(spacing, bool) or not isinstance(spacing, (int, float)) or not 0.0 < spacing < np.inf:
+    if not (numbers(spacing).shape == () and 0.0 < numbers(spacing) < np.inf):
         raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
     unknown = [name for name in options if name not in OF_WINDOWS]
     if unknown:

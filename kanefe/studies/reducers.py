@@ -167,7 +167,7 @@ def peak(
     >>> tip = peak("position", "tip", component="z", kind="lowest", after=2.0)
     >>> study = kf.Study(build, [tip, peak("joint_reaction", "arm")], ...)     # doctest: +SKIP
     """
-    if kind not in ("absolute", "highest", "lowest"):
+    if not isinstance(kind, str) or kind not in ("absolute", "highest", "lowest"):
         raise ModelError(f"kind must be 'absolute', 'highest' or 'lowest', not {kind!r}")
     return Peak(_history(quantity, names, component, after, name), kind)
 

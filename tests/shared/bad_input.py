@@ -219,6 +219,7 @@ SYNONYMS = {
     "kanefe.Universal": ("axis",),
     "kanefe.floquet": ("harmonics",),
     "kanefe.shapes.Mesh": ("triangle",),
+    "kanefe.studies.interruptions": ("place",),
     "kanefe.studies.Operability.plot": ("limit",),
 }
 """Words by which messages of a function name its arguments, beside their own names."""
