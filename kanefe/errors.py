@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from types import FrameType
 
@@ -17,9 +18,10 @@ class KanefeError(Exception):
     """Base of every error that kanefe raises on purpose."""
 
     def __str__(self) -> str:
-        """Return the message, without its middle where it is longer than a page."""
-        text = super().__str__()
-        half = MOST_LETTERS // 2 - 10
+        """Return the message; where it is longer than a page, without the middle of its longest words and of itself."""
+        text, half = super().__str__(), MOST_LETTERS // 2 - 10
+        if len(text) > MOST_LETTERS:
+            text = re.sub(r"(\S{60})\S{60,}(\S{20})", r"\1[...]\2", text)
         return text if len(text) <= MOST_LETTERS else f"{text[:half]} [...] {text[-half:]}"
 
 

@@ -145,3 +145,10 @@ def test_long_values_are_cut() -> None:
     with pytest.raises(ModelError) as told:
         door(name=list(range(10_000)))  # type: ignore[arg-type]
     assert len(str(told.value)) < 200
+
+
+def test_long_messages_keep_their_ends() -> None:
+    text = str(ModelError(f"name of a body must be short, not {'a' * 10**6}. Remedy: one word"))
+    assert len(text) < 2001
+    assert text.startswith("name of a body")
+    assert text.endswith("Remedy: one word")

@@ -146,7 +146,12 @@ class MotionRao:
         headings, values = self._circle
         values = self._at_speed(values, speed)
         i, x = _between(self.frequencies, np.asarray(omega, dtype=float), "wave frequency", "rad/s", self.name)
-        j, y = self._place_of(headings, np.broadcast_to(np.asarray(heading_deg, dtype=float), np.shape(i)))
+        beta = np.asarray(heading_deg, dtype=float)
+        if beta.shape not in ((), np.shape(i)):
+            raise ModelError(
+                f"heading_deg must be one number, or one for each of {np.shape(i)} waves, not {beta.shape}"
+            )
+        j, y = self._place_of(headings, np.broadcast_to(beta, np.shape(i)))
         x, y = x[:, None], y[:, None]
         near, far = ((1.0 - x) * values[k, i] + x * values[k, i + 1] for k in (j, j + 1))
         return np.asarray((1.0 - y) * near + y * far)
@@ -155,7 +160,7 @@ class MotionRao:
     def with_wave_at(self, x: float, y: float) -> MotionRao:
         """Return the same where the wave had been told at a point (m, ship axes, from the reference point)."""
         beta = np.radians(self.headings_deg)
-        way = -(np.cos(beta) * x + np.sin(beta) * y)
+        way = -(np.cos(beta) * float(x) + np.sin(beta) * float(y))
         late = np.exp(-1j * np.multiply.outer(way, wave_number(self.frequencies, self.depth)))
         return replace(self, values=self.values * late[None, :, :, None])
 

@@ -48,6 +48,10 @@ ALIKE = 1e-3
 """Difference of two eigenvalues, of their size, below which their modes mix freely and any order is right."""
 
 
+MOST_ORDERS = 100
+"""Lines of excitation in one picture."""
+
+
 @dataclass(frozen=True, eq=False)
 class Campbell:
     """Modes over the speed, column by column the same mode; made by `campbell`.
@@ -135,6 +139,8 @@ class Campbell:
         multiples = np.atleast_1d(numbers(orders)) if np.size(orders) else np.zeros(0)
         if multiples.ndim != 1 or not np.all(np.isfinite(multiples)) or np.any(multiples < 0.0):
             raise ModelError(f"orders must be multiples of the rotation, zero or more, not {orders!r}")
+        if len(multiples) > MOST_ORDERS:
+            raise ModelError(f"orders must be {MOST_ORDERS} at most, lines of one picture, not {len(multiples)}")
         critical = [(speed, order) for order in multiples.tolist() for speed, _ in self.critical_speeds(order)]
         curves = CampbellCurves(
             self.speeds,

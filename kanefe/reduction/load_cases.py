@@ -69,7 +69,7 @@ class LoadCase:
 
     def __post_init__(self) -> None:
         forces = numbers(self.forces)
-        if forces.ndim not in (1, 2) or not np.all(np.isfinite(forces)):
+        if forces.ndim not in (1, 2) or not forces.size or not np.all(np.isfinite(forces)):
             raise ModelError(
                 f"the forces of load case {self.name!r} must be finite numbers of shape (N,) or (N, m), not of shape "
                 f"{forces.shape}"

@@ -116,7 +116,8 @@ def screen(
     """
     if not hasattr(scene, "freeze"):
         raise ModelError(f"a screened run is of a scene, not of {scene!r}. Remedy: a kf.System with a driven frame")
-    span = (0.0, duration) if np.ndim(numbers(duration)) == 0 else duration
+    given = numbers(duration)
+    span = (0.0, given) if given.ndim == 0 else given
     first, last = (float(t) for t in shaped_numbers(span, (2,), "the duration of a screened run"))
     if not last > first:
         raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")

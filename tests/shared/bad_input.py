@@ -95,6 +95,12 @@ def wrong(*_: Any, **__: Any) -> str:
     return "wrong"
 
 
+class Whatever:
+    """A class whose objects are made of anything."""
+
+    def __init__(self, *_: Any, **__: Any) -> None: ...
+
+
 def fifo(_: Any) -> str:
     with contextlib.suppress(FileExistsError):
         os.mkfifo("fifo")
@@ -127,7 +133,7 @@ BAD = {
     "fifo": Bad(fifo, TEXT),
     "bytes": Bad(lambda _: b"x", ANY),
     "object": Bad(lambda _: object(), ANY),
-    "class": Bad(lambda _: int, CALLABLE),
+    "class": Bad(lambda _: Whatever, CALLABLE),
     "another scene": Bad(lambda _: kf.System(), rf"{ANY}|System|Scene|Freezable"),
     "another ground": Bad(lambda _: kf.System().ground, rf"{ANY}|Frame|Target"),
     "generator": Bad(lambda _: (x for x in (1.0, 2.0, 3.0)), rf"{ANY}|Iterable|Iterator"),
@@ -151,7 +157,6 @@ BAD = {
     "ragged": Bad(lambda _: [[1.0], [1.0, 2.0]], ANY),
     "deep": Bad(deep, ANY),
     "within itself": Bad(no_end, ANY),
-    "function": Bad(lambda _: len, CALLABLE),
     "wrong function": Bad(lambda _: wrong, CALLABLE),
 }
 """By name. A hint that says nothing of a value takes it: such an argument is judged by the exception that it raises."""
@@ -202,6 +207,7 @@ SYNONYMS = {
     "kanefe_fem.Orthotropic": ("nu",),
     "kanefe_fem.Orthotropic.transversely_isotropic": ("nu",),
     "kanefe_fem.cylinder_mesh": ("root",),
+    "kanefe_fem.rectangle_mesh": ("size",),
     "kanefe_fem.solid_model": ("group", "material"),
     "kanefe_fem.solid_body": ("group", "material"),
     "kanefe_fem.read_mesh": ("mesh file",),

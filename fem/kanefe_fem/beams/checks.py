@@ -149,6 +149,8 @@ def warn_of_beam_units(
 
 def check_groups(groups: Groups, points: np.ndarray) -> dict[str, NodeGroup]:
     """Return the named groups of nodes; the reference point is the mean position."""
+    if not isinstance(groups, Mapping):
+        raise ModelError(f"groups must be a dict of names to node numbers, not {groups!r}")
     result = {}
     for name, given in groups.items():
         numbers = np.atleast_1d(np.asarray(given))

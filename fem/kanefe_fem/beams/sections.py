@@ -21,7 +21,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.frames import shaped_numbers
+from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 from kanefe_fem.beams.section_shapes import box_shear_factor, box_torsion, circle, rectangle, rectangle_torsion
 
@@ -95,20 +95,19 @@ class CrossSection(BeamSection):
     def _require_positive(self, *names: str) -> None:
         for name in names:
             value = getattr(self, name)
-            if not 0.0 < shaped_numbers(value, (), f"{name} of {type(self).__name__}") < LARGEST:
+            if numbers(value).shape != () or not 0.0 < numbers(value) < LARGEST:
                 raise ModelError(
                     f"{type(self).__name__}: {name} = {value!r} must be a positive number below {LARGEST:g}. "
                     "Remedy: give it in SI units"
                 )
 
     def _require_poisson(self, nu: float) -> None:
-        if isinstance(nu, bool) or not hasattr(nu, "__float__") or not -1.0 < float(nu) <= 0.5:
+        if numbers(nu).shape != () or not -1.0 < numbers(nu) <= 0.5:
             raise ModelError(
                 f"{type(self).__name__}: nu = {nu!r} is outside (-1, 0.5]. Remedy: Poisson's ratio, or leave it out"
             )
 
 
-@checked
 @dataclass(frozen=True)
 class Section(CrossSection):
     """Section given by its numbers.
@@ -209,7 +208,6 @@ class Section(CrossSection):
         return StiffnessSection.of(numbers, stiffness, rho_A, rho_I, centre_of_mass, mass)
 
 
-@checked
 @dataclass(frozen=True)
 class SolidCircle(CrossSection):
     """Solid round bar, by its diameter.
@@ -247,7 +245,6 @@ class SolidCircle(CrossSection):
         return circle(self.diameter)
 
 
-@checked
 @dataclass(frozen=True)
 class Tube(CrossSection):
     """Round tube.
@@ -297,7 +294,6 @@ class Tube(CrossSection):
         return circle(self.outer_diameter)
 
 
-@checked
 @dataclass(frozen=True)
 class Rectangle(CrossSection):
     """Solid rectangle. A planar model bends in its plane, across the `width`.
@@ -335,7 +331,6 @@ class Rectangle(CrossSection):
         return rectangle(self.width, self.height)
 
 
-@checked
 @dataclass(frozen=True)
 class Box(CrossSection):
     """Rectangular hollow section of one wall thickness, with sharp corners.

@@ -31,7 +31,7 @@ FOLLOWS = 1e-8
 """Relative part of a motion that nodes cannot follow from which it is refused."""
 
 
-@checked
+@checked("at")
 @dataclass(frozen=True)
 class LumpedMass:
     """A small rigid body that moves with a node or a group.
@@ -139,7 +139,7 @@ class LumpedMass:
             )
 
 
-@checked
+@checked("at", "to")
 @dataclass(frozen=True)
 class LumpedSpring:
     """A massless spring from a node or a group to G, or to another one.
@@ -217,7 +217,7 @@ class _Cloud(NamedTuple):
     arms: np.ndarray
 
 
-@checked
+@checked("model")
 def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElementModel:
     """Return the model with lumped masses and springs on its nodes and groups.
 
@@ -250,9 +250,7 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
     >>> beam = straight_beam(1.0, Rectangle(0.05, 0.1), Material(E=210e9, nu=0.3, rho=7850.0))
     >>> heavy = attach(beam, [LumpedMass("tip", mass=3.0)])
     """
-    if isinstance(lumped, (str, LumpedMass, LumpedSpring)) or not all(
-        isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped
-    ):
+    if not isinstance(lumped, Sequence) or not all(isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped):
         raise ModelError(f"lumped={lumped!r}. Remedy: a list of LumpedMass(...) and LumpedSpring(...)")
     stiffness, mass = model.stiffness, model.mass
     clouds: list[_Cloud] = []

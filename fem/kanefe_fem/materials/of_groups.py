@@ -73,9 +73,12 @@ def materials_by_group(
             raise ModelError(
                 f"{mesh.source}: the group {name!r} has no material. Remedy: add {name!r}: Material(...) to materials"
             )
-        if plane != "stress":
+        if not (isinstance(plane, str) and plane == "stress"):
             _warn_of_locking(name, materials[name], order)
-    for name, rho in (densities or {}).items():
+    densities = {} if densities is None else densities
+    if not isinstance(densities, Mapping):
+        raise ModelError(f"densities must be a dict by groups, in kg/m3, not {densities!r}")
+    for name, rho in densities.items():
         _refuse_unknown(mesh, name, "a density")
         voigt.check_density(f"density of the group {name!r}", rho)
     return {name: materials[name] for name in groups}

@@ -41,7 +41,6 @@ class SolidMaterial(Protocol):
         """Return what makes the material (json-able)."""
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class Oriented:
     """A material whose axes 1, 2, 3 are not those of the mesh.
@@ -249,14 +248,14 @@ def axes_at_angle(angle: float, axis: Vector = (0.0, 0.0, 1.0), along: Vector = 
     """
     normal, reference = _direction("axis", axis), _direction("along", along)
     first = reference - (reference @ normal) * normal
-    if np.linalg.norm(first) < 1e-6 or not np.isfinite(angle):
+    if np.linalg.norm(first) < 1e-6 or not np.isfinite(numbers(angle)):
         raise ModelError(
             f"axes_at_angle: along={along!r} is parallel to axis={axis!r}, or angle={angle!r} is not finite. Remedy: "
             "give the direction of the fibres at the angle 0, across the axis"
         )
     first /= np.linalg.norm(first)
     second = np.cross(normal, first)
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = np.cos(float(angle)), np.sin(float(angle))
     return np.column_stack((c * first + s * second, c * second - s * first, normal))
 
 
@@ -283,7 +282,7 @@ def _direction(name: str, vector: Vector) -> np.ndarray:
 
 def _checked(label: str, axes: Any) -> np.ndarray:
     """Return axes as an array (3, 3) or (m, 3, 3)."""
-    A = np.array(axes, dtype=float)
+    A = numbers(axes)
     if A.shape[-2:] != (3, 3) or A.ndim not in (2, 3):
         raise ModelError(f"{label} have shape {A.shape}. Remedy: (3, 3), or (m, 3, 3) for the m cells of the group")
     error = np.abs(np.swapaxes(A, -1, -2) @ A - np.eye(3)).max()

@@ -125,7 +125,7 @@ def check_density(label: str, rho: Any) -> float:
 
 def one_number(label: str, name: str, value: Any) -> float:
     """Return a number; raise a ModelError if it is none."""
-    if isinstance(value, bool) or not hasattr(value, "__float__"):
+    if numbers(value).shape != () or (np.isnan(numbers(value)) and not isinstance(value, (float, np.floating))):
         raise ModelError(f"{label}: {name} is {value!r}. Remedy: give one number, in SI units")
     return float(value)
 

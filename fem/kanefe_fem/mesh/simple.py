@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import permutations
 from typing import Any, Literal
 
@@ -13,6 +14,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.places import InCylinder, OnPlane, PlaceLike
 from kanefe.fe_model.shapes import row_numbers, shape
 from kanefe.frames import numbers
+from kanefe_fem.memory import check_size
 from kanefe_fem.mesh.mesh import Mesh
 
 _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
@@ -242,6 +244,7 @@ def _check(
         whole = all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 1 for n in np.ravel(given))
         if not whole or np.shape(given) != (length or 3,):
             raise ModelError(f"{who}: {name}={given!r}. Remedy: whole numbers of at least 1")
+        check_size(math.prod(int(n) + 1 for n in given), f"{who}: {name}={given!r}")
 
 
 def _shifted(index: np.ndarray, corner: tuple[int, ...]) -> np.ndarray:

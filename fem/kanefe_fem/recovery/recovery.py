@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from kanefe_fem.recovery.section_forces import SectionForces
 
 
-@checked
+@checked("name")
 def recover(
     result: Reader | Instant,
     name: str,
@@ -76,6 +76,8 @@ def recover(
     """
     if isinstance(result, Instant):
         result = result.history
+    if not hasattr(result, "modal_coordinates"):
+        raise ModelError(f"result must be a Result, an Instant or a file that load_result reads, not {result!r}")
     shape = result.body(name)
     eta = result.modal_coordinates(name)  # refuses a rigid body by name
     if times is not None and frames is not None:

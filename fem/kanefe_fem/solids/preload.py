@@ -35,7 +35,6 @@ SLACK = 1e-6
 """A load this close to the one at which the body buckles counts as buckling it: its frequency means nothing."""
 
 
-@checked
 @dataclass(frozen=True)
 class Preload:
     """A static load case that a body is under.
@@ -83,6 +82,9 @@ class Preload:
     thermal_strain: float = 0.0
 
     def __post_init__(self) -> None:
+        for name in ("forces", "tractions", "pressures"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise ModelError(f"preload: {name} must be a dict by groups, not {getattr(self, name)!r}")
         freeze = object.__setattr__
         if not isinstance(self.held, Mapping) or not self.held:
             raise ModelError(

@@ -14,9 +14,12 @@ import pytest
 from fem_meshes import KINDS, STEEL, box, shown, write_msh2
 from kanefe.errors import FileError, MeshError, MissingDependency, ModelError
 from kanefe.fe_model.model import Cells
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.mesh.checks import MeshWarning, check_mesh
 from kanefe_fem.mesh.groups import check_interfaces
 from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
 
@@ -408,3 +411,15 @@ def test_the_lines_that_are_told_mesh_a_geometry(tmp_path: Path) -> None:
     source.write_text("def build(" + str(told.value).partition("def build(")[2])
     mesh = read_mesh(source)
     assert mesh.nodes.max(axis=0) == pytest.approx((0.1, 0.02, 0.01))  # the file is in mm
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: box_mesh((1, 1, 1), (10**5,) * 3),
+        lambda: straight_beam(1.0, Rectangle(1.0, 1.0), STEEL, elements=10**11),
+    ],
+)
+def test_a_mesh_larger_than_memory_is_refused(make):
+    with pytest.raises(ModelError, match=r"takes .* GiB, of which"):
+        make()
