@@ -203,8 +203,8 @@ def with_generalised(labelled: LabelledMatrix, labels: Sequence[int]) -> Labelle
     ModelError
         If one of the labels has no row.
     """
-    given = np.asarray(labels)
-    if given.size and (given.ndim != 1 or given.dtype.kind not in "iu"):
+    given = numbers(labels)
+    if given.size and (given.ndim != 1 or np.any(given % 1.0 != 0.0)):
         raise ModelError(f"generalised must be labels, whole numbers, not {labels!r}")
     chosen = np.unique(given.astype(np.int64))
     unknown = np.setdiff1d(chosen, labelled.freedoms[:, 0])

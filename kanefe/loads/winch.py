@@ -88,7 +88,8 @@ class Winch(Load):
         object.__setattr__(self, "ends", tuple(self.ends))
         for what in ("stiffness", "speed", "damping", "breaking_load"):
             value = getattr(self, what)
-            if value is not None and shaped_numbers(value, (), f"{what} of {label}") <= 0.0:
+            is_given = value is not None or what != "breaking_load"
+            if is_given and shaped_numbers(value, (), f"{what} of {label}") <= 0.0:
                 raise ModelError(f"{what} of {label} must be > 0, not {value!r}")
         if numbers(self.tension).shape == () and np.isfinite(numbers(self.tension)):
             table = np.array((0.0, 1.0)), np.full(2, float(self.tension))

@@ -71,7 +71,7 @@ class Options:
 
 def check_frequency(name: str, value: float | None) -> None:
     """Refuse a frequency that is not above zero."""
-    if value is not None and not (is_number(value) and np.isfinite(value) and value > 0):
+    if value is not None and not (is_number(value) and np.isfinite(numbers(value)) and value > 0):
         raise ModelError(f"{name} must be above zero Hz and finite, not {value!r}")
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.frames import numbers
 from kanefe.reduction.basis import Basis, Options, check_count, is_number
 from kanefe.reduction.load_cases import Load, some_groups
 from kanefe.reduction.orthonormal import normalised, orthonormal_columns
@@ -65,7 +66,7 @@ class Krylov(Options):
             raise ModelError(f"the frequencies of Krylov must be a sequence in Hz, such as (0.0, 50.0), not {given!r}")
         object.__setattr__(self, "frequencies", tuple(given))
         for frequency in self.frequencies:
-            if not (is_number(frequency) and np.isfinite(frequency) and frequency >= 0):
+            if not (is_number(frequency) and np.isfinite(numbers(frequency)) and frequency >= 0):
                 raise ModelError(f"a frequency of Krylov must be at least 0 Hz and finite, not {frequency!r}")
         if not self.frequencies:
             raise ModelError("Krylov needs one frequency at least. Remedy: frequencies=(0.0,)")

@@ -456,7 +456,7 @@ class Reader:
             quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
         )
 
-    @checked
+    @checked("quantity", "name", "interface")
     def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.results.quantities` by its name; the methods above are the readable way.
 

@@ -196,7 +196,7 @@ SAME = {
 
 
 REMEDY = re.compile(
-    r"Remedy|must|give |fitted to|is not the derivative|gives \[|"
+    r"Remedy|must|give |fitted to|is not the derivative|is not that of|gives \[|"
     r"needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
     r"expected|wants|instead|are:|takes|It has",
     re.I,
@@ -216,10 +216,11 @@ SYNONYMS = {
     "kanefe.System.add_motor": ("motor",),
     "kanefe.System.add_contact": ("surface",),
     "kanefe.Coulomb": ("coefficient",),
-    "kanefe.Krylov": ("frequency", "load"),
+    "kanefe.Krylov": ("frequency", "load", "number"),
     "kanefe.FreeInterface": ("load",),
     "kanefe.ModalDamping.ratios": ("modes",),
     "kanefe.Result.plot": ("picture",),
+    "kanefe.StudyTable.column": ("column",),
     "kanefe.Sea.state": ("states",),
     "kanefe.Simulation.restore": ("save",),
     "kanefe.Universal": ("axis",),
@@ -245,8 +246,9 @@ BY_ARGUMENT = {
     "member": ("body",),
     "name": ("called",),
     "omega": ("frequency",),
-    "path": ("file", "data set", "suffix", "draw"),
-    "resume": ("checkpoint",),
+    "path": ("file", "data set", "suffix", "draw", "page"),
+    "released": ("releases",),
+    "resume": ("checkpoint", "pipe"),
     "scale": ("triangles", "points"),
     "simulate": ("run",),
     "speeds": ("body",),
