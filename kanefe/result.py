@@ -157,7 +157,7 @@ class Result(Reader):
 
         return draw(self, what, names, path)
 
-    @checked
+    @checked("path")
     def to_vtk(
         self, path: str | Path, *, fps: float | None = None, every: int | None = None, scale: float = 1.0
     ) -> Path:
@@ -190,7 +190,7 @@ class Result(Reader):
 
         return write_series(self, path, fps=fps, every=every, scale=scale)
 
-    @checked
+    @checked("path", "colour", "forces")
     def to_html(
         self,
         path: str | Path,
@@ -247,7 +247,7 @@ class Result(Reader):
         options = {"colour": colour, "stress": stress, "forces": forces, "fps": fps, "every": every}
         return write_page(page_of(self, **options, scale=scale, title=title), path)  # type: ignore[arg-type]
 
-    @checked
+    @checked("colour", "forces")
     def view(
         self,
         *,

@@ -205,7 +205,7 @@ def _compiled(version: str, engine: str, header: str, image: bytes) -> bytes:
 def _packed(path: str | Path, files: dict[str, bytes]) -> Path:
     made = Path(path)
     if made.suffix != ".fmu":
-        raise FileError(f"the file of a unit must end in .fmu, not {made.name!r}")
+        raise FileError(f"the file of a unit ends in .fmu, not {made.name!r}. Remedy: another name")
 
     def write(file: object) -> None:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:  # type: ignore[call-overload]

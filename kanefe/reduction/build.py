@@ -39,7 +39,7 @@ LARGEST_DENSE = 300
 """Coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit integrator."""
 
 
-@checked("model", "stiffening")
+@checked("model")
 def flexible_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, str | Interface] | None = None,

@@ -56,9 +56,9 @@ def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most:
         Where neither is given.
     """
     if fps is not None and every is not None:
-        raise ModelError("both fps= and every= are given. Remedy: one of them")
+        raise ModelError("give fps= or every=, not both")
     if fps is not None:
-        if not (isinstance(fps, (int, float)) and math.isfinite(fps) and fps > 0):
+        if not (numbers(fps).shape == () and 0.0 < numbers(fps) < math.inf):
             raise ModelError(f"fps must be above zero, not {fps!r}")
         wanted = times[0] + np.arange(math.floor((times[-1] - times[0]) * fps * (1 + 1e-12)) + 1) / fps
         after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
@@ -66,6 +66,6 @@ def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most:
         return np.unique(nearest)
     if every is None:
         every = max(1, math.ceil((len(times) - 1) / (most - 1)))
-    if not (isinstance(every, (int, np.integer)) and every >= 1):
+    if isinstance(every, bool) or not (isinstance(every, (int, np.integer)) and 1 <= every < 2**63):
         raise ModelError(f"every must be a whole number of at least 1, not {every!r}")
     return np.arange(0, len(times), int(every))

@@ -199,7 +199,7 @@ class ContactMethods(LoadMethods):
         given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0
         self.add(Contact(*given) if convex is None else ConvexContact(*given, touching=convex))
 
-    @checked("among", "ignore")
+    @checked("ignore")
     def add_contacts(
         self,
         among: Sequence[Surface],

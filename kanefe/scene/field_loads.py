@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.functions import Constant, callback
@@ -138,7 +138,7 @@ class FieldLoadMethods(Scene):
 
 
 def _name(member: object) -> str:
-    return repr(member.name) if isinstance(member, Frame) else type(member).__name__
+    return repr(member.name) if isinstance(member, Frame) else told(member)
 
 
 def _vector(load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:

@@ -227,7 +227,7 @@ def straight_beam(
     )
 
 
-@checked("model", "interfaces", "stiffening")
+@checked("model", "interfaces")
 def beam_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, Any],

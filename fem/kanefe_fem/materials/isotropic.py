@@ -33,7 +33,7 @@ LOCKING_NU = 0.45
 """Poisson ratio from which elements of order 1 are much too stiff."""
 
 
-@checked
+@checked("name")
 @dataclass(frozen=True)
 class Material:
     """Isotropic linear elastic material.

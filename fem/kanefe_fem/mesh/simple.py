@@ -24,7 +24,7 @@ _CORE = 0.55
 """Half-diagonal of the square in the middle of a round section, of its radius: no angle is far from a right one."""
 
 
-@checked
+@checked("kind")
 def box_mesh(
     size: tuple[float, float, float],
     counts: tuple[int, int, int],
@@ -82,7 +82,6 @@ def box_mesh(
     return mesh.with_groups(places)
 
 
-@checked
 def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], start: Any = (0.0, 0.0)) -> Mesh:
     """Return the mesh of a rectangle in the x-y plane, for plane stress or strain.
 
@@ -111,7 +110,7 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     >>> rectangle_mesh(1.0, 0.1, (10, 2)).cell_count
     20
     """
-    both = (counts, 1) if isinstance(counts, (int, np.integer)) else counts
+    both = (counts, 1) if isinstance(counts, (int, np.integer)) and not isinstance(counts, bool) else counts
     _check("rectangle_mesh", {"size": (length, height), "start": start}, {"counts": both}, signed=("start",), length=2)
     x, y = (
         first + np.linspace(0.0, size, count + 1)
@@ -132,7 +131,7 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     )
 
 
-@checked
+@checked("inner_radius", "order")
 def cylinder_mesh(
     length: float, radius: float, counts: tuple[int, int, int], *, inner_radius: float = 0.0, order: Literal[1, 2] = 2
 ) -> Mesh:
@@ -241,8 +240,9 @@ def _check(
         if bad or (length is not None and values.shape != (length,)):
             raise ModelError(f"{who}: {name}={given!r}. Remedy: finite lengths in m, above zero")
     for name, given in counts.items():
-        whole = all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 1 for n in np.ravel(given))
-        if not whole or np.shape(given) != (length or 3,):
+        if numbers(given).shape != (length or 3,) or not all(
+            isinstance(n, (int, np.integer)) and n >= 1 for n in given
+        ):
             raise ModelError(f"{who}: {name}={given!r}. Remedy: whole numbers of at least 1")
         check_size(math.prod(int(n) + 1 for n in given), f"{who}: {name}={given!r}")
 

@@ -53,7 +53,7 @@ STRAIGHT = 1e-12
 """Mid-side nodes this close (relative to the body) to the means of their corners make a straight geometry."""
 
 
-@checked("mesh", "order", "surfaces", "cells", "lumped", "preload")
+@checked("mesh", "order", "cells", "lumped", "preload")
 def solid_model(
     mesh: Mesh | str | Path,
     materials: Materials,
@@ -186,7 +186,7 @@ def solid_model(
     return model if preload is None else preloaded(model, preload, factorise)
 
 
-@checked("mesh", "order", "surfaces", "cells", "lumped", "preload", "cache", "progress")
+@checked("mesh", "order", "cells", "lumped", "preload", "cache", "progress")
 def solid_body(
     mesh: Mesh | str | Path,
     materials: Materials,
