@@ -146,7 +146,7 @@ BAD = {
     "one less": Bad(changed(lambda numbers: np.atleast_1d(numbers)[:-1]), SEVERAL),
     "one more": Bad(changed(lambda numbers: [*np.atleast_1d(numbers), *np.atleast_1d(numbers)[-1:]]), SEVERAL),
     "opposite": Bad(changed(lambda numbers: -numbers), rf"{NUMBER}|{SEVERAL}"),
-    "zeros": Bad(changed(lambda numbers: 0.0 * numbers), rf"{NUMBER}|{SEVERAL}"),
+    "zeros": Bad(changed(lambda numbers: 0.0 * numbers), rf"{WHOLE}|{SEVERAL}"),
     "numbers in texts": Bad(changed(lambda numbers: numbers.astype(str)), rf"{ANY}|str|Load\b"),
     "three axes": Bad(lambda _: np.zeros((2, 3, 4)), rf"{ANY}|Vector"),
     "a million": Bad(lambda _: [1.0] * 10**6, SEVERAL),
@@ -225,7 +225,7 @@ SYNONYMS = {
     "kanefe.Sea.state": ("states",),
     "kanefe.Simulation.restore": ("save",),
     "kanefe.Universal": ("axis",),
-    "kanefe.floquet": ("harmonics",),
+    "kanefe.floquet": ("harmonics", "scene"),
     "kanefe.shapes.Mesh": ("triangle",),
     "kanefe.studies.interruptions": ("place",),
     "kanefe.studies.Operability.plot": ("limit",),
@@ -234,6 +234,7 @@ SYNONYMS = {
 
 BY_ARGUMENT = {
     "build": ("needs a system", "function"),
+    "checkpoint": ("write",),
     "constants": ("function",),
     "densities": ("spectrum",),
     "dt": ("step",),
@@ -268,8 +269,8 @@ class Hang(BaseException):
     """A call that takes too long."""
 
 
-RUN_LONG = {("dt", "many"), ("dt", "huge")}
-"""What asks for a run without end, which no limit ends but the user."""
+NOT_BAD = {("dt", "many"), ("dt", "huge"), ("seed", "huge whole")}
+"""A run as long as is asked for, which no limit ends but the user; seeds have no largest one."""
 
 AS_GOOD = "good, "
 """Begins the names of cases whose value is good in another form."""
@@ -309,7 +310,7 @@ def cases(calls: dict[str, Callable[[], tuple[Callable[..., Any], dict[str, Any]
     for name, made in calls.items():
         for argument, good in made.good()[1].items():
             for bad in BAD:
-                if (argument, bad) not in RUN_LONG:
+                if (argument, bad) not in NOT_BAD:
                     yield Case(name, argument, bad)
             for same, (fits, _) in SAME.items():
                 if fits(good):

@@ -65,7 +65,7 @@ class LumpedMass:
 
     def __post_init__(self) -> None:
         label = self.label
-        if np.ndim(self.mass) == 0 and self.mass == 0.0:  # whatever else it is, is checked
+        if numbers(self.mass).shape == () and numbers(self.mass) == 0.0:  # whatever else it is, is checked
             object.__setattr__(self, "mass", 0.0)
         else:
             object.__setattr__(self, "mass", check_numbers(label, ("mass",), (self.mass,), "give it in kg")[0])

@@ -236,7 +236,8 @@ def _check(
     """Refuse lengths that are not positive and finite, and counts that are not whole and at least 1."""
     for name, given in lengths.items():
         values = numbers(given)
-        bad = not np.isfinite(values).all() or (name not in signed and (values <= 0.0).any())
+        has_flags = any(isinstance(one, (bool, np.bool_)) for one in np.ravel(np.asarray(given, dtype=object)))
+        bad = has_flags or not np.isfinite(values).all() or (name not in signed and (values <= 0.0).any())
         if bad or (length is not None and values.shape != (length,)):
             raise ModelError(f"{who}: {name}={given!r}. Remedy: finite lengths in m, above zero")
     for name, given in counts.items():
