@@ -145,7 +145,9 @@ class MotionRao:
         """
         headings, values = self._circle
         values = self._at_speed(values, speed)
-        i, x = _between(self.frequencies, np.asarray(omega, dtype=float), "wave frequency", "rad/s", self.name)
+        i, x = _between(
+            self.frequencies, np.atleast_1d(np.asarray(omega, dtype=float)), "wave frequency", "rad/s", self.name
+        )
         beta = np.asarray(heading_deg, dtype=float)
         if beta.shape not in ((), np.shape(i)):
             raise ModelError(

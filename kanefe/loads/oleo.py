@@ -96,7 +96,7 @@ class Oleo(Load):
         object.__setattr__(self, "ends", tuple(self.ends))
         for what in ("area", "pressure", "volume", "extended", "orifice", "rebound", "ambient", "exponent"):
             value = getattr(self, what)
-            if value is None:
+            if value is None and what in ("rebound", "extended"):
                 continue
             given = float(shaped_numbers(value, (), f"{what} of {label}"))
             may_be_zero = what in ("orifice", "rebound", "ambient")
@@ -128,10 +128,12 @@ class Oleo(Load):
         for what, value in (("density", density), ("area", area), ("orifice", orifice), ("discharge", discharge)):
             if shaped_numbers(value, (), f"{what} of an orifice") <= 0.0:
                 raise ModelError(f"{what} of an orifice must be > 0, not {value!r}")
-        through = float(discharge) * orifice
-        if not 0.0 < through**2 < math.inf:
-            raise ModelError(f"orifice times discharge must be an area in m2, not {through!r}")
-        return density * area**3 / (2.0 * through**2)
+        through = float(discharge) * float(orifice)
+        ratio = float(area) / through if through > 0.0 else math.inf
+        found = 0.5 * float(density) * float(area) * ratio * ratio
+        if not 0.0 < found < math.inf:
+            raise ModelError(f"area, orifice and discharge must be of oil, in m2: {area!r}, {orifice!r}, {discharge!r}")
+        return found
 
     @property
     def exchanges_energy(self) -> bool:

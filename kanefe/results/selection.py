@@ -22,13 +22,13 @@ def frame_index(frames: Frames | None, count: int) -> Any:
         return slice(None)
     if isinstance(frames, slice):
         return frames
-    index = numbers(frames)
-    if np.any(index % 1.0 != 0.0) or index.ndim > 1 or np.any((index < -count) | (index >= count)):
+    index = np.asarray(frames) if np.all(np.isfinite(numbers(frames))) else np.array(np.nan)
+    if index.dtype.kind not in "iu" or index.ndim > 1 or np.any((index < -count) | (index >= count)):
         raise ModelError(
             f"frames={frames!r} must be numbers of output times, 0 to {count - 1}. "
             "Remedy: np.searchsorted(result.times, t) gives the number of a time"
         )
-    return index.astype(int) if index.ndim else int(index)
+    return index if index.ndim else int(index)
 
 
 def node_numbers(shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> np.ndarray:
