@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
+import re
+import sys
+from types import FrameType
+
+INSIDE = {"kanefe", "kanefe_fem", "functools", "scipy"}
+"""Packages whose lines no warning points to: ours, and what calls functions of ours for us."""
+
+
+MOST_LETTERS = 2000
+"""Of a message that is shown: what was given may be a text or a list without end."""
+
 
 class KanefeError(Exception):
     """Base of every error that kanefe raises on purpose."""
+
+    def __str__(self) -> str:
+        """Return the message; where it is longer than a page, without the middle of its longest words and of itself."""
+        text, half = super().__str__(), MOST_LETTERS // 2 - 10
+        if len(text) > MOST_LETTERS:
+            text = re.sub(r"(\S{60})\S{60,}(\S{20})", r"\1[...]\2", text)
+        return text if len(text) <= MOST_LETTERS else f"{text[:half]} [...] {text[-half:]}"
 
 
 class ModelError(KanefeError, ValueError):
@@ -57,3 +75,12 @@ class MissingDependency(KanefeError, ImportError):
         self.package = package
         self.needed_by = needed_by
         self.remedy = remedy
+
+
+def outside() -> int:
+    """Return the `stacklevel` by which a warning points to the line of the user, however many calls lie between."""
+    frame: FrameType | None = sys._getframe(1)
+    level = 1
+    while frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] in INSIDE:
+        frame, level = frame.f_back, level + 1
+    return level

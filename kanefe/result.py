@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
@@ -94,6 +95,7 @@ class Result(Reader):
         """
         self.status.raise_if_failed()
 
+    @checked
     def at(self, t: float) -> Instant:
         """Return what the scene is like at an output time: to look at, or for a run to start from.
 
@@ -128,6 +130,7 @@ class Result(Reader):
             )
         return Instant(run.model, self.times[row], run.states[row])
 
+    @checked
     def plot(self, what: str = "overview", *names: str, path: str | Path | None = None) -> Figure:
         """Draw a picture and return matplotlib's figure, also written to `path` (.png, .pdf, .svg) if given.
 
@@ -154,6 +157,7 @@ class Result(Reader):
 
         return draw(self, what, names, path)
 
+    @checked("path")
     def to_vtk(
         self, path: str | Path, *, fps: float | None = None, every: int | None = None, scale: float = 1.0
     ) -> Path:
@@ -186,6 +190,7 @@ class Result(Reader):
 
         return write_series(self, path, fps=fps, every=every, scale=scale)
 
+    @checked("path", "colour", "forces")
     def to_html(
         self,
         path: str | Path,
@@ -242,6 +247,7 @@ class Result(Reader):
         options = {"colour": colour, "stress": stress, "forces": forces, "fps": fps, "every": every}
         return write_page(page_of(self, **options, scale=scale, title=title), path)  # type: ignore[arg-type]
 
+    @checked("colour", "forces")
     def view(
         self,
         *,
@@ -266,6 +272,7 @@ class Result(Reader):
         options = {"colour": colour, "stress": stress, "forces": forces, "fps": fps, "every": every}
         return shown(page_of(self, **options, scale=scale, title=title))  # type: ignore[arg-type]
 
+    @checked
     def save(self, path: str | Path, *, forces: bool = True) -> None:
         """Write everything to one HDF5 file; an old file survives a failure. `kanefe.load_result` reads it.
 
@@ -286,6 +293,7 @@ class Result(Reader):
         save_result(self, path, forces=forces)
 
 
+@checked
 def load_result(path: str | Path) -> Result:
     """Read a result that `Result.save` wrote.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.slopes import SlopeMeasure, slope_measure
 from kanefe.equations.model import Model
 from kanefe.equations.planar_inertia import check_planar_inertias
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from kanefe.stepping.simulation import Simulation
 
 
+@checked("slopes")
 class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, HeldInputMethods):
     """A scene of rigid and flexible bodies in a tree.
 
@@ -100,6 +102,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         """How the slopes of interfaces that carry bodies are read as rotations."""
         return self._slopes
 
+    @checked("t")
     def freeze(self, t: float = 0.0, start: Start = None) -> Model:
         """Return the immutable model of the scene. Nothing can be added to the scene afterwards, but to a `copy` of it.
 
@@ -138,6 +141,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         self.is_frozen = True
         return model
 
+    @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress")
     def simulate(
         self,
         t_span: tuple[float, float],
@@ -266,6 +270,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         model = self.freeze(options.span[0], start)
         return Result(model, accounted(model, run(model, options, _told_poles)))
 
+    @checked("method")
     def start(
         self,
         t: float = 0.0,
@@ -333,6 +338,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         )
         return started(self, Asked(start, inputs, outputs, every, options))
 
+    @checked("path", "fmi", "method")
     def to_fmu(
         self,
         path: str | Path,

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.errors import FileError, MeshError, MissingDependency
+from kanefe.errors import FileError, MeshError, MissingDependency, outside
 from kanefe.fe_model.shapes import Shape
 from kanefe_fem._petsc import start_mpi
 from kanefe_fem.machine.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
@@ -58,7 +58,7 @@ def load() -> Any:
             f"dolfinx {dolfinx.__version__} is outside the tested range {OLDEST[0]}.{OLDEST[1]} to "
             f"{NEWEST[0]}.{NEWEST[1]}; the numbering of its nodes is checked, the rest is not",
             UserWarning,
-            stacklevel=4,
+            stacklevel=outside(),
         )
     versions = {"dolfinx": dolfinx.__version__, "PETSc": ".".join(str(part) for part in PETSc.Sys.getVersion())}
     return SimpleNamespace(

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.errors import FileError, MeshError, MissingDependency
+from kanefe.errors import FileError, MeshError, MissingDependency, outside
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import is_supported, row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
@@ -409,7 +409,7 @@ def _warn_left_out(gmsh: Any, dimension: int, groups: dict[str, list[Block]], so
             f"{source}: {total - kept} of {total} cells belong to no physical group and are left out. "
             "Add them to a group if they are part of the body",
             MeshWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
 
 

@@ -21,6 +21,7 @@ from typing import Any
 import kanefe
 from kanefe.bodies import cache
 from kanefe.bodies.flexible import FlexibleBody, file_kind
+from kanefe.errors import outside
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.storage.digest import Unhashable, code_stamp, digest, installed_versions
 from kanefe_fem.machine.memory import MemoryWarning
@@ -175,7 +176,7 @@ def _noted(body: FlexibleBody, note: dict[str, Any]) -> FlexibleBody:
 def _warn_again(provenance: Mapping[str, Any]) -> None:
     """Give the warnings that came with the making."""
     for category, text in provenance.get("warnings", ()):
-        warnings.warn(text, _category(category), stacklevel=4)
+        warnings.warn(text, _category(category), stacklevel=outside())
 
 
 def _content(mesh: Mesh | str | Path) -> Any:

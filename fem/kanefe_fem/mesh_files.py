@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from kanefe.arguments import checked
 from kanefe.errors import FileError, MeshError
 from kanefe.storage.files import regular_file
 from kanefe_fem.mesh.checks import check_arrays, check_mesh
@@ -21,6 +22,7 @@ GEOMETRY = (".step", ".stp", ".iges", ".igs", ".brep", ".sat", ".x_t", ".sldprt"
 """Files of programs that draw, which have neither cells nor the size of any."""
 
 
+@checked
 def read_mesh(
     path: str | Path,
     order: int | None = None,

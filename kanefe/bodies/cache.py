@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from kanefe.errors import FileError, ModelError
+from kanefe.errors import FileError, ModelError, outside
 from kanefe.storage.files import cache_folder
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
     try:
         found = load(path)
     except FileError as error:
-        warnings.warn(f"a cached {kind} is thrown away and made again: {error}", CacheWarning, stacklevel=4)
+        warnings.warn(f"a cached {kind} is thrown away and made again: {error}", CacheWarning, stacklevel=outside())
         with contextlib.suppress(OSError):
             path.unlink()
         return None
@@ -201,7 +201,7 @@ def _keep(key: str, kind: Kind, value: Kept, save: Callable[[Kept, Path], None])
         warnings.warn(
             f"the {kind} is not cached: {error} (KANEFE_CACHE_DIR names another folder, KANEFE_CACHE=0 turns it off)",
             CacheWarning,
-            stacklevel=4,
+            stacklevel=outside(),
         )
         return
     _make_room(_path(key))

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
+from kanefe.frames import shaped_numbers
 from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.scipy_later import scipy, sp
 
@@ -229,6 +231,7 @@ class FlexibleBody(PickledByFields):
         generalised, _ = self.moments.leading(0).terms(np.zeros(0), np.zeros(0), np.zeros(3))
         return generalised[3:6, 3:6]
 
+    @checked
     def interface(self, name: str) -> InterfaceFrame:
         """Return the interface called `name`; raise a ModelError that lists those there are."""
         for frame in self.interfaces:
@@ -237,6 +240,7 @@ class FlexibleBody(PickledByFields):
         known = ", ".join(frame.name for frame in self.interfaces) or "none"
         raise ModelError(f"this flexible body has no interface called {name!r}. It has: {known}")
 
+    @checked
     def load_pattern(self, name: str) -> LoadPattern:
         """Return the surface or line called `name`; raise a ModelError that lists those there are."""
         for pattern in self.load_patterns:
@@ -248,6 +252,7 @@ class FlexibleBody(PickledByFields):
             f"with solid_body(..., surfaces=[{name!r}]), or with beam_model(..., lines={{{name!r}: [...]}})"
         )
 
+    @checked
     def node_frame(self, node: int) -> InterfaceFrame:
         """Return a frame that moves with one node of the mesh (slopes are zero where the node has none)."""
         if not 0 <= node < len(self.nodes):
@@ -257,9 +262,11 @@ class FlexibleBody(PickledByFields):
         motion[[COMPONENTS.index(c) for c in self.components]] = self.basis[node * width : (node + 1) * width]
         return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
 
+    @checked
     def node_displacements(self, eta: np.ndarray) -> np.ndarray:
         """Return the displacement of every node in G, shape (n, 3) in m, from the free coordinates (k,)."""
-        motion = (self.basis[:, : self.free_count] @ eta).reshape(len(self.nodes), len(self.components))
+        given = shaped_numbers(eta, (self.free_count,), "eta, the free coordinates of this body,")
+        motion = (self.basis[:, : self.free_count] @ given).reshape(len(self.nodes), len(self.components))
         displacement = np.zeros((len(self.nodes), 3))
         for column, component in enumerate(self.components):
             if component in ("x", "y", "z"):
@@ -283,6 +290,7 @@ class FlexibleBody(PickledByFields):
 
         return body_report(self)
 
+    @checked
     def save(self, path: str | Path) -> None:
         """Write the body to one file (.npz); an old file survives a failure. See `FlexibleBody.load`."""
         from kanefe.storage.object_file import write_object
@@ -290,6 +298,7 @@ class FlexibleBody(PickledByFields):
         write_object(path, self, file_kind())
 
     @staticmethod
+    @checked
     def load(path: str | Path) -> FlexibleBody:
         """Read a body that `save` wrote.
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.fe_model.model import TRANSLATIONS
 from kanefe.frames import Vector, numbers
 from kanefe.storage.scipy_later import sp, spla
@@ -63,7 +63,7 @@ def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
             f"{'by mass' if is_by_mass else 'over the nodes'}). Remedy: more modes; rigid motion belongs to the "
             "joint",
             AccuracyWarning,
-            stacklevel=4,
+            stacklevel=outside(),
         )
     return np.asarray(eta)
 

@@ -86,7 +86,10 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
         raise ModelError(f"inertia of body {name!r} is not symmetric. Remedy: pass 0.5 * (I + I.T) if that is meant")
     moments = np.linalg.eigvalsh(array)
     if moments[0] < -1e-12 * largest:
-        raise ModelError(f"inertia of body {name!r} has a negative principal moment ({moments[0]:.6g} kg m2)")
+        raise ModelError(
+            f"inertia of body {name!r} has a negative principal moment ({moments[0]:.6g} kg m2). "
+            "Remedy: moments about the centre of mass"
+        )
     # round-off of a CAD program's export must pass, a wrong column must not
     is_planar = moments[1] <= NO_MOMENT * moments[2]  # (0, 0, I): whether it stays in its plane is seen at freeze
     if not is_planar and moments[2] > (moments[0] + moments[1]) * (1 + 1e-6) + 1e-12 * largest:

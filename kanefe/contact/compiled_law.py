@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.normal_laws import NormalLaw, Pressed
 from kanefe.contact.shape import positive
 from kanefe.errors import ModelError
@@ -29,6 +30,7 @@ AT_NOTHING = 1e-6
 """Share of a depth, and of the energy there: what is less is none."""
 
 
+@checked("slopes")
 @dataclass(frozen=True, init=False, eq=False)
 class CompiledLaw(NormalLaw):
     """``F = f(d, dd/dt)``, f a function of the user in machine code, which both routes call by its address.
@@ -96,7 +98,7 @@ class CompiledLaw(NormalLaw):
             ("restitution", None),
             ("function", function),
             ("constants", own),
-            ("has_slopes", bool(slopes)),
+            ("has_slopes", slopes),
         ):
             object.__setattr__(self, name, value)
         given = _checked(lambda d, rate: _written(address, own, d, rate), depth, self.has_slopes)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.mesh import Mesh
 from kanefe.contact.shape import Probe
+from kanefe.contact.stl import read_stl
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 
@@ -57,6 +60,26 @@ class Convex(Mesh):
         faces = np.unique(np.round(hull.equations / SAME_FACE) * SAME_FACE, axis=0, return_inverse=True)[1].ravel()
         largest = max(len(np.unique(corners[faces == face])) for face in set(faces))
         object.__setattr__(self, "_corners_of_a_face", largest)
+
+    @classmethod
+    @checked
+    def from_stl(cls, path: str | Path, scale: float = 1.0) -> Self:
+        """Return the hull of the corners of an STL file, text or binary, whose mesh need not be closed.
+
+        Parameters
+        ----------
+        path : str or Path
+        scale : float
+            Metres in a unit of the file: 1e-3 of one in millimetres.
+
+        Raises
+        ------
+        FileError
+            If it is no such file.
+        ModelError
+            If its corners lie in one plane.
+        """
+        return cls(scale * read_stl(Path(path))[0])
 
     def probes(self) -> tuple[Probe, ...]:
         """Return its corners; those of the face that has most of them have the whole stiffness together."""

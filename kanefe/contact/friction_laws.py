@@ -68,7 +68,9 @@ class Coulomb:
             raise ModelError(f"mu of Coulomb must be one number or two, finite and >= 0, not {self.mu!r}")
         for name in ("static", "stribeck_speed", "stiffness", "damping", "torsional", "rolling"):
             value = getattr(self, name)
-            number = numbers(0.0 if value is None else value)
+            if value is None and name not in {"stribeck_speed", "torsional", "rolling"}:
+                continue
+            number = numbers(value)
             if number.shape != () or not np.isfinite(number) or number < 0.0:
                 raise ModelError(f"{name} of Coulomb must be one number, finite and >= 0, not {value!r}")
         if self.stiffness == 0.0 or self.damping == 0.0:

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.mesh_parts import check_parts
 from kanefe.contact.points import on_triangles, standing_for
 from kanefe.contact.shape import SurfaceShape, positive
@@ -62,10 +63,10 @@ class Mesh(SurfaceShape):
     _table: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        vertices, triangles = numbers(self.vertices), np.asarray(self.triangles)
+        vertices, triangles = numbers(self.vertices), numbers(self.triangles)
         if vertices.ndim != 2 or vertices.shape[1:] != (3,) or not np.all(np.isfinite(vertices)):
             raise ModelError("vertices of a mesh must be finite, shape (n, 3), m")
-        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or triangles.dtype.kind not in "iu" or not len(triangles):
+        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or np.any(triangles % 1.0) or not len(triangles):
             raise ModelError("triangles of a mesh must be whole numbers, shape (m, 3): the vertices of each")
         if triangles.min() < 0 or triangles.max() >= len(vertices):
             raise ModelError(f"triangles of a mesh name vertices that are none of its {len(vertices)}")
@@ -76,6 +77,7 @@ class Mesh(SurfaceShape):
         object.__setattr__(self, "_table", _table_of(vertices, triangles))
 
     @classmethod
+    @checked
     def from_stl(cls, path: str | Path, scale: float = 1.0) -> Self:
         """Return the mesh of an STL file, binary or text.
 

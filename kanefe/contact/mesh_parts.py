@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix
 
 INSIDE = 0.5
@@ -59,7 +59,7 @@ def check_parts(vertices: Matrix, triangles: np.ndarray) -> None:
         warnings.warn(
             f"a mesh goes through itself, {where}. Remedy: mend the mesh, such as by a union with itself",
             AccuracyWarning,
-            stacklevel=5,
+            stacklevel=outside(),
         )
     if len(volumes) > 1:
         _check_nested(corners, parts, volumes)

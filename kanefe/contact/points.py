@@ -48,7 +48,9 @@ class Points(SurfaceShape):
         if numbers(self.radius).shape or numbers(self.radius) != 0.0:
             positive(self.radius, "radius of points")
         if self.share is not None and positive(self.share, "share of points") > 1.0:
-            raise ModelError(f"share of points is that of each of the whole stiffness, 1 at most, not {self.share!r}")
+            raise ModelError(
+                f"share of points must be 1 at most, each a part of the whole stiffness, not {self.share!r}"
+            )
         object.__setattr__(self, "points", places)
 
     def distance(self, x: Vector) -> tuple[float, Vector]:

@@ -50,6 +50,6 @@ class Rigid:
         e = numbers(self.restitution)
         if e.shape != () or not 0.0 <= e <= 1.0:
             raise ModelError(f"restitution of Rigid must be a number of 0 to 1, not {self.restitution!r}")
-        if self.impact not in (NEWTON, POISSON):
+        if not isinstance(self.impact, str) or self.impact not in (NEWTON, POISSON):
             raise ModelError(f"impact of Rigid must be 'newton' or 'poisson', not {self.impact!r}")
         object.__setattr__(self, "restitution", float(np.asarray(e)))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.convex import Convex as Convex
 from kanefe.contact.height_field import HeightField as HeightField
 from kanefe.contact.mesh import Mesh as Mesh
@@ -71,6 +72,7 @@ class Plane(SurfaceShape):
         return np.array(self.normal)
 
 
+@checked("inside")
 @dataclass(frozen=True, eq=False)
 class Sphere(SurfaceShape):
     """A ball about the origin of its frame; `inside`: the room in it."""
@@ -166,6 +168,7 @@ class Capsule(SurfaceShape):
         return standing_for(self.title, balls, len(balls), self.radius)
 
 
+@checked("inside")
 @dataclass(frozen=True, eq=False)
 class Cylinder(SurfaceShape):
     """A cylinder with flat ends; it touches planes with the edges of its ends.
@@ -231,6 +234,7 @@ class Cylinder(SurfaceShape):
         return standing_for(self.title, *on_cylinder(self.radius, self.length, axes, positive(spacing, "spacing")))
 
 
+@checked("inside")
 @dataclass(frozen=True, eq=False)
 class Box(SurfaceShape):
     """A box about the origin of its frame, its edges along the axes; it touches others with its corners.

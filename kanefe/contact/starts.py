@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from kanefe.errors import SimulationWarning
+from kanefe.errors import SimulationWarning, outside
 
 if TYPE_CHECKING:
     from kanefe.contact.shape import Probe
@@ -30,7 +30,7 @@ def tell_of_start(
             f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
             "it will be thrown out. Remedy: place it outside, or start from a rest, kf.equilibrium",
             SimulationWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
     for (end, probe), touch in zip(probes, touches, strict=True):
         if probe.ring > 0.0 and abs(ends[end].A @ probe.axis @ touch.normal) > FLAT:
@@ -38,6 +38,6 @@ def tell_of_start(
                 f"contact {name!r} begins with a rim that lies flat, where no place of it is the lowest: it "
                 "will rock, and be slow. Remedy: points in the place of its shape, shape.sampled(spacing)",
                 SimulationWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
             return

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kanefe.errors import ModelError
 from kanefe.frames import Vector
 
 MOST_NUMBERS = 2_000_000
@@ -37,6 +38,8 @@ class Harmonics:
     def at(self, times: Vector) -> np.ndarray:
         """Return motions, rates and accelerations at some times, by cosines and sines, shape (times, 3, 6)."""
         times = np.asarray(times, dtype=float)
+        if times.ndim != 1:
+            raise ModelError(f"times must be numbers in s, shape (n,), not of shape {times.shape}")
         found = np.empty((len(times), 3, 6))
         several = max(1, MOST_NUMBERS // max(1, len(self.frequencies)))
         real, imaginary = self.with_rates

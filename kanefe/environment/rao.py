@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.dispersion import wave_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
@@ -121,6 +122,7 @@ class MotionRao:
         steps = np.diff(headings, append=headings[0] + 360.0)
         return float(np.sort(steps)[-2]) if len(steps) > 1 else 0.0
 
+    @checked
     def at(self, omega: Vector, heading_deg: Vector | float, speed: float) -> np.ndarray:
         """Return the responses at wave frequencies and headings, shape (n, 6).
 
@@ -143,16 +145,24 @@ class MotionRao:
         """
         headings, values = self._circle
         values = self._at_speed(values, speed)
-        i, x = _between(self.frequencies, np.asarray(omega, dtype=float), "wave frequency", "rad/s", self.name)
-        j, y = self._place_of(headings, np.broadcast_to(np.asarray(heading_deg, dtype=float), np.shape(i)))
+        i, x = _between(
+            self.frequencies, np.atleast_1d(np.asarray(omega, dtype=float)), "wave frequency", "rad/s", self.name
+        )
+        beta = np.asarray(heading_deg, dtype=float)
+        if beta.shape not in ((), np.shape(i)):
+            raise ModelError(
+                f"heading_deg must be one number, or one for each of {np.shape(i)} waves, not {beta.shape}"
+            )
+        j, y = self._place_of(headings, np.broadcast_to(beta, np.shape(i)))
         x, y = x[:, None], y[:, None]
         near, far = ((1.0 - x) * values[k, i] + x * values[k, i + 1] for k in (j, j + 1))
         return np.asarray((1.0 - y) * near + y * far)
 
+    @checked
     def with_wave_at(self, x: float, y: float) -> MotionRao:
         """Return the same where the wave had been told at a point (m, ship axes, from the reference point)."""
         beta = np.radians(self.headings_deg)
-        way = -(np.cos(beta) * x + np.sin(beta) * y)
+        way = -(np.cos(beta) * float(x) + np.sin(beta) * float(y))
         late = np.exp(-1j * np.multiply.outer(way, wave_number(self.frequencies, self.depth)))
         return replace(self, values=self.values * late[None, :, :, None])
 

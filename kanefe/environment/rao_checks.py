@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.environment.dispersion import wave_number
 from kanefe.environment.rao import NAMES, MotionRao
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector
 
 LONG = 0.3
@@ -68,7 +68,7 @@ def check_long_waves(rao: MotionRao) -> None:
             f"by: the ship heaves {abs(heave).max():.3g} m in 1 m. Remedy: an RAO with longer waves, or a look at "
             "Ship.plot_rao()",
             AccuracyWarning,
-            stacklevel=4,
+            stacklevel=outside(),
         )
         return
     faults = list(_opposed(rao, number))

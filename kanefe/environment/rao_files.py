@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from kanefe.arguments import checked
 from kanefe.environment.rao import MotionRao
 from kanefe.environment.rao_checks import check_long_waves
 from kanefe.environment.rao_table import read_table
 from kanefe.environment.veres import read_veres
 from kanefe.environment.wamit import read_wamit
 from kanefe.errors import FileError, ModelError
+from kanefe.frames import numbers
 
 READERS = {
     ".re1": (read_veres, ()),
@@ -23,6 +26,7 @@ READERS = {
 """By suffix: the reader, and what it must or may be told."""
 
 
+@checked("symmetric")
 def read_rao(
     path: Any, *, wave_at: tuple[float, float] = (0.0, 0.0), symmetric: bool | None = None, **said: Any
 ) -> MotionRao:
@@ -121,6 +125,7 @@ def _refuse(said: dict[str, Any], known: tuple[str, ...], what: str) -> None:
 
 
 def _two(point: tuple[float, float]) -> tuple[float, float]:
-    if len(point) != 2 or not all(math.isfinite(x) for x in point):
+    given = numbers(point)
+    if given.shape != (2,) or not np.all(np.isfinite(given)):
         raise ModelError(f"wave_at must be two numbers, m forward and to port, not {point!r}")
-    return float(point[0]), float(point[1])
+    return float(given[0]), float(given[1])

@@ -52,7 +52,7 @@ class RollDamping:
     def __post_init__(self) -> None:
         for name in ("ratio", "frequency", "ratio_of_rao"):
             value = getattr(self, name)
-            if value is not None:
+            if value is not None or name == "ratio":
                 number = checked_number(value, f"{name} of a RollDamping", above=0.0)
                 if name != "frequency" and number >= 1.0:
                     raise ModelError(

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.directional import DirectionalTable, of_compass
 from kanefe.environment.dispersion import wave_number
@@ -17,6 +18,9 @@ from kanefe.environment.spectra import GRAVITY, Bretschneider, Jonswap, Spectrum
 from kanefe.environment.spreading import Spreading
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
+
+MOST_ORDER = 3
+"""Of moments of spectra, which fall with the fifth power of the frequency."""
 
 STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4), 7: (7.5, 15.0)}
 """Hs in m and Tp in s of sea states of the open North Atlantic, after Bales, Lee & Voelker (1981)."""
@@ -227,7 +231,7 @@ class Sea:
         The number is also the `sea_state` of the seed.
         """
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number not in STATES:
-            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}")
+            raise ModelError(f"sea states are {', '.join(map(str, STATES))}, not {number!r}. Remedy: one of them")
         options.setdefault("sea_state", number)
         return cls._of(Bretschneider(*STATES[number]), Spreading(spreading, spreading_deg), options)
 
@@ -283,8 +287,11 @@ class Sea:
         low, high = self.spectrum.usual_range if self.frequency_range is None else self.frequency_range
         return float(low), float(high)
 
+    @checked
     def kept(self, order: int = 0) -> float:
         """Return the share of a moment of the spectrum that the range of frequencies keeps: 0 heights, 2 velocities."""
+        if not 0 <= order <= MOST_ORDER:
+            raise ModelError(f"order of a moment must be 0 to {MOST_ORDER}, of which there is one, not {order!r}")
         return self.spectrum.moment(order, *self.range) / self.spectrum.moment(order)
 
     def __str__(self) -> str:
@@ -319,6 +326,7 @@ class Sea:
             omega, wave_number(omega, self.depth, self.gravity), np.sqrt(power), 2.0 * math.pi * phases, direction
         )
 
+    @checked("x", "y")
     def elevation(self, times: Sequence[float] | Vector, x: float = 0.0, y: float = 0.0) -> Vector:
         """Return the height of the surface at a place, m; x points where the main waves go, y to the left of it, m."""
         w, t = self.waves, numbers(times)

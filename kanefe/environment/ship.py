@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
 from kanefe.environment.directional import DirectionalTable
@@ -24,8 +25,8 @@ from kanefe.environment.roll_damping import RollDamping
 from kanefe.environment.sea import Sea
 from kanefe.environment.spectra import gauss
 from kanefe.environment.spreading import Spreading
-from kanefe.errors import AccuracyWarning, ModelError
-from kanefe.frames import Vector, shaped_numbers
+from kanefe.errors import AccuracyWarning, ModelError, outside
+from kanefe.frames import Vector, numbers, shaped_numbers
 
 if TYPE_CHECKING:
     from kanefe.views.rao_picture import Figure
@@ -104,17 +105,18 @@ class Ship:
         for name, given, kind in (("rao", self.rao, MotionRao), ("sea", self.sea, Sea)):
             if not isinstance(given, kind):
                 raise ModelError(f"{name} of a ship must be a {kind.__name__}, not {given!r}")
-        if abs(checked_number(self.heading_deg, "heading_deg of a ship")) > FULL_CIRCLE:
+        object.__setattr__(self, "heading_deg", checked_number(self.heading_deg, "heading_deg of a ship"))
+        if abs(self.heading_deg) > FULL_CIRCLE:
             raise ModelError(f"heading_deg of a ship must be -360 to 360 degrees, not {self.heading_deg!r}")
         for name in ("speed", "slowest_hz"):
-            checked_number(getattr(self, name), f"{name} of a ship", least=0.0)
+            object.__setattr__(self, name, checked_number(getattr(self, name), f"{name} of a ship", least=0.0))
         self._refuse_waves_outside()
         if self.rao.depth != self.sea.depth:
             warnings.warn(
                 f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
                 "an RAO of that depth; of waves that are shorter than twice both depths it is the same",
                 AccuracyWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
         left = self.left_out
         if max(left.values(), default=0.0) > TOLD:
@@ -123,7 +125,7 @@ class Ship:
                 f"motions in the plane slower than {self.slowest_hz:g} Hz are left out; of the variance it is {said}. "
                 "Remedy: slowest_hz=0 to keep them",
                 AccuracyWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
 
     @classmethod
@@ -167,6 +169,7 @@ class Ship:
             rao = damped(rao, damping, sea.gravity)
         return cls(rao, sea, speed, heading_deg, slowest_hz)
 
+    @checked("rotations")
     def at(
         self,
         point: Sequence[float] | Vector,
@@ -207,7 +210,9 @@ class Ship:
         if last <= first:
             raise ModelError(f"the duration of a ship's motion must be after {first:g} s, not {duration!r}")
         if rotations not in ("exact", "small"):
-            raise ModelError(f'rotations of a ship\'s motion are "exact" or "small", not {rotations!r}')
+            raise ModelError(
+                f'rotations of a ship\'s motion are "exact" or "small", not {rotations!r}. Remedy: "exact"'
+            )
         return DeckMotion(self.harmonics, place, Ramp(start, ramp), (first, last), rotations == "small")
 
     @cached_property
@@ -219,17 +224,21 @@ class Ship:
         response = self._filtered(self.rao.at(waves.frequency, headings, self.speed), met)
         return Harmonics(met, response * (waves.amplitude * np.exp(1j * waves.phase))[:, None])
 
+    @checked
     def motions(self, times: Sequence[float] | Vector) -> np.ndarray:
         """Return surge to yaw, with rates and accelerations, at times in s, without ramp, (times, 3, 6), m and rad."""
         return self.harmonics.at(np.atleast_1d(np.asarray(times, dtype=float)))
 
+    @checked
     def response_spectra(self, omega: Sequence[float] | Vector) -> np.ndarray:
         """Return the spectra of surge to yaw over *wave* frequency (rad/s), shape (n, 6), m2 s/rad and rad2 s/rad.
 
         In following seas several waves share one frequency of encounter, so that spectra over it would have poles.
         """
-        omega = np.asarray(omega, dtype=float)
-        return np.asarray(self._mean_square(omega) * self.sea.spectrum.density(omega)[:, None])
+        asked = np.atleast_1d(numbers(omega))
+        if asked.ndim != 1:
+            raise ModelError(f"omega must be frequencies in rad/s, shape (n,), not of shape {asked.shape}")
+        return np.asarray(self._mean_square(asked) * self.sea.spectrum.density(asked)[:, None])
 
     def motions_std(self, point: Sequence[float] | Vector = (0.0, 0.0, 0.0)) -> dict[str, float]:
         """Return the standard deviations of the motions of a point by name, m and rad, over all that the RAO knows.
@@ -254,6 +263,7 @@ class Ship:
         shares = np.divide(slow, whole, out=np.zeros(len(whole)), where=whole > 0.0)
         return {NAMES[k]: float(share) for k, share in zip(HORIZONTAL, shares, strict=True)}
 
+    @checked
     def plot_rao(self, path: str | Path | None = None) -> Figure:
         """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
 

@@ -16,6 +16,9 @@ from kanefe.environment.checks import checked_number
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
+SIZES = {"Hs": (1e-6, 1e3), "Tp": (0.1, 1e5)}
+"""Of waves of gravity, m and s: shorter ones are held by the tension of the surface, longer ones are tides."""
+
 GRAVITY = 9.81
 """m/s2, where none is said."""
 
@@ -101,14 +104,15 @@ class Bretschneider(Spectrum):
     def __post_init__(self) -> None:
         for name in ("Hs", "Tp"):
             checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+        _check_sizes(self)
 
     @classmethod
     def of_wind(cls, speed: float, gravity: float = GRAVITY) -> Bretschneider:
         """Return the spectrum of Pierson & Moskowitz (1964), by the wind at a height of 19.5 m, m/s."""
         checked_number(speed, "the wind of a Pierson-Moskowitz spectrum", above=0.0)
         peak = (0.8 * DECAY) ** 0.25 * gravity / speed
-        variance = STEEPNESS * speed**4 / (4.0 * DECAY * gravity**2)
-        return cls(4.0 * math.sqrt(variance), 2.0 * math.pi / peak)
+        height = 2.0 * math.sqrt(STEEPNESS / DECAY) * speed * speed / gravity
+        return cls(height, 2.0 * math.pi / peak)
 
     @property
     def peak(self) -> float:
@@ -157,6 +161,7 @@ class Jonswap(Spectrum):
     def __post_init__(self) -> None:
         for name in ("Hs", "Tp", "gamma"):
             checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+        _check_sizes(self)
         if self.gamma < 1.0:
             raise ModelError(f"gamma of a JONSWAP spectrum must be 1 or more, not {self.gamma!r}")
 
@@ -243,6 +248,13 @@ class Tabulated(Spectrum):
         ends = np.unique(np.clip(w, max(low, w[0]), min(high, w[-1])))
         points, weights = gauss(ends, 8)
         return float(np.sum(weights * points**order * self.density(points)))
+
+
+def _check_sizes(spectrum: Spectrum) -> None:
+    for name, (least, most) in SIZES.items():
+        value = getattr(spectrum, name)
+        if not least <= value <= most:
+            raise ModelError(f"{name} of a wave spectrum must be {least:g} to {most:g}, in m and s, not {value!r}")
 
 
 def integral(

@@ -42,7 +42,10 @@ class Spreading:
 
     def __post_init__(self) -> None:
         if self.power is not None and self.deviation_deg is not None:
-            raise ModelError("waves spread by a power of the cosine or by a normal distribution, not by both")
+            raise ModelError(
+                "waves spread by a power of the cosine or by a normal distribution, not by both. "
+                "Remedy: spreading= or spreading_deg="
+            )
         for value in (self.power, self.deviation_deg):
             if value is not None:
                 checked_number(value, "the spreading of waves", above=0.0)

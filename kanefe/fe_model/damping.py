@@ -17,9 +17,13 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import numbers
+
+MOST_MODES = 1_000_000
+"""Of one body: more are no count of modes."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,7 @@ class RayleighDamping:
                 raise ModelError(f"Rayleigh damping: the {name} factor must be finite and >= 0, not {value!r}")
 
     @classmethod
+    @checked("frequencies", "ratios")
     def fit(cls, frequencies: Sequence[float], ratios: Sequence[float]) -> RayleighDamping:
         """Return the factors that give two damping ratios at two frequencies (Hz).
 
@@ -79,8 +84,11 @@ class RayleighDamping:
             )
         return cls(float(mass), float(stiffness))
 
+    @checked
     def ratio(self, frequency: float) -> float:
         """Return the damping ratio at a frequency in Hz."""
+        if frequency <= 0.0:
+            raise ModelError(f"the frequency of a damping ratio must be above zero Hz, not {frequency!r}")
         w = 2 * math.pi * frequency
         return 0.5 * (self.mass / w + self.stiffness * w)
 
@@ -113,6 +121,7 @@ class ModalDamping:
         if not self.overdamped:
             _check_vibrates(values, "a modal damping ratio", ", or overdamped=True if it is meant")
 
+    @checked("count")
     def ratios(self, count: int) -> np.ndarray:
         """Return one ratio for each of `count` modes, shape (count,).
 
@@ -121,7 +130,9 @@ class ModalDamping:
         ModelError
             If more ratios were given than there are modes.
         """
-        values = np.atleast_1d(np.asarray(self.ratio, dtype=float))
+        values = np.atleast_1d(numbers(self.ratio))
+        if count > MOST_MODES:
+            raise ModelError(f"count of modes must be {MOST_MODES} at most, not {count!r}")
         if len(values) > count:
             raise ModelError(
                 f"{len(values)} damping ratios were given for {count} elastic modes. Remedy: leave some out"
@@ -166,13 +177,24 @@ def damping_matrix(
     return reduced
 
 
+def real_matrix(given: object) -> sp.csr_matrix:
+    """Return a matrix, dense or sparse, as sparse floats; one entry of NaN, where it is none."""
+    if sp.issparse(given):
+        return sp.csr_matrix(given, dtype=float)
+    array = numbers(given)
+    return sp.csr_matrix(array if array.ndim == 2 else np.full((1, 1), np.nan))
+
+
 def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
     """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
     if isinstance(damping, (int, float, str)):
         raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
-    C = sp.csr_matrix(damping)
+    C = real_matrix(damping)
     if C.shape != (model.size, model.size):
-        raise ModelError(f"the damping matrix has shape {C.shape}, the model has {model.size} degrees of freedom")
+        raise ModelError(
+            f"the damping matrix has shape {C.shape}, the model has {model.size} degrees of freedom. Remedy: one row "
+            "for each of them"
+        )
     if not np.all(np.isfinite(C.data)) or abs(C - C.T).max() > 1e-9 * abs(C).max():
         raise ModelError("the damping matrix is not symmetric or not finite. Remedy: pass its symmetric part")
     return C

@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
 from kanefe.fe_model.places import Place, PlaceLike
@@ -18,6 +19,7 @@ WORDS = {"all": COMPONENTS, "position": TRANSLATIONS}
 """What is fixed, as far as the nodes can follow."""
 
 
+@checked("fixed", "kind", "released")
 @dataclass(frozen=True)
 class Interface:
     """How nodes of a body are tied to a frame, and which components of the frame are fixed in G.
@@ -77,7 +79,7 @@ class Interface:
     >>> root = Interface("all", at=OnPlane((0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0)))
     """
 
-    fixed: Sequence[str] = ()
+    fixed: str | Sequence[str] = ()
     _: KW_ONLY
     kind: str = "rigid"
     weights: str | Sequence[float] | None = None
@@ -101,7 +103,8 @@ class Interface:
         if self.axes is not None:
             keep(self, "axes", tuple(map(tuple, _axes(self.axes).tolist())))
         if self.groups is not None:
-            given = (self.groups,) if isinstance(self.groups, str) else tuple(self.groups)
+            given = (self.groups,) if isinstance(self.groups, str) else self.groups
+            given = tuple(given) if isinstance(given, Sequence) else ()
             if not given or not all(isinstance(name, str) for name in given):
                 raise ModelError(f"groups={self.groups!r} of an interface. Remedy: names of groups of the mesh")
             keep(self, "groups", tuple(dict.fromkeys(given)))
@@ -120,6 +123,7 @@ class Interface:
                 )
             keep(self, "weights", _weights(self.weights))
 
+    @checked
     def group_names(self, name: str) -> tuple[str, ...]:
         """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
         if self.groups is not None:
@@ -134,10 +138,12 @@ class Interface:
         return np.eye(3) if self.axes is None else np.array(self.axes)
 
 
-def _components(given: Sequence[str], does: str) -> tuple[str, ...]:
+def _components(given: str | Sequence[str], does: str) -> tuple[str, ...]:
     unknown = isinstance(given, str) or not all(c in COMPONENTS for c in given)
     if unknown:
-        raise ModelError(f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}")
+        raise ModelError(
+            f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}. Remedy: ('x', 'y')"
+        )
     return tuple(dict.fromkeys(given))
 
 

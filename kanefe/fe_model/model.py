@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import shaped_numbers
 from kanefe.storage.scipy_later import sp
 
 if TYPE_CHECKING:
@@ -186,11 +188,13 @@ class FiniteElementModel:
         """Number of degrees of freedom of the nodes, the first ones."""
         return len(self.nodes) * len(self.components)
 
+    @checked
     def rigid_modes(self, about: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return the motions of the nodes under unit rigid motions, shape (N, 6).
 
         Columns are three translations and three small rotations about the point `about` (m, in G).
         """
+        about = shaped_numbers(about, (3,), "the point about which a body turns")
         motion = rigid_motion(self.nodes, about, self.components)
         return motion if not self.generalised else np.vstack((motion, np.zeros((self.generalised, 6))))
 
@@ -201,6 +205,7 @@ class FiniteElementModel:
         kept = norms > 1e-12 * norms.max()
         return R[:, kept] / norms[kept], np.flatnonzero(kept)
 
+    @checked
     def group(self, name: str) -> NodeGroup:
         """Return the named group of nodes.
 

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from kanefe.errors import outside
 from kanefe.fe_model.interface import Interface, as_interface
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, FiniteElementModel, NodeGroup
 from kanefe.fe_model.statics import StaticProblem
@@ -194,4 +195,4 @@ def _warn(tie: Tie, error: float, case: str, is_sharp: bool) -> None:
             f"compliance under {case}, against a tie on average. Remedy: Interface(..., kind='average') if what it is "
             "joined to is soft (the truth lies between the two), a larger patch, or keep it if that is stiff"
         )
-    warnings.warn(text, TieWarning, stacklevel=4)
+    warnings.warn(text, TieWarning, stacklevel=outside())

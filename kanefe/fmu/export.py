@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from kanefe._version import __version__
-from kanefe.errors import FileError, ModelError, SimulationWarning
+from kanefe.errors import FileError, ModelError, SimulationWarning, outside
 from kanefe.fmu import c_text as c
 from kanefe.fmu.description import UnitDescription, Variable
 from kanefe.fmu.image import NeedsPython
@@ -64,7 +64,7 @@ def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -
             f"the unit {Path(path).name} needs kanefe {__version__} where it runs, by KANEFE_PYTHON or as python3, "
             f"and keeps no states: {reason}",
             SimulationWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
         return found
     token = _token(source.header.encode(), source.image, *(content_of(file) for file in source.files))
@@ -212,7 +212,7 @@ def _compiled(version: str, engine: str, header: str, image: bytes) -> bytes:
 def _packed(path: str | Path, files: dict[str, bytes]) -> Path:
     made = Path(path)
     if made.suffix != ".fmu":
-        raise FileError(f"the file of a unit ends in .fmu, not {made.name!r}")
+        raise FileError(f"the file of a unit ends in .fmu, not {made.name!r}. Remedy: another name")
 
     def write(file: object) -> None:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:  # type: ignore[call-overload]

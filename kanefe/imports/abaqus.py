@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
@@ -30,6 +31,9 @@ from kanefe.imports.text import numbers, read_text
 from kanefe.imports.units import Units
 
 
+@checked(
+    "stiffness", "mass", "damping", "substructure", "expected_mass", "expected_center", "expected_inertia", "trusted"
+)
 def read_abaqus(
     nodes: Nodes,
     stiffness: str | Path | None = None,

@@ -28,6 +28,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
@@ -44,6 +45,7 @@ FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
 _MAPPED = re.compile(r"^\s*(\d+)\s*,?\s+(\d+)\s*,?\s+([A-Za-z]\w*)\s*$")
 
 
+@checked("stiffness", "mass", "damping", "expected_mass", "expected_center", "expected_inertia")
 def read_ansys(
     nodes: Nodes,
     stiffness: str | Path,

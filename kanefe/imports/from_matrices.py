@@ -13,7 +13,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.errors import FileError, ModelError
+from kanefe.arguments import checked
+from kanefe.errors import FileError, ModelError, outside
+from kanefe.fe_model.damping import real_matrix
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
@@ -25,7 +27,7 @@ from kanefe.fe_model.model import (
     NodeGroup,
     StressStiffness,
 )
-from kanefe.frames import skew
+from kanefe.frames import numbers, skew
 from kanefe.imports.mass_completion import completed_mass_field
 from kanefe.imports.self_check import ROUND_OFF, Expected, self_check
 from kanefe.imports.text import read_market
@@ -40,6 +42,17 @@ class NodalFormWarning(UserWarning):
     """The inertia of a deformed body is only approximate: nodes rotate, or stand for more, without shape functions."""
 
 
+@checked(
+    "components",
+    "cells",
+    "geometric_stiffness",
+    "stress_stiffness",
+    "order",
+    "expected_mass",
+    "expected_center",
+    "expected_inertia",
+    "source",
+)
 def model_from_matrices(
     mass: Matrix,
     stiffness: Matrix,
@@ -127,9 +140,11 @@ def model_from_matrices(
     >>> dumbbell.size
     4
     """
-    points = np.array(nodes, dtype=float)
+    points = numbers(nodes)
     if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.all(np.isfinite(points)):
         raise ModelError(f"nodes must be finite numbers of shape (n, 3) in m, not of shape {points.shape}")
+    if stress_stiffness is not None and not callable(stress_stiffness):
+        raise ModelError(f"stress_stiffness must be a function of a displacement, not {stress_stiffness!r}")
     names = tuple(components)
     if not names or len(set(names)) != len(names) or any(c not in COMPONENTS for c in names):
         raise ModelError(f"components must be different names among {', '.join(COMPONENTS)}, not {names}")
@@ -148,6 +163,9 @@ def model_from_matrices(
         given = {name: K_g[by_node][:, by_node] for name, K_g in given.items()}
     elif order != "nodes":
         raise ModelError(f"order of the rows must be 'nodes' or 'components', not {order!r}")
+    for what, named in (("groups", groups), ("load_patterns", load_patterns)):
+        if named is not None and not isinstance(named, Mapping):
+            raise ModelError(f"{what} must be a dict by names, not {named!r}")
     model = FiniteElementModel(
         nodes=points,
         components=names,
@@ -174,7 +192,7 @@ def model_from_matrices(
             "are exact, what its deformation changes in them while it turns is estimated from M, well where it turns "
             "slowly against its lowest frequency. Remedy for fast spins: export the full matrices",
             NodalFormWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(
@@ -182,7 +200,7 @@ def model_from_matrices(
             "form of Eq. 38, "
             "whose gyroscopic terms are wrong by some percent for one element and better with every finer mesh",
             NodalFormWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
     return model
 
@@ -200,7 +218,7 @@ def _generalised(count: int, names: tuple[str, ...]) -> int:
 
 def _matrix(given: Matrix, what: str, size: int) -> sp.csr_matrix:
     """Return a checked CSR matrix; its symmetric part, once it is symmetric to round-off."""
-    matrix = sp.csr_matrix(_read(given, what) if isinstance(given, (str, Path)) else given, dtype=float)
+    matrix = real_matrix(_read(given, what) if isinstance(given, (str, Path)) else given)
     if matrix.shape != (size, size):
         raise ModelError(
             f"the {what} has shape {matrix.shape}, nodes and components give {size} degrees of freedom. "

@@ -26,7 +26,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, TRANSLATIONS, FiniteElementModel
-from kanefe.frames import skew
+from kanefe.frames import numbers, skew
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.self_check import Expected
@@ -144,7 +144,10 @@ def model_of_labelled(
     placed["stiffness"], followers = following_rotations(points, components, placed["stiffness"], labels)
     known = set(labels.tolist())
     named = {name: [n for n in members if int(n) in known] for name, members in nodes.sets.items()}
-    chosen = {name: np.atleast_1d(np.asarray(members)) for name, members in (groups or {}).items()}
+    groups = {} if groups is None else groups
+    if not isinstance(groups, Mapping):
+        raise ModelError(f"groups must be a dict of names to labels of nodes, not {groups!r}")
+    chosen = {name: np.atleast_1d(np.asarray(members)) for name, members in groups.items()}
     for name, members in chosen.items():
         if members.dtype.kind not in "iu" or not len(members) or not set(members.tolist()) <= known:
             raise ModelError(
@@ -182,7 +185,9 @@ def given_freedoms(rows: np.ndarray | Sequence[tuple[int, int]], name: str, poin
     ModelError
         If they are no whole numbers, or one stands twice; `name` is the argument, `point` what a label names.
     """
-    found = np.asarray(rows)
+    found = numbers(rows)
+    if found.ndim == 2 and np.array_equal(found, np.round(found)):
+        found = found.astype(np.int64)
     if found.ndim != 2 or found.shape[1] != 2 or found.dtype.kind not in "iu":
         raise ModelError(f"{name} must be rows of whole numbers ({point}, number)")
     if len(np.unique(found, axis=0)) < len(found):
@@ -198,7 +203,10 @@ def with_generalised(labelled: LabelledMatrix, labels: Sequence[int]) -> Labelle
     ModelError
         If one of the labels has no row.
     """
-    chosen = np.unique(np.asarray(labels, dtype=np.int64))
+    given = numbers(labels)
+    if given.size and (given.ndim != 1 or np.any(given % 1.0 != 0.0)):
+        raise ModelError(f"generalised must be labels, whole numbers, not {labels!r}")
+    chosen = np.unique(given.astype(np.int64))
     unknown = np.setdiff1d(chosen, labelled.freedoms[:, 0])
     if len(unknown):
         raise ModelError(

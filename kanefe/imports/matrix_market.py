@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.frames import numbers
 from kanefe.imports.from_matrices import Order, model_from_matrices
 from kanefe.imports.labelled import mirrored
 from kanefe.imports.node_table import given_nodes
@@ -18,6 +20,7 @@ from kanefe.imports.text import read_market
 from kanefe.imports.units import Units, in_si, scales
 
 
+@checked
 def read_matrix_market(
     nodes: str | Path | np.ndarray | Sequence[Sequence[float]],
     stiffness: str | Path,
@@ -72,7 +75,7 @@ def read_matrix_market(
             for name, labels in (groups or {}).items()
         }
     else:
-        points = np.asarray(nodes, dtype=float)
+        points = np.atleast_2d(numbers(nodes))
     names = tuple(components)
     matrices = {
         what: mirrored(read_market(path, f"{what} matrix"))

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
@@ -35,6 +36,7 @@ NAMES = {
 """Names under which Nastran writes the matrices, first come first served."""
 
 
+@checked("expected_mass", "expected_center", "expected_inertia")
 def read_nastran(
     bulk: str | Path,
     matrices: str | Path | Sequence[str | Path],

@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from kanefe.errors import FileError, ModelError
+from kanefe.frames import numbers as checked_numbers
 from kanefe.imports.text import numbers, read_text, with_points
 
 Nodes: TypeAlias = str | Path | Mapping[int, Sequence[float]] | np.ndarray
@@ -37,7 +38,7 @@ class NodeTable:
     axes: np.ndarray | None = None
 
     @classmethod
-    def of_rows(cls, rows: np.ndarray, source: str, sets: Mapping[str, np.ndarray] | None = None) -> NodeTable:
+    def of_rows(cls, rows: object, source: str, sets: Mapping[str, np.ndarray] | None = None) -> NodeTable:
         """Return the table of rows (label, x, y, z) in any order.
 
         Raises
@@ -45,17 +46,17 @@ class NodeTable:
         ModelError
             If labels are no whole numbers or stand twice at different places, or coordinates are not finite.
         """
-        rows = np.asarray(rows, dtype=float)
-        if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows) or not np.all(np.isfinite(rows)):
-            raise ModelError(f"the nodes of {source} must be rows of label, x, y, z, not of shape {rows.shape}")
-        if np.any(rows[:, 0] != np.round(rows[:, 0])):
+        table = checked_numbers(rows)
+        if table.ndim != 2 or table.shape[1] != 4 or not len(table) or not np.all(np.isfinite(table)):
+            raise ModelError(f"the nodes of {source} must be rows of label, x, y, z, not of shape {table.shape}")
+        if np.any(table[:, 0] != np.round(table[:, 0])):
             raise ModelError(f"the nodes of {source} must begin with whole labels. Remedy: rows of label, x, y, z")
-        rows = np.unique(rows, axis=0)  # sorted by label; a node written twice at one place is one node
-        labels = rows[:, 0].astype(np.int64)
+        table = np.unique(table, axis=0)  # sorted by label; a node written twice at one place is one node
+        labels = table[:, 0].astype(np.int64)
         twice = labels[1:][labels[1:] == labels[:-1]]
         if len(twice):
             raise ModelError(f"node {twice[0]} of {source} stands at two places. Remedy: keep one of them")
-        return cls(labels, np.ascontiguousarray(rows[:, 1:]), dict(sets or {}))
+        return cls(labels, np.ascontiguousarray(table[:, 1:]), dict(sets or {}))
 
     def places(self, labels: np.ndarray, what: str) -> np.ndarray:
         """Return the rows of labels in the table.
@@ -87,8 +88,8 @@ def given_nodes(nodes: Nodes) -> NodeTable:
             raise FileError(f"{nodes} is no table of nodes. Remedy: a row of label, x, y, z for each, # for comments")
         return NodeTable.of_rows(numbers("\n".join(kept), nodes).reshape(-1, 4), str(nodes))
     if isinstance(nodes, Mapping):
-        rows = [(label, *np.asarray(point, dtype=float).reshape(-1)) for label, point in nodes.items()]
+        rows = [(label, *checked_numbers(point).reshape(-1)) for label, point in nodes.items()]
         if any(len(row) != 4 for row in rows):
             raise ModelError("nodes must be a dict of labels to three coordinates")
-        return NodeTable.of_rows(np.array(rows, dtype=float), "the given dict")
-    return NodeTable.of_rows(np.asarray(nodes), "the given array")
+        return NodeTable.of_rows(rows, "the given dict")
+    return NodeTable.of_rows(nodes, "the given array")

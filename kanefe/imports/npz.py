@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import FileError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import Cells, FiniteElementModel
@@ -33,6 +34,7 @@ from kanefe.storage.files import regular_file, write_whole
 FORMAT = "kanefe matrices 1"
 
 
+@checked
 def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
     """Write nodes, matrices, groups and cells of a full-order model to one .npz file.
 
@@ -60,6 +62,7 @@ def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
     write_whole(path, lambda file: np.savez(file, **arrays))
 
 
+@checked
 def read_matrices(
     path: str | Path,
     *,

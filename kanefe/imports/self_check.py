@@ -17,7 +17,7 @@ import scipy.sparse as sp
 import scipy.sparse.csgraph
 import scipy.sparse.linalg as spla
 
-from kanefe.errors import ModelError, UnitWarning
+from kanefe.errors import ModelError, UnitWarning, outside
 from kanefe.fe_model.factorise import Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 
@@ -137,7 +137,7 @@ def self_check(
             "it is 5000. Remedy: nodes in m, K in N/m, M in kg; imports of a model in mm and tonnes say "
             "units='mm, t, s'",
             UnitWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
     mass, center, inertia = mass_properties(model)
     _warn_of_density(model, mass)
@@ -203,7 +203,7 @@ def _warn_of_density(model: FiniteElementModel, mass: float) -> None:
             f"units look wrong: {mass:.3g} kg in a box of {size[0]:.3g} x {size[1]:.3g} x {size[2]:.3g} m. Remedy: "
             "nodes in m, K in N/m, M in kg; units= of the reader is what the *file* has, such as 'mm, t, s'",
             UnitWarning,
-            stacklevel=4,
+            stacklevel=outside(),
         )
 
 

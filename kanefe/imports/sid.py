@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
@@ -27,6 +28,7 @@ from kanefe.imports.sid_terms import AGREEMENT, moments_of_terms, terms_of_momen
 from kanefe.storage.files import write_whole
 
 
+@checked
 def write_sid(body: FlexibleBody, path: str | Path, *, nodes: Sequence[int] = ()) -> dict[str, str]:
     """Write a body as Standard Input Data.
 
@@ -91,6 +93,7 @@ def _node_terms(frame: InterfaceFrame, count: int) -> dict[str, Taylor]:
     }
 
 
+@checked
 def read_sid(
     path: str | Path,
     *,

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kanefe.errors import FileError
+from kanefe.errors import FileError, outside
 from kanefe.imports.text import read_text
 
 BODY_TERMS = ("mdCM", "J", "Ct", "Cr", "Me", "Gr", "Ge", "Oe", "ksigma", "Ke", "De")
@@ -169,7 +169,7 @@ def _count_of_terms(data: SidFile, count: int, path: str | Path) -> None:
             f"refmod of {path} lists nelastq = {listed} coordinates, the terms have {count}: these are taken, and "
             "named as the first ones listed",
             SidWarning,
-            stacklevel=4,
+            stacklevel=outside(),
         )
         del data.modes[count:]
 

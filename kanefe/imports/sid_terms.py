@@ -17,7 +17,7 @@ import warnings
 import numpy as np
 
 from kanefe.bodies.mass_moments import MassMoments
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, outside
 from kanefe.imports.sid_file import SYMMETRIC, SidWarning, Taylor
 
 PAIRS = ((0, 1), (1, 2), (0, 2))
@@ -202,7 +202,7 @@ def _shape_product(terms: dict[str, Taylor], pairs: list[int]) -> tuple[np.ndarr
             + ("Oe has no order 1" if centrifugal is None else "Oe is stiffened")
             + ", and Gr has no order 1): terms of second order in J and Gr are approximate, those of first order exact",
             SidWarning,
-            stacklevel=4,
+            stacklevel=outside(),
         )
         M = np.eye(3)[:, :, None, None] * Me / 3.0
     for a in range(3):

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import TRANSLATIONS
+from kanefe.frames import numbers
 
 Units: TypeAlias = str | tuple[float, float]
 """Name of a system of units, or (metres a unit of length, kilograms a unit of mass); time is in seconds."""
@@ -45,7 +46,8 @@ def scales(units: Units) -> tuple[float, float]:
                 f"units {units!r} are not known. Remedy: one of {known}, or (metres a length, kg a mass) with seconds"
             )
         return SYSTEMS[units]
-    length, mass = (float(x) for x in units) if np.shape(units) == (2,) else (np.nan, np.nan)
+    given = numbers(units)
+    length, mass = given.tolist() if given.shape == (2,) else (np.nan, np.nan)
     if not (0 < length < np.inf and 0 < mass < np.inf):
         raise ModelError(f"units must be (metres a length, kg a mass), both above zero, not {units!r}")
     return length, mass

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
@@ -69,23 +70,27 @@ class Instant(Reader):
         found: np.ndarray = self.history.read(quantity, name, interface, of)[0]
         return found
 
+    @checked
     def load_force(self, name: str, end: int = -1) -> np.ndarray:
         """Return force and moment of a load on one of its ends, shape (6,): see `Reader.load_force`."""
         found: np.ndarray = self.history.load_force(name, end)[0]
         return found
 
+    @checked
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
         """Return the displacements of the mesh's nodes in G, shape (n, 3), m; `frames` is of runs."""
         return self.history.nodal_displacements(name, _only(frames), nodes)
 
+    @checked
     def nodal_positions(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
         """Return the positions of the mesh's nodes in N, shape (n, 3), m; `frames` is of runs."""
         return self.history.nodal_positions(name, _only(frames), nodes)
 
+    @checked
     def to_vtk(self, path: str | Path, *, scale: float = 1.0) -> Path:
         """Write the scene for ParaView: see `Result.to_vtk`.
 
@@ -105,6 +110,7 @@ class Instant(Reader):
 
         return write_series(self.history, path, frames=np.zeros(1, dtype=int), scale=scale)
 
+    @checked
     def struck(
         self,
         body: str,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
-from kanefe.errors import AccuracyWarning
+from kanefe.errors import AccuracyWarning, outside
 from kanefe.fe_model.model import PRODUCTS
 from kanefe.frames import Vector, rotation_matrix
 from kanefe.instants.instant import Instant
@@ -88,7 +88,7 @@ def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
 def warn_of_missed(instant: Instant, what: str) -> None:
     """Warn of bodies whose modes miss much of what deforms them at an instant; `what` names the analysis."""
     for missed in missed_statics([instant]):
-        warnings.warn(f"{what}: {missed}", AccuracyWarning, stacklevel=3)
+        warnings.warn(f"{what}: {missed}", AccuracyWarning, stacklevel=outside())
 
 
 def _record(body: BodyTerms) -> dict[str, Any] | None:

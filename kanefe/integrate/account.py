@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import SimulationWarning
+from kanefe.errors import SimulationWarning, outside
 from kanefe.integrate.status import UNFIT
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.bending import Bending, worst_bending
@@ -35,7 +35,7 @@ def accounted(model: Model, run: Trajectory) -> Trajectory:
     # lists, as files give them back
     of_run = replace(run, statistics=run.statistics | {name: list(told) for name, told in found.items() if told})
     for text in remarks(of_run.statistics, _doubtful(model)):
-        warnings.warn(text, SimulationWarning, stacklevel=3)
+        warnings.warn(text, SimulationWarning, stacklevel=outside())
     return of_run
 
 

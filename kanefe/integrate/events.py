@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.status import RunStatus
@@ -18,6 +19,7 @@ from kanefe.tree.scene_state import SceneState
 DIRECTIONS = (-1, 0, 1)
 
 
+@checked("direction", "terminal")
 @dataclass(frozen=True, eq=False)
 class Event:
     """A moment at which a function of the state passes zero.
@@ -131,6 +133,8 @@ class MarginEvent(Event):
 
 def checked_events(events: Sequence[Event] | Event, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:
     """Return the events of loads and those of a call; a ModelError says what is wrong with them."""
+    if not isinstance(events, (Event, Sequence)) or isinstance(events, str):
+        raise ModelError(f"events must be a list of kanefe.Event, not {type(events).__name__}")
     found = (*of_loads, *((events,) if isinstance(events, Event) else events))
     for event in found:
         if not isinstance(event, Event):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.equations.forces_at import seen
-from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning
+from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.contact_changes import taken
@@ -90,9 +90,7 @@ class RunLoop:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
-        self._start, self._pace = stepper.t, Pace(
-            dynamics.model, stepper, float(times[-1]), limits, sampler, poles
-        )
+        self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler, poles)
         self.is_interrupted = False
         # asked once: whether something keeps such a protocol takes longer than many a step
         self._looking = stepper if watch and sampler is None and isinstance(stepper, LooksOut) else None
@@ -389,4 +387,6 @@ class RunLoop:
             except FileError as error:
                 if is_first:
                     raise
-                warnings.warn(f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=5)
+                warnings.warn(
+                    f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=outside()
+                )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import SimulationWarning
+from kanefe.errors import SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.methods.table import serving
 from kanefe.integrate.status import RunStatus
@@ -150,7 +150,7 @@ class Pace:
                     f"{self._others()}",
                 )
             )
-            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=7)
+            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=outside())
 
     def check_drives(self) -> None:
         """Warn once of drives that grow from sample to sample; raise a StepFailure where they have grown a millionfold."""
@@ -160,8 +160,10 @@ class Pace:
             raise StepFailure("drives have grown a millionfold", "")
         if not self._is_grown and self._sampler.growth(EARLY) is not None:
             self._is_grown = True
-            status = self.with_growth(RunStatus("stopped", self._stepper.t, f"at t = {self._stepper.t:.6g} s", ""), EARLY)
-            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=8)
+            status = self.with_growth(
+                RunStatus("stopped", self._stepper.t, f"at t = {self._stepper.t:.6g} s", ""), EARLY
+            )
+            warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=outside())
 
     def with_growth(self, status: RunStatus, times: float = GROWN) -> RunStatus:
         """Return a status that names the controller, if one drives the scene harder and harder, and poles that grow."""

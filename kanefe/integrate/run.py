@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError, SimulationWarning
+from kanefe.errors import ModelError, SimulationWarning, outside
 from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contacts
@@ -113,7 +113,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         states, rtol = loop.states[:stored], choice.control.get("rtol")
         status = of_contacts(model, times[:stored], states, choice.name, counted, rtol) or status
     if status.kind == "failed" or loop.is_interrupted:
-        warnings.warn(str(status), SimulationWarning, stacklevel=4)
+        warnings.warn(str(status), SimulationWarning, stacklevel=outside())
     states, rates = loop.states, loop.accelerations
     times, states = times[:stored], states[:stored]
     if rates is not None:

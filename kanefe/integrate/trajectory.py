@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.tree.bending import Bent
@@ -84,7 +85,8 @@ MOST_OUTPUTS = 100_000_000
 
 def is_finite_number(value: object) -> bool:
     """Return whether an option is a finite number."""
-    return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))
+    given = numbers(value)
+    return given.shape == () and bool(np.isfinite(given))
 
 
 def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:

@@ -191,7 +191,7 @@ def axis_direction(axis: str | Sequence[float], kind: str) -> Vector:
     """Return the unit vector of an axis: "x", "y", "z" or three numbers; a ModelError names the joint's kind."""
     direction = AXES.get(axis) if isinstance(axis, str) else axis
     if direction is None:
-        raise ModelError(f"axis of a {kind} joint: {axis!r} is not x, y, z or three numbers")
+        raise ModelError(f"axis of a {kind} joint: {axis!r} is not x, y, z or three numbers. Remedy: one of these")
     return unit_vector(direction, f"the axis of a {kind} joint")
 
 

@@ -104,10 +104,10 @@ class PointOnCurve(OneCoordinateJoint):
     kind: ClassVar[str] = "point-on-curve"
 
     def __post_init__(self) -> None:
-        points = _checked_points(self.points, self.closed, self.kind)
         for name in ("closed", "turns"):
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise ModelError(f"{name} of a {self.kind} joint must be True or False, not {getattr(self, name)!r}")
+        points = _checked_points(self.points, self.closed, self.kind)
         if self.up is not None and not self.turns:
             raise ModelError(f"a {self.kind} joint that does not turn has nothing up. Remedy: turns=True")
         starts, nodes, t, pieces = _by_arc_length(points, self.closed, self.kind)

@@ -6,6 +6,8 @@ import ctypes
 import numbers
 import sys
 from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from kanefe.errors import ModelError
@@ -30,12 +32,26 @@ def address_of(given: object, what: str) -> int:
         If it is none of these, or null.
     """
     found = _address(given)
-    if not found:
+    if not found or (isinstance(given, numbers.Integral) and not _is_code(found)):
         raise ModelError(
             f"{what} must be a compiled function, not {given!r}. Remedy: a numba.cfunc, a function of a library opened "
             "by ctypes or cffi, or its address"
         )
     return found
+
+
+@cache
+def _is_code(address: int) -> bool:
+    """Return whether code of this process lies at an address, where the system tells it: else a call would end it."""
+    maps = Path("/proc/self/maps")
+    if not maps.exists():
+        return True
+    for line in maps.read_text().splitlines():
+        ends, rights = line.split()[:2]
+        first, last = (int(end, 16) for end in ends.split("-"))
+        if first <= address < last:
+            return "x" in rights
+    return False
 
 
 def check_functions(functions: Iterable[object], what: str) -> None:

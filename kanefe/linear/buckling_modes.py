@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.load_path import LoadPath, load_path
 from kanefe.linear.shapes import Shapes
@@ -76,6 +77,7 @@ class Buckling(Shapes):
         return "\n".join(lines)
 
 
+@checked("loads", "count", "t", "start")
 def buckling(
     scene: Freezable | Model,
     *,
@@ -178,5 +180,5 @@ def _warn_of_displacement(found: Buckling) -> None:
             "scene lengths, which is more than linear buckling holds for. Remedy: kanefe.equilibrium with loads that "
             "are raised in steps, each from the last one, and linearise(...).modes() there",
             AccuracyWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import warn_of_missed
@@ -36,6 +37,10 @@ if TYPE_CHECKING:
 
 USUAL = 6
 """Modes that are followed where nothing is said."""
+
+
+MOST_ORDERS = 100
+"""Lines of excitation in one picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +91,7 @@ class Campbell:
         pairs = zip(self.eigenvalues, self.modes, strict=True)
         return np.array([values.real > growth_noise(values, m.eigenvalues) for values, m in pairs])
 
+    @checked
     def critical_speeds(self, order: float = 1.0, *, damped: bool = True) -> list[CriticalSpeed]:
         """Return the speeds at which a mode that is followed has `order` times the frequency of rotation, ascending.
 
@@ -148,10 +154,11 @@ class Campbell:
                     f"one of {at.modes.frequencies[missing[0]]:.6g} Hz: their critical speeds are not told. Remedy: "
                     f"campbell(..., modes={len(curves.born) + len(missing)})",
                     AccuracyWarning,
-                    stacklevel=3,
+                    stacklevel=outside(),
                 )
                 return
 
+    @checked
     def plot(self, path: str | Path | None = None, *, orders: Sequence[float] = (1.0,)) -> Figure:
         """Draw frequencies and damping over the speed, and write the picture to `path` if given.
 
@@ -172,6 +179,8 @@ class Campbell:
         multiples = np.atleast_1d(numbers(orders)) if np.size(orders) else np.zeros(0)
         if multiples.ndim != 1 or not np.all(np.isfinite(multiples)) or np.any(multiples < 0.0):
             raise ModelError(f"orders must be multiples of the rotation, zero or more, not {orders!r}")
+        if len(multiples) > MOST_ORDERS:
+            raise ModelError(f"orders must be {MOST_ORDERS} at most, lines of one picture, not {len(multiples)}")
         critical = [(found.speed, order) for order in multiples.tolist() for found in self.critical_speeds(order)]
         shown = _diagram(self._refined, self._refined.speeds, self._undamped)
         curves = CampbellCurves(
@@ -197,6 +206,7 @@ class Campbell:
         return [f"mode {j + 1}{f' ({name})' if several else ''}" for j, name in enumerate(leading)]
 
 
+@checked("speeds", "modes", "balance")
 def campbell(
     build: Callable[[float], Freezable | Model],
     speeds: Sequence[float] | np.ndarray,
@@ -268,7 +278,9 @@ def _followed(of: Callable[[float], AnyModes], at: Vector, modes: int | None) ->
     own = _oscillating(of(float(at[0])))
     count = min(USUAL, len(own)) if modes is None else modes
     if not len(own):
-        raise ModelError(f"nothing oscillates at {at[0]:.6g} rad/s, from where modes are followed. Remedy: other speeds")
+        raise ModelError(
+            f"nothing oscillates at {at[0]:.6g} rad/s, from where modes are followed. Remedy: other speeds"
+        )
     if len(own) < count:
         raise ModelError(
             f"the scene has {len(own)} modes that oscillate at {at[0]:.6g} rad/s, not {modes}. Remedy: modes={len(own)}"
@@ -315,7 +327,7 @@ def _warn_of_mixed(diagram: Campbell) -> None:
                 f"mode {unsure[0] + 1} cannot be known again for certain on the way to {speed:.6g} rad/s (correlation "
                 f"{sureness[unsure[0]]:.2g} after the interval was halved {DEEPEST} times). Remedy: more speeds there",
                 AccuracyWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
             return
 
@@ -339,7 +351,7 @@ class OverSpeed(NamedTuple):
         """Warn of the largest imbalance, if one is worth it."""
         worst = max(self.imbalances, key=lambda speed: self.imbalances[speed].ratio, default=None)
         if worst is not None:
-            warn_of_imbalance(self.imbalances[worst], f"{what} at {worst:.6g} rad/s", "balance=True", calls=2)
+            warn_of_imbalance(self.imbalances[worst], f"{what} at {worst:.6g} rad/s", "balance=True")
 
 
 def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, balance: bool) -> OverSpeed:

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector
 from kanefe.linear.eigenvalues import GROWTH
 from kanefe.linear.floquet_modes import FloquetModes
@@ -141,7 +141,7 @@ def _warn_of_jump(column: int, speed: float) -> None:
         f"mode {column + 1} cannot be followed through {speed:.6g} rad/s, where it may cross the order: it jumps there. "
         "Remedy: more speeds about it",
         AccuracyWarning,
-        stacklevel=4,
+        stacklevel=outside(),
     )
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
-from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning
+from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import warn_of_missed
@@ -126,6 +127,7 @@ class Equilibrium(Instant):
         return linearised(self.model, self.time, self.state, inputs, outputs)
 
 
+@checked("t", "start", "speeds", "find", "steady")
 def equilibrium(
     scene: Freezable | Model,
     *,
@@ -190,9 +192,9 @@ def equilibrium(
     found = balanced(scene, t=t, start=start, speeds=speeds, find=find, steady=steady)
     warn_of_missed(found, "equilibrium")
     if found.other_rest is not None:
-        warnings.warn(f"equilibrium: {found.other_rest}", OtherRestWarning, stacklevel=2)
+        warnings.warn(f"equilibrium: {found.other_rest}", OtherRestWarning, stacklevel=outside())
     if (bending := found.bending) is not None and bending.is_too_far:
-        warnings.warn(f"equilibrium: {bending.remark}", AccuracyWarning, stacklevel=2)
+        warnings.warn(f"equilibrium: {bending.remark}", AccuracyWarning, stacklevel=outside())
     return found
 
 

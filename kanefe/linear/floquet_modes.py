@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
@@ -147,6 +148,7 @@ class FloquetModes(OfEigenvalues):
         return f"{parts}; most in {max(self.participation, key=lambda name: self.participation[name][mode])}"
 
 
+@checked("period", "t", "start")
 def floquet(
     scene: Freezable | Model, *, period: float | None = None, t: float | None = None, start: Start = None
 ) -> FloquetModes:

@@ -76,7 +76,9 @@ class FrequencyResponse:
             If there is no such name; lists what there is. Also if there are several inputs and none is named.
         """
         if input is None and len(self.input_names) > 1:
-            raise ModelError(f"a transmissibility needs the input that oscillates. Remedy: input=, one of {self.input_names}")
+            raise ModelError(
+                f"a transmissibility needs the input that oscillates. Remedy: input=, one of {self.input_names}"
+            )
         given = self.input_names[0] if input is None else input
         return self.receptance(output, given) / self.receptance(over, given)
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import is_known, warn_of_missed
@@ -81,9 +82,10 @@ class Linearisation(StateSpace):
                 f"its small motions change (by {self.change:.2g} of their largest rates). Remedy: kanefe.floquet, "
                 "where the motion repeats",
                 AccuracyWarning,
-                stacklevel=3,
+                stacklevel=outside(),
             )
 
+    @checked
     def frequency_response(self, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
         """Return the response of the outputs to inputs of unit amplitude.
 
@@ -114,6 +116,7 @@ class Linearisation(StateSpace):
 
         return state_space(self)
 
+    @checked
     def to_fmu(self, path: str | Path, *, fmi: str = "2.0") -> Path:
         """Write the linear system as a functional mock-up unit for model exchange; return its path.
 
@@ -142,6 +145,7 @@ class Linearisation(StateSpace):
         self._warn_of_change("units for exchange")
         return write_linear(self, path, fmi)
 
+    @checked
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:
         """Return the state y = (q, u) of the model beside the one of the analysis, to first order in x (states,)."""
         small = _values(x, len(self.A), "x")
@@ -153,6 +157,7 @@ class Linearisation(StateSpace):
         return np.concatenate((q, u + du[:n], internal))
 
 
+@checked("t", "start")
 def linearise(
     scene: Freezable | Model,
     *,

@@ -159,7 +159,10 @@ class SampledLoop:
 
     def __str__(self) -> str:
         names = ", ".join(f"{law.controller.name!r} every {law.controller.every:g} s" for law in self.laws)
-        lines = [f"sampled loop of {names}: poles over {self.period:g} s", f"{'|z|':>10}  {'[Hz]':>10}  {'damping [%]':>11}"]
+        lines = [
+            f"sampled loop of {names}: poles over {self.period:g} s",
+            f"{'|z|':>10}  {'[Hz]':>10}  {'damping [%]':>11}",
+        ]
         for z, grows in zip(self.poles, self.grows, strict=True):
             if abs(z) <= GROWTH or z.imag < 0.0:
                 continue
@@ -280,7 +283,9 @@ def _loop(
     pushed = _pushed(plant, laws)
     generator = np.zeros((size, size))
     generator[:n, :n] = plant.A
-    generator[np.ix_(np.arange(n - len(plant.small.speeds.leading), n), acting)] = pushed.ddu[plant.small.speeds.leading]
+    generator[np.ix_(np.arange(n - len(plant.small.speeds.leading), n), acting)] = pushed.ddu[
+        plant.small.speeds.leading
+    ]
     measured = np.zeros((len(plant.C), size))
     measured[:, :n] = plant.C
     measured[:, acting] = output_rows(plant.small, outputs, pushed)
@@ -318,7 +323,9 @@ def _loop(
         total = over_period(flows(whole, digits), inputs + count)
         return total[:size, :kept], total[kept:, :kept]
 
-    return SampledLoop(plant, period, over_period(flows(generator, digits), 0), _names(plant, laws), laws, measured, through)
+    return SampledLoop(
+        plant, period, over_period(flows(generator, digits), 0), _names(plant, laws), laws, measured, through
+    )
 
 
 def _read_inputs(plant: Linearisation, law: LinearLaw, driven: Directions) -> Matrix:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
@@ -38,6 +39,7 @@ class Shapes(ABC):
         total = sum(parts.values())
         return {name: part / np.where(total > 0.0, total, 1.0) for name, part in parts.items()}
 
+    @checked
     def shape(self, body: str, interface: str = "") -> np.ndarray:
         """Return how a frame moves in each shape: displacement (m) and rotation (rad) in N, (shapes, 6).
 
@@ -53,6 +55,7 @@ class Shapes(ABC):
         partial = np.vstack((frame.A_NF @ frame.V[:, :n], frame.A_NF @ frame.W[:, :n]))
         return np.asarray((partial @ self.tangents).T)
 
+    @checked
     def displacements(self, body: str, mode: int) -> np.ndarray:
         """Return how the nodes of a flexible body move in a shape: along N, its rigid motion included, (n, 3).
 
@@ -72,6 +75,7 @@ class Shapes(ABC):
             own = own + 1j * moved(z[terms.speeds].imag)
         return np.asarray((v + np.cross(w, terms.body.nodes + moved(q[terms.eta])) + own) @ G.A_NF.T)
 
+    @checked
     def shown(self, mode: int, size: float = 1.0) -> Instant:
         """Return the scene as it is moved along a shape, `size` times as far as `tangents` say: for pictures and files.
 
@@ -87,15 +91,17 @@ class Shapes(ABC):
         ``kf.buckling(scene).shown(0, size=0.1).to_vtk("buckled.pvd")``
         """
         self._check(mode)
-        if numbers(size).shape != () or not np.isfinite(size):
+        if numbers(size).shape != () or not np.isfinite(numbers(size)):
             raise ModelError(f"the size of a shape must be a finite number, not {size!r}")
         small = self._small
         model = small.model
         q = model.advance(small.q, float(size) * self.tangents[:, mode].real)
         return Instant(model, small.t, np.concatenate((q, np.zeros(model.free_count), model.initial_states)))
 
+    @checked
     def describe(self, mode: int) -> str:
         """Return who takes part in a shape: bodies by kinetic energy, the largest first."""
+        self._check(mode)
         shares = sorted(((float(part[mode]), name) for name, part in self.participation.items()), reverse=True)
         return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares[:3] if share >= 0.05)
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
@@ -91,6 +92,7 @@ class StabilityLimit(Shapes):
         return f"stable up to {self.factor:.6g} times its loads, {self.path}; then {how} of {self.describe(0)}"
 
 
+@checked("loads", "up_to", "t", "start")
 def stability_limit(
     scene: Freezable | Model,
     *,

@@ -61,7 +61,9 @@ def stability_map(
         scene = modes_over_speed(lambda speed, value=value: build(speed, value), at, balance)  # type: ignore[misc]
         looked_at = [scene.modes(float(speed)) for speed in at]
         # growth of round-off is none
-        rows.append([growth if one.grows.any() else min(growth, 0.0) for one in looked_at for growth, _ in (growth_of(one),)])
+        rows.append(
+            [growth if one.grows.any() else min(growth, 0.0) for one in looked_at for growth, _ in (growth_of(one),)]
+        )
         scene.warn("stability_map")
         found.append(tuple(stability_onsets(scene.modes, at)))
     return StabilityMap(_array(at), _array(of), np.array(rows), tuple(found))

@@ -10,6 +10,7 @@ import warnings
 
 import numpy as np
 
+from kanefe.errors import outside
 from kanefe.linear.imbalance import Imbalance, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.unresisted import Unresisted
@@ -40,15 +41,13 @@ def told_imbalance(found: Imbalance) -> list[str]:
     return [f"  out of balance: {found}, {found.ratio:.2g} of the forces there"] if found.ratio > TOLD else []
 
 
-def warn_of_imbalance(
-    found: Imbalance, what: str, remedy: str = "kanefe.equilibrium(scene).linearise()", calls: int = 1
-) -> None:
-    """Warn of a state that is not in balance; `what` names the analysis, so many calls below the line of the user."""
+def warn_of_imbalance(found: Imbalance, what: str, remedy: str = "kanefe.equilibrium(scene).linearise()") -> None:
+    """Warn of a state that is not in balance; `what` names the analysis."""
     if found.ratio > TOLD:
         warnings.warn(
             f"{what}: the state is not in balance: {found} is left over, {found.ratio:.2g} of the forces that act "
             f"there, and the stiffness that loads make is missing with it. Remedy: {remedy}, which finds the balance "
             "first",
             UnsettledWarning,
-            stacklevel=2 + calls,
+            stacklevel=outside(),
         )

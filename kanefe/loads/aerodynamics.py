@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.loads.base import Action, End, Load, LoadKernel
@@ -24,6 +25,7 @@ SAME = 1e-9
 """Angles that differ by less are one, rad."""
 
 
+@checked("name", "is_symmetric")
 @dataclass(frozen=True, eq=False)
 class Aerodynamics(Load):
     """Forces and moments of the wind by a table over the angle from which it blows: of a fuselage, a crate, a sail.

@@ -110,7 +110,9 @@ class Bearing(Load):
     def __post_init__(self) -> None:
         label = f"bearing {self.name!r}"
         if not isinstance(self.ends, (tuple, list)) or len(self.ends) not in (2, 3):
-            raise ModelError(f"ends of {label} must be the bearing, the shaft, and possibly what spins, not {self.ends!r}")
+            raise ModelError(
+                f"ends of {label} must be the bearing, the shaft, and possibly what spins, not {self.ends!r}"
+            )
         object.__setattr__(self, "ends", tuple(self.ends))
         if self.axis not in AXES:
             raise ModelError(f"axis of {label} must be 'x', 'y' or 'z', not {self.axis!r}")
@@ -127,14 +129,21 @@ class Bearing(Load):
         i = 3 + AXES.index(self.axis)
         coupled = self.damping.copy()
         coupled[..., i, i] = 0.0
-        if self.stiffness[..., i, :].any() or self.stiffness[..., i].any() or coupled[..., i, :].any() or coupled[..., i].any():
+        if (
+            self.stiffness[..., i, :].any()
+            or self.stiffness[..., i].any()
+            or coupled[..., i, :].any()
+            or coupled[..., i].any()
+        ):
             raise ModelError(
                 f"{label} resists the turn about its axis {self.axis}: row and column r{self.axis} must be zero, but "
                 "for the drag in the damping. Remedy: a bushing, where nothing turns on and on"
             )
         even = self.damping + np.swapaxes(self.damping, -1, -2)
         if np.linalg.eigvalsh(even).min() < -ROUND_OFF * np.abs(even).max():
-            raise ModelError(f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs")
+            raise ModelError(
+                f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs"
+            )
         if not self.stiffness.any() and not self.damping.any():
             raise ModelError(f"{label} does nothing. Remedy: give stiffness or damping")
 

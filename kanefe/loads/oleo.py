@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, shaped_numbers
 from kanefe.loads.base import Action, End, Load, LoadKernel, Tangent
@@ -18,6 +19,7 @@ ATMOSPHERE = 101325.0
 """Pressure around the strut, Pa."""
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Oleo(Load):
     """The forces in a telescopic strut with gas and oil, which push its two ends apart along their line.
@@ -94,7 +96,7 @@ class Oleo(Load):
         object.__setattr__(self, "ends", tuple(self.ends))
         for what in ("area", "pressure", "volume", "extended", "orifice", "rebound", "ambient", "exponent"):
             value = getattr(self, what)
-            if value is None:
+            if value is None and what in ("rebound", "extended"):
                 continue
             given = float(shaped_numbers(value, (), f"{what} of {label}"))
             may_be_zero = what in ("orifice", "rebound", "ambient")
@@ -104,6 +106,7 @@ class Oleo(Load):
             raise ModelError(f"exponent of {label} must be 1 (slow) or above, not {self.exponent!r}")
 
     @staticmethod
+    @checked("density", "area", "orifice", "discharge")
     def orifice_coefficient(*, density: float, area: float, orifice: float, discharge: float = 0.7) -> float:
         """Return c of oil that a piston presses through a hole, ``rho A^3 / (2 (Cd Ao)^2)``, N s2/m2.
 
@@ -125,7 +128,12 @@ class Oleo(Load):
         for what, value in (("density", density), ("area", area), ("orifice", orifice), ("discharge", discharge)):
             if shaped_numbers(value, (), f"{what} of an orifice") <= 0.0:
                 raise ModelError(f"{what} of an orifice must be > 0, not {value!r}")
-        return density * area**3 / (2.0 * (discharge * orifice) ** 2)
+        through = float(discharge) * float(orifice)
+        ratio = float(area) / through if through > 0.0 else math.inf
+        found = 0.5 * float(density) * float(area) * ratio * ratio
+        if not 0.0 < found < math.inf:
+            raise ModelError(f"area, orifice and discharge must be of oil, in m2: {area!r}, {orifice!r}, {discharge!r}")
+        return found
 
     @property
     def exchanges_energy(self) -> bool:

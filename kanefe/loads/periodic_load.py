@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.loads.base import Action, End, Load, LoadKernel
@@ -26,6 +27,7 @@ def checked_history(given: object, what: str) -> tuple[np.ndarray, np.ndarray]:
     return times, values
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class PeriodicLoad(Load):
     """Force and moment on a frame, along its axes, that repeat with the turns of a rotor: the loads of its hub.
@@ -103,7 +105,7 @@ class PeriodicLoad(Load):
         rows = np.zeros((len(self.harmonics), 13))
         for row, (n, parts) in zip(rows, self.harmonics.items(), strict=True):
             if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 1:
-                raise ModelError(f"harmonics of {label} are by whole numbers per turn, 1 or above, not {n!r}")
+                raise ModelError(f"harmonics of {label} must be by whole numbers per turn, 1 or above, not {n!r}")
             row[0], row[1:] = n, shaped_numbers(parts, (2, 6), f"harmonic {n} of {label}").ravel()
         object.__setattr__(self, "rows", rows)
         if self.share is not None:

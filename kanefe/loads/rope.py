@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
@@ -41,6 +42,7 @@ def path_over(label: str, t: float, ends: Sequence[End]) -> Path:
     return Path(length, float(sum(g @ end.v for g, end in zip(gradient, ends, strict=True))), gradient)
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Rope(Load):
     """A rope without mass from the first end over points on which it slides without friction to the last.
@@ -113,9 +115,10 @@ class Rope(Load):
             ("preload", self.preload, ">="),
             ("breaking_load", self.breaking_load, ">"),
         ):
-            number = numbers(0.0 if value is None else value)
-            is_right = number.shape == () and np.isfinite(number) and (number > 0 or (number == 0 and least == ">="))
-            if value is not None and not is_right:
+            if value is None and what not in {"axial_stiffness", "damping"}:
+                continue
+            number = numbers(value)
+            if not (number.shape == () and np.isfinite(number) and (number > 0 or (number == 0 and least == ">="))):
                 raise ModelError(f"{what} of {label} must be one number, finite and {least} 0, not {value!r}")
         if self.length is not None and self.preload is not None:
             raise ModelError(f"{label} has a length and a preload. Remedy: one of them, the other follows")

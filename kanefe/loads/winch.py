@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
@@ -16,6 +17,7 @@ from kanefe.loads.periodic_load import checked_history
 from kanefe.loads.rope import Path, path_over
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Winch(Load):
     """A cable from a winch at the first end over points to the last, held at a tension by what the winch pays out.
@@ -86,7 +88,8 @@ class Winch(Load):
         object.__setattr__(self, "ends", tuple(self.ends))
         for what in ("stiffness", "speed", "damping", "breaking_load"):
             value = getattr(self, what)
-            if value is not None and shaped_numbers(value, (), f"{what} of {label}") <= 0.0:
+            is_given = value is not None or what != "breaking_load"
+            if is_given and shaped_numbers(value, (), f"{what} of {label}") <= 0.0:
                 raise ModelError(f"{what} of {label} must be > 0, not {value!r}")
         if numbers(self.tension).shape == () and np.isfinite(numbers(self.tension)):
             table = np.array((0.0, 1.0)), np.full(2, float(self.tension))

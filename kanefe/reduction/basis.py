@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.frames import numbers
 from kanefe.reduction.load_cases import Load, checked_loads
 
 
@@ -70,16 +71,17 @@ class Options:
 
 def check_frequency(name: str, value: float | None) -> None:
     """Refuse a frequency that is not above zero."""
-    if value is not None and not (is_number(value) and np.isfinite(value) and value > 0):
+    if value is not None and not (is_number(value) and np.isfinite(numbers(value)) and value > 0):
         raise ModelError(f"{name} must be above zero Hz and finite, not {value!r}")
 
 
 def check_count(method: str, modes: Any) -> None:
     """Refuse a number of modes that is no whole number."""
-    if modes is not None and not (is_number(modes) and modes == int(modes) and modes >= 0):
+    if modes is not None and not (is_number(modes) and 0 <= modes < 2**63 and modes == int(modes)):
         raise ModelError(f"the number of {method} modes must be a whole number >= 0, not {modes!r}")
 
 
 def is_number(value: Any) -> bool:
-    """Return whether a value is a real number."""
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    """Return whether a value is a real number in the range of floats."""
+    given = numbers(value)
+    return given.shape == () and not np.isnan(given)

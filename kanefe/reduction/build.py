@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.bodies.nodal_moments import NodalMoments
@@ -38,6 +39,7 @@ LARGEST_DENSE = 300
 """Coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit integrator."""
 
 
+@checked("model")
 def flexible_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, str | Interface] | None = None,
@@ -83,7 +85,7 @@ def flexible_body(
     check_stiffening(stiffening, model)
     started = time.perf_counter()
     with stage("tie the interfaces"):
-        model, interfaces = with_places(model, interfaces or {})
+        model, interfaces = with_places(model, {} if interfaces is None else interfaces)
         ties = tie_interfaces(model, interfaces)
         rigid_count = unrestrained_motions(model, ties)
         problem = StaticProblem(model, ties, rigid_count, factorise)

@@ -65,7 +65,7 @@ class CraigBampton(Options):
     error_up_to: float | None = None
 
     def __post_init__(self) -> None:
-        if self.modes == "auto":
+        if isinstance(self.modes, str) and self.modes == "auto":
             if self.up_to_frequency is None:
                 raise ModelError(
                     'Craig-Bampton with modes="auto" needs up_to_frequency=<Hz>, the highest frequency of the loads'

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.basis import Basis, Options, check_count, check_frequency
@@ -22,6 +23,7 @@ from kanefe.reduction.load_cases import Load, load_vectors
 from kanefe.reduction.normal_modes import free_normal_modes
 
 
+@checked("attachment")
 @dataclass(frozen=True, repr=False)
 class FreeInterface(Options):
     """Normal modes with the interfaces free that are not fixed in G, and attachment modes of those.

@@ -9,14 +9,16 @@ M-orthonormal before the next solve (block Arnoldi), without which three of them
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.frames import numbers
 from kanefe.reduction.basis import Basis, Options, check_count, is_number
 from kanefe.reduction.load_cases import Load, some_groups
 from kanefe.reduction.orthonormal import normalised, orthonormal_columns
@@ -25,6 +27,7 @@ REFINEMENTS = 2
 """Corrections of a solve with a matrix that is factored without being definite."""
 
 
+@checked("order")
 @dataclass(frozen=True, repr=False)
 class Krylov(Options):
     """Shapes that answer loads around chosen frequencies.
@@ -59,11 +62,11 @@ class Krylov(Options):
 
     def __post_init__(self) -> None:
         given: Any = self.frequencies
-        if isinstance(given, str) or not isinstance(given, Iterable):
+        if isinstance(given, (str, bytes)) or not isinstance(given, (Sequence, np.ndarray)):
             raise ModelError(f"the frequencies of Krylov must be a sequence in Hz, such as (0.0, 50.0), not {given!r}")
         object.__setattr__(self, "frequencies", tuple(given))
         for frequency in self.frequencies:
-            if not (is_number(frequency) and np.isfinite(frequency) and frequency >= 0):
+            if not (is_number(frequency) and np.isfinite(numbers(frequency)) and frequency >= 0):
                 raise ModelError(f"a frequency of Krylov must be at least 0 Hz and finite, not {frequency!r}")
         if not self.frequencies:
             raise ModelError("Krylov needs one frequency at least. Remedy: frequencies=(0.0,)")

@@ -19,15 +19,17 @@ Wilson, Yuan & Dickens (1982), "Dynamic analysis by direct superposition of Ritz
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, PRODUCTS, TRANSLATIONS, FiniteElementModel
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.frames import numbers
 from kanefe.reduction.patch_case import PatchCase
 
 INERTIAL = ("gravity", "angular acceleration", "centrifugal")
@@ -38,6 +40,7 @@ LOADED = 1e-9
 """Share of the largest force of a group below which a column counts as one that does nothing."""
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class LoadCase:
     """Forces on the nodes of a model, under a name.
@@ -65,8 +68,8 @@ class LoadCase:
     forces: np.ndarray
 
     def __post_init__(self) -> None:
-        forces = np.array(self.forces, dtype=float)
-        if forces.ndim not in (1, 2) or not np.all(np.isfinite(forces)):
+        forces = numbers(self.forces)
+        if forces.ndim not in (1, 2) or not forces.size or not np.all(np.isfinite(forces)):
             raise ModelError(
                 f"the forces of load case {self.name!r} must be finite numbers of shape (N,) or (N, m), not of shape "
                 f"{forces.shape}"
@@ -104,14 +107,14 @@ class LoadGroup:
 
 def checked_loads(loads: Any) -> tuple[Load, ...]:
     """Return loads as a tuple; refuse what is no sequence of names and load cases."""
-    if isinstance(loads, (str, LoadCase, PatchCase)) or not isinstance(loads, Iterable):
+    if isinstance(loads, (str, LoadCase, PatchCase)) or not isinstance(loads, Sequence):
         raise ModelError(f"loads must be a sequence of names and LoadCases, such as ('gravity', 'tip'), not {loads!r}")
     kept = tuple(loads)
     for load in kept:
         if not isinstance(load, (str, LoadCase, PatchCase)):
             raise ModelError(
-                f"a load is a name, a LoadCase or a PatchCase, not {type(load).__name__}. Remedy: LoadCase('my load', "
-                "forces) with forces on the degrees of freedom of the model"
+                f"each of loads is a name, a LoadCase or a PatchCase, not {type(load).__name__}. Remedy: "
+                "LoadCase('my load', forces) with forces on the degrees of freedom of the model"
             )
     return kept
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, outside
 from kanefe.fe_model.progress import stage
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.block_lanczos import lowest_modes
@@ -123,7 +123,7 @@ def _warn_of_many(count: int, size: int, up_to_frequency: float) -> None:
             f"{', all that the body has' if count == size else ''}: steps of a run cost with their number. Remedy: a "
             'lower frequency in Hz, modes=<number>, or modes="auto" with the highest frequency of the loads',
             ModesWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
 
 

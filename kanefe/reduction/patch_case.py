@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.contact_points import contact_points
 from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel
@@ -27,6 +28,7 @@ LOOKED_AT = 4
 """Points of each surface of a body at which is looked how much of its yielding the modes have."""
 
 
+@checked("most")
 @dataclass(frozen=True)
 class PatchCase:
     """Unit forces along x, y and z on each point of a contact patch.
@@ -58,8 +60,10 @@ class PatchCase:
 
     def __post_init__(self) -> None:
         if not isinstance(self.place, (str, Place)):
-            raise ModelError(f"the place of a PatchCase is a group's name, OnPlane, Near or so on, not {self.place!r}")
-        if isinstance(self.most, bool) or not isinstance(self.most, int) or self.most < 1:
+            raise ModelError(
+                f"the place of a PatchCase must be a group's name, OnPlane, Near or so on, not {self.place!r}"
+            )
+        if isinstance(self.most, bool) or not isinstance(self.most, (int, np.integer)) or self.most < 1:
             raise ModelError(f"most of a PatchCase must be a whole number of points, 1 or more, not {self.most!r}")
 
     @property

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.sampling import ControllerLog
@@ -127,60 +128,74 @@ class Reader:
         """What the surfaces look like that things touch, and on what they sit."""
         return self._channels.surfaces
 
+    @checked
     def body(self, name: str) -> BodyShape:
         """Return mass, mesh and modes of a body; raise a ModelError that lists the names if there is none."""
         if name not in self._shapes:
             raise ModelError(f"the run has no body called {name!r}. It has: {', '.join(self.bodies)}")
         return self._shapes[name]
 
+    @checked
     def interfaces(self, name: str) -> tuple[str, ...]:
         """Return the names of the interfaces of a body; none for a rigid one."""
         return self.body(name).interfaces
 
+    @checked
     def position(self, name: str, interface: str | None = None) -> np.ndarray:
         """Return the position of a frame in N, shape (T, 3), in m."""
         return self.read("position", name, interface)
 
+    @checked
     def rotation(self, name: str, interface: str | None = None) -> np.ndarray:
         """Return the Euler parameters of a frame seen from N (Eq. 5), scalar first, without jumps of sign, (T, 4)."""
         return self.read("rotation", name, interface)
 
+    @checked
     def velocity(self, name: str, interface: str | None = None) -> np.ndarray:
         """Return the velocity of a frame's origin in components of N, shape (T, 3), in m/s."""
         return self.read("velocity", name, interface)
 
+    @checked
     def angular_velocity(self, name: str, interface: str | None = None) -> np.ndarray:
         """Return the angular velocity of a frame in its own components, shape (T, 3), in rad/s."""
         return self.read("angular_velocity", name, interface)
 
+    @checked
     def acceleration(self, name: str, interface: str | None = None) -> np.ndarray:
         """Return the acceleration of a frame's origin in components of N (Eq. 15), shape (T, 3), in m/s2."""
         return self.read("acceleration", name, interface)
 
+    @checked
     def angular_acceleration(self, name: str, interface: str | None = None) -> np.ndarray:
         """Return the angular acceleration of a frame in its own components (Eq. 16), shape (T, 3), in rad/s2."""
         return self.read("angular_acceleration", name, interface)
 
+    @checked
     def center_of_mass(self, name: str = "") -> np.ndarray:
         """Return the centre of mass of a body, deformed as it is, or of the whole scene, in N, shape (T, 3), in m."""
         return self.read("center_of_mass", name)
 
+    @checked
     def joint_coordinates(self, name: str) -> np.ndarray:
         """Return the coordinates of a body's joint, (T, coordinates); driven ones too. Units: `units`."""
         return self.read("joint_coordinates", name)
 
+    @checked
     def joint_speeds(self, name: str) -> np.ndarray:
         """Return the speeds of a body's joint, (T, speeds); driven ones too. Units: `units`."""
         return self.read("joint_speeds", name)
 
+    @checked
     def modal_coordinates(self, name: str) -> np.ndarray:
         """Return eta of a flexible body, shape (T, k)."""
         return self.read("modal_coordinates", name)
 
+    @checked
     def modal_speeds(self, name: str) -> np.ndarray:
         """Return deta/dt of a flexible body, shape (T, k)."""
         return self.read("modal_speeds", name)
 
+    @checked
     def deflection(self, name: str, interface: str) -> np.ndarray:
         """Return translation (m) and slopes (rad) of an interface from its undeformed place in G, shape (T, 6)."""
         return self.read("deflection", name, interface)
@@ -228,10 +243,12 @@ class Reader:
         """
         return self.read("coupling_force", name, interface, of)
 
+    @checked
     def neighbours(self, name: str, interface: str) -> Neighbours:
         """Return the names of what acts at an interface, `unknown` and `known`: parts that `coupling_force` takes."""
         return self.body(name).neighbours[self._interface(self._flexible(name), "coupling_force", interface)]
 
+    @checked
     def joint_reaction(self, name: str) -> np.ndarray:
         """Return force (N) and moment (N m) of a body's joint on it, shape (T, 6).
 
@@ -239,6 +256,7 @@ class Reader:
         """
         return self.read("joint_reaction", name)
 
+    @checked
     def driving_force(self, name: str) -> np.ndarray:
         """Return the force (N) or torque (N m) that keeps a driven joint on its motion.
 
@@ -247,6 +265,7 @@ class Reader:
         """
         return self.read("driving_force", name)
 
+    @checked
     def loop_force(self, name: str) -> np.ndarray:
         """Return force (N) and moment (N m) of a loop joint or rolling contact on its end b, shape (T, 6).
 
@@ -254,6 +273,7 @@ class Reader:
         """
         return self.read("loop_force", name)
 
+    @checked
     def load(self, name: str, column: str | None = None) -> np.ndarray:
         """Return what a load between frames tells, such as the tension of a rope, (T, columns), or (T,) of one column.
 
@@ -288,6 +308,7 @@ class Reader:
             raise ModelError(f"load {name!r} has no column {column!r}. It has: {', '.join(columns)}")
         return np.asarray(found[..., places[0]])
 
+    @checked
     def load_force(self, name: str, end: int = -1) -> np.ndarray:
         """Return force (N) and moment (N m) of a load between frames on one of its ends, in N, shape (T, 6).
 
@@ -319,6 +340,7 @@ class Reader:
         self.read("load", name)  # names the loads there are
         return load_forces(self.run, name, end)
 
+    @checked
     def in_axes_of(self, name: str, vectors: np.ndarray, interface: str | None = None) -> np.ndarray:
         """Return vectors that are in components of N in those of a body or interface at the same times.
 
@@ -343,6 +365,7 @@ class Reader:
         what = repr(name) if interface is None else f"{interface!r} of {name!r}"
         return turned_into(vectors, self.rotation(name, interface), what)
 
+    @checked
     def contact(self, name: str) -> ContactHistory:
         """Return what a contact did: its forces, depth, slip, the work of its friction, and whether it stuck.
 
@@ -373,6 +396,7 @@ class Reader:
         """
         return contact_report(self.times, {name: self.contact(name) for name in self.contacts}, self.events)
 
+    @checked
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
@@ -407,6 +431,7 @@ class Reader:
             )
         return shape.displacements(eta, rows)
 
+    @checked
     def nodal_positions(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
@@ -429,6 +454,7 @@ class Reader:
         """Linear and angular momentum of the scene."""
         return Momentum(*(self.read(name) for name in MOMENTA))
 
+    @checked
     def units(self, quantity: str, name: str | None = None) -> str:
         """Return the unit of a quantity; of a body's joint, if the unit depends on it.
 
@@ -445,8 +471,11 @@ class Reader:
             return QUANTITIES[quantity].units
         return ", ".join(unit for _, unit, _ in self.parts(quantity, name)) or "1"
 
+    @checked
     def parts(self, quantity: str, name: str = "") -> tuple[tuple[str, str, tuple[str, ...]], ...]:
         """Return label, unit and column names of a quantity of a body, columns of one unit together."""
+        if quantity not in QUANTITIES:
+            raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
         if not name or quantity in LOOPS:
             return resolved_parts(quantity)
         if quantity in LOADS:
@@ -457,6 +486,7 @@ class Reader:
             quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
         )
 
+    @checked("quantity", "name", "interface")
     def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.results.quantities` by its name; the methods above are the readable way.
 

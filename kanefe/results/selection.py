@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.results.body_shape import BodyShape
 
 Frames = int | slice | Sequence[int] | np.ndarray
@@ -21,7 +22,7 @@ def frame_index(frames: Frames | None, count: int) -> Any:
         return slice(None)
     if isinstance(frames, slice):
         return frames
-    index = np.asarray(frames)
+    index = np.asarray(frames) if np.all(np.isfinite(numbers(frames))) else np.array(np.nan)
     if index.dtype.kind not in "iu" or index.ndim > 1 or np.any((index < -count) | (index >= count)):
         raise ModelError(
             f"frames={frames!r} must be numbers of output times, 0 to {count - 1}. "
@@ -57,7 +58,7 @@ def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most:
     if fps is not None and every is not None:
         raise ModelError("give fps= or every=, not both")
     if fps is not None:
-        if not (isinstance(fps, (int, float)) and math.isfinite(fps) and fps > 0):
+        if not (numbers(fps).shape == () and 0.0 < numbers(fps) < math.inf):
             raise ModelError(f"fps must be above zero, not {fps!r}")
         wanted = times[0] + np.arange(math.floor((times[-1] - times[0]) * fps * (1 + 1e-12)) + 1) / fps
         after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
@@ -65,6 +66,6 @@ def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most:
         return np.unique(nearest)
     if every is None:
         every = max(1, math.ceil((len(times) - 1) / (most - 1)))
-    if not (isinstance(every, (int, np.integer)) and every >= 1):
+    if isinstance(every, bool) or not (isinstance(every, (int, np.integer)) and 1 <= every < 2**63):
         raise ModelError(f"every must be a whole number of at least 1, not {every!r}")
     return np.arange(0, len(times), int(every))

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, outside
 from kanefe.frames import Orientation
 from kanefe.robots.description import Pose, RobotLink
 from kanefe.scene.scene import orientation_matrix, three
@@ -26,6 +27,7 @@ class LinkMassWarning(UserWarning):
     """A body from a mesh that is much heavier or lighter than the link whose place it takes."""
 
 
+@checked("body", "at", "interfaces")
 @dataclass(frozen=True)
 class FlexibleLink:
     """A flexible body that takes the place of a robot's link.
@@ -53,6 +55,10 @@ class FlexibleLink:
     at: Sequence[float] = (0.0, 0.0, 0.0)
     orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
     interfaces: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse a pose that is none."""
+        _ = self.pose
 
     @property
     def pose(self) -> Pose:
@@ -102,7 +108,7 @@ class FlexibleLink:
                 f"link {link.name!r} has {link.mass:.4g} kg in the file, the body in its place {self.body.mass:.4g} "
                 "kg. Remedy: check its units, density and name",
                 LinkMassWarning,
-                stacklevel=2,
+                stacklevel=outside(),
             )
 
     @property

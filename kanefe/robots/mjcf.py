@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import ModelError
 from kanefe.frames import axis_rotation, rotation_matrix
@@ -24,6 +25,7 @@ BODY = 1  # mjtObj
 NO_GRAVITY = 1 << 7  # mjtDisableBit
 
 
+@checked("path", "limit_stiffness", "limit_damping", "joint_forces")
 def read_mjcf(
     path: str | Path,
     *,

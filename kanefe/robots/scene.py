@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.rigid import RigidMass, rigid_mass
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, outside
 from kanefe.joints import Fixed, Joint
 from kanefe.robots.description import Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
@@ -77,7 +77,7 @@ def scene_of(
         If a body cannot be as the file has it, or what replaces a link does not fit.
     """
     scene = RobotScene(gravity)
-    replaced = _replaced(robot, flexible or {})
+    replaced = _replaced(robot, {} if flexible is None else flexible)
     _check_moving_masses(robot, replaced)
     for link in robot.links:
         _add_link(scene, link, replaced)
@@ -201,7 +201,7 @@ def _mass_of(link: RobotLink) -> RigidMass:
             "distribution of mass has one larger than the sum of the others. They are taken as they are. Remedy: "
             "check that the inertia is about the centre of mass",
             OddInertiaWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
     return RigidMass(checked.mass, checked.com, inertia, is_as_given=True)
 
@@ -228,5 +228,5 @@ def _warn_of_what_acts(robot: Robot) -> None:
         f"robot {robot.name!r}: what would change its motion and is not in the scene: {'; '.join(parts)}. "
         "scene.not_taken has all of it",
         NotTakenWarning,
-        stacklevel=4,
+        stacklevel=outside(),
     )

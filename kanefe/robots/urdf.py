@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import FileError, ModelError
 from kanefe.frames import turn_to
@@ -27,6 +28,7 @@ TAKEN = {"link", "joint", "material"}
 MOMENTS = ("ixx", "iyy", "izz")
 
 
+@checked("path", "limit_damping", "joint_forces")
 def read_urdf(
     path: str | Path,
     *,

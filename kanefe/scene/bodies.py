@@ -68,7 +68,7 @@ class BodyMethods(Scene):
             Naming what is wrong with the body.
         """
         properties = rigid_mass(name, mass, inertia, com)
-        self._add(name, parent, joint or Fixed(), at, orientation, rigid=properties, gravity=gravity)
+        self._add(name, parent, Fixed() if joint is None else joint, at, orientation, rigid=properties, gravity=gravity)
         return RigidBody(self, len(self._entries) - 1, name)
 
     def add_point(
@@ -103,7 +103,13 @@ class BodyMethods(Scene):
         >>> ball = scene.add_point("ball", 0.1, joint=kf.Translation(velocity=(3.0, 0.0, 4.0)))
         """
         return self.add_rigid_body(
-            name, mass, parent=parent, joint=joint or Translation(), at=at, orientation=orientation, gravity=gravity
+            name,
+            mass,
+            parent=parent,
+            joint=Translation() if joint is None else joint,
+            at=at,
+            orientation=orientation,
+            gravity=gravity,
         )
 
     def add_frame(
@@ -218,7 +224,7 @@ class BodyMethods(Scene):
                 f"flexible body {name!r} must be a FlexibleBody, not {type(body).__name__}. "
                 "Remedy: make one with kanefe_fem.solid_body, beam_body, or kanefe.flexible_body"
             )
-        joint = joint or Fixed()
+        joint = Fixed() if joint is None else joint
         if body.is_floating and not joint.holds_floating:
             raise ModelError(
                 f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
@@ -247,7 +253,7 @@ class BodyMethods(Scene):
         starts: Sequence[Sequence[float] | np.ndarray | None] = (None, None),
     ) -> None:
         self._check_open(f"body {name!r}")
-        if not name or not isinstance(name, str) or "/" in name:
+        if not isinstance(name, str) or not name or "/" in name:
             raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
         if any(entry.name == name for entry in self._entries):
             raise ModelError(f"the scene already has a body called {name!r}. Remedy: another name")

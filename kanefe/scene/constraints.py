@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
@@ -109,6 +110,7 @@ class ConstraintMethods(Scene):
             Constraint(name, "distance", (DistanceRow("distance", *ends, size),), *ends, (), starts_on)
         )
 
+    @checked("constant")
     def add_gear(
         self,
         name: str,
@@ -226,7 +228,9 @@ class ConstraintMethods(Scene):
         label = f"{kind} {name!r}"
         self._check_new(name, label, starts_on)
         size = _positive(radius, f"radius of {label}", "give it in m")
-        a, b = self._ends(self.ground if plane is None else plane, body, label, needs_rotation=True)
+        a, b = self._ends(
+            self.ground if plane is None else plane, body, label, needs_rotation=True, called=("plane", "body")
+        )
         rows = tuple(
             RollingRow(text, a, b, size, direction, is_ball)
             for text, direction in (("contact", NORMAL), ("slip along x", FIRST), ("slip along y", SECOND))
@@ -274,16 +278,26 @@ class ConstraintMethods(Scene):
 
     def _check_new(self, name: object, label: str, starts_on: object) -> None:
         self._check_open(label)
-        if starts_on is not None and not isinstance(starts_on, bool):
+        if starts_on is not None and not isinstance(starts_on, (bool, np.bool_)):
             raise ModelError(f"starts_on of {label} must be True, False or None, not {starts_on!r}")
         if not isinstance(name, str) or not name or "/" in name:
             raise ModelError(f"the name of a constraint must be a text without '/', not {name!r}")
         if any(constraint.name == name for constraint in self._constraints):
             raise ModelError(f"the scene already has a constraint called {name!r}. Remedy: another name")
 
-    def _ends(self, a: Frame, b: Frame, label: str, *, needs_rotation: bool) -> tuple[Marker, Marker]:
-        first = self._marker(a, f"end a of {label}", needs_rotation=needs_rotation)
-        second = self._marker(b, f"end b of {label}", needs_rotation=needs_rotation)
+    def _ends(
+        self,
+        a: Frame,
+        b: Frame,
+        label: str,
+        *,
+        needs_rotation: bool,
+        called: tuple[str, str] = ("end a", "end b"),
+    ) -> tuple[Marker, Marker]:
+        first, second = (
+            self._marker(frame, f"{what} of {label}", needs_rotation=needs_rotation)
+            for what, frame in zip(called, (a, b), strict=True)
+        )
         is_one_rigid = first.interface is None and second.interface is None
         if first.body == second.body and (is_one_rigid or a.interface_frame is b.interface_frame):
             raise ModelError(f"both ends of {label} are on {a.name!r}: nothing moves between them. Remedy: two bodies")

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.arguments import checked
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Orientation, Vector
 from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import ContactPatch, Frame, three
@@ -40,6 +41,7 @@ class ContactMethods(LoadMethods):
         super().__init__()
         self._surfaces: dict[str, Surface] = {}
 
+    @checked("name")
     def add_surface(
         self,
         name: str,
@@ -86,7 +88,7 @@ class ContactMethods(LoadMethods):
 
         label = f"surface {name!r}"
         self._check_open(label)
-        if not name or not isinstance(name, str):
+        if not isinstance(name, str) or not name:
             raise ModelError(f"the name of a surface must be a text, not {name!r}")
         if name in self._surfaces:
             raise ModelError(f"the scene already has a surface called {name!r}. Remedy: another name")
@@ -106,6 +108,7 @@ class ContactMethods(LoadMethods):
             for surface in self._surfaces.values()
         ]
 
+    @checked("name")
     def add_contact(
         self,
         name: str,
@@ -196,6 +199,7 @@ class ContactMethods(LoadMethods):
         given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0
         self.add(Contact(*given) if convex is None else ConvexContact(*given, touching=convex))
 
+    @checked("ignore")
     def add_contacts(
         self,
         among: Sequence[Surface],
@@ -323,7 +327,7 @@ def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> 
             f"{patch.frames[0].name!r} have, {softening:.2g} times as much as by the law of the contact. Remedy: a "
             f"PatchCase of the same place and most={len(patch.frames)} among the loads of its reduction",
             AccuracyWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 
@@ -338,7 +342,7 @@ def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -
             f"{largest:.2g} m, lies on two places; one is followed. Remedy: smoother heights, or points of its shape, "
             "shape.sampled(spacing)",
             AccuracyWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 

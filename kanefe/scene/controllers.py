@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.scene.scene import Scene
 from kanefe.scene.targets import Named, Target, asked_for, axes_of, joint_entry, target_of
 
@@ -40,6 +42,7 @@ ELSEWHERE = {
 class ControllerMethods(Scene):
     """The part of `System` that adds controllers."""
 
+    @checked("every", "reads", "drives", "delay")
     def add_controller(
         self,
         name: str,
@@ -104,8 +107,8 @@ class ControllerMethods(Scene):
             raise ModelError(f"the scene already has a {label}. Remedy: another name")
         _check_function(function, label)
         for what, value, least in (("every", every, math.ulp(0.0)), ("delay", delay, 0.0)):
-            is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-            if not (is_number and math.isfinite(value) and value >= least):
+            given = numbers(value)
+            if not (given.shape == () and math.isfinite(given) and given >= least):
                 above = "above zero" if least else "zero or more"
                 raise ModelError(f"{what} of {label} must be {above}, in s, not {value!r}")
         readings = tuple(found for named in _asked(reads, "reads", label) for found in self._readings(label, *named))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.functions import Constant, callback
@@ -21,6 +22,7 @@ VectorLoad = Callable[..., Any] | Sequence[float]
 class FieldLoadMethods(Scene):
     """The part of `System` that adds distributed loads."""
 
+    @checked("surface", "follows")
     def add_traction(
         self, member: FlexibleMember, surface: str, traction: VectorLoad, *, follows: bool = False
     ) -> None:
@@ -56,6 +58,7 @@ class FieldLoadMethods(Scene):
         function, takes = _vector(traction, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
+    @checked("line", "follows")
     def add_line_load(self, member: FlexibleMember, line: str, load: VectorLoad, *, follows: bool = False) -> None:
         """Apply a uniform load per length to a line of beams.
 
@@ -87,6 +90,7 @@ class FieldLoadMethods(Scene):
         function, takes = _vector(load, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
+    @checked("surface")
     def add_pressure(self, member: FlexibleMember, surface: str, pressure: Callable[..., Any] | float) -> None:
         """Apply a uniform pressure to the outside of a surface of a flexible body.
 
@@ -134,7 +138,7 @@ class FieldLoadMethods(Scene):
 
 
 def _name(member: object) -> str:
-    return repr(member.name) if isinstance(member, Frame) else repr(member)
+    return repr(member.name) if isinstance(member, Frame) else told(member)
 
 
 def _vector(load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:

@@ -146,10 +146,7 @@ class HeldInputMethods(ControllerMethods):
 
 
 def _asked(named: Named | None) -> list[tuple[str, str]]:
-    try:
-        found = [] if named is None else asked_for(named)
-    except TypeError:
-        found = [("", None)]  # type: ignore[list-item]
+    found = [] if named is None else asked_for(named)
     if not all(isinstance(text, str) for _, text in found):
         raise ModelError(f"inputs must be texts such as 'motor hub', or a mapping of names to them, not {named!r}")
     return found

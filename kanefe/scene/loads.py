@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, shaped_numbers
 from kanefe.loads.base import Load
@@ -66,6 +67,7 @@ class LoadMethods(Scene):
         ]
         self._loads.append(load.with_ends(tuple(markers)))
 
+    @checked("follows")
     def add_force(
         self, target: Frame, force: LoadValue, *, point: Sequence[float] = (0.0, 0.0, 0.0), follows: bool = False
     ) -> None:
@@ -101,6 +103,7 @@ class LoadMethods(Scene):
         where = target.at + target.axes @ three(point, f"point of {label}")
         entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
 
+    @checked("follows")
     def add_torque(self, target: Frame, torque: LoadValue, *, follows: bool = False) -> None:
         """Apply a torque.
 
@@ -132,6 +135,7 @@ class LoadMethods(Scene):
         load = _point_load(label, torque, True, np.zeros(3), follows, target)
         entry.loads.append((load, target.interface_frame))
 
+    @checked("coordinate")
     def add_motor(self, body: Frame, force: LoadValue, *, coordinate: int = 0) -> None:
         """Apply the force of a motor along a coordinate of a body's joint: on the body and, reversed, on its parent.
 
@@ -187,6 +191,7 @@ class LoadMethods(Scene):
         value = float(constant)
         entry.joint_loads.append(JointLoad(label, Constant(value), coordinate))
 
+    @checked("name")
     def add_spring(
         self,
         name: str,
@@ -245,6 +250,7 @@ class LoadMethods(Scene):
             raise ModelError(f"{label} does nothing. Remedy: give stiffness, damping or force")
         self._loads.append(SpringDamper(name, ends, k, c, float(rest), lengths, forces, function))
 
+    @checked("name")
     def add_bushing(
         self,
         name: str,
@@ -293,9 +299,13 @@ class LoadMethods(Scene):
         ends = [
             self._marker(x, f"end {n} of {label}", needs_rotation=wide and n == "b") for x, n in ((a, "a"), (b, "b"))
         ]
-        constants = [_six_by_six(x, f"{what} of {label}") for x, what in ((stiffness, "stiffness"), (damping, "damping"))]
+        constants = [
+            _six_by_six(x, f"{what} of {label}") for x, what in ((stiffness, "stiffness"), (damping, "damping"))
+        ]
         if np.linalg.eigvalsh(constants[1] + constants[1].T).min() < -ROUND_OFF * np.abs(constants[1]).max():
-            raise ModelError(f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs")
+            raise ModelError(
+                f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs"
+            )
         if law is not None and not callable(law):
             raise ModelError(f"law of {label} must be a function of displacement and rate, not {law!r}")
         if law is not None and constants[0].any():
@@ -308,7 +318,7 @@ class LoadMethods(Scene):
         """Return the label of a new load between frames; raise a ModelError if its name is none or taken."""
         label = f"{kind} {name!r}"
         self._check_open(label)
-        if not name or not isinstance(name, str):
+        if not isinstance(name, str) or not name:
             raise ModelError(f"the name of a {kind} must be a text, not {name!r}")
         taken = next((other for other in self._loads if other.name == name), None)
         if taken is not None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.marker import Marker
 from kanefe.bodies.rigid import RigidMass
 from kanefe.errors import ModelError
@@ -250,6 +251,7 @@ class Scene:
         other.is_frozen = False
         return other
 
+    @checked("name")
     def body(self, name: str) -> RigidBody | FlexibleMember:
         """Return a body of the scene by its name, as it was returned where it was added.
 

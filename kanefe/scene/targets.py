@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
@@ -55,7 +55,8 @@ def asked_for(named: Named) -> list[tuple[str, str]]:
         return [("", named)]
     if isinstance(named, Mapping):
         return [(str(name), text) for name, text in named.items()]
-    return [("", text) for text in named]
+    # what has no length may have no end: whoever asks says that it is no text
+    return [("", text) for text in (named if isinstance(named, Collection) else [named])]
 
 
 def target_of(bodies: Sequence[NamedBody], name: str, text: object, kinds: Mapping[str, str], role: str) -> Target:

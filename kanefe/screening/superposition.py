@@ -250,7 +250,7 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
         motions = motions + correction
         size = np.abs(np.einsum("pex,tx->pet", slopes, np.hstack(correction[:2])[inside])).max(axis=(0, 2))
         if rounds > 1:
-            is_large = last > 1e-6 * last.max()
+            is_large = last > 1e-6 * last.max(initial=0.0)
             ratio = float((size[is_large] / last[is_large]).max(initial=0.0))
             if not ratio < SLOWEST:
                 raise NotSuperposed(f"each round leaves {ratio:.2g} of what the last one left")

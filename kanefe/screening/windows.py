@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.contact.contact import Contact
 from kanefe.contact.friction_laws import Coulomb
 from kanefe.equations.model import Model
@@ -61,6 +62,7 @@ GRAZING = 1e-6
 """Of what an event looks at, at rest: what passes by less only grazes."""
 
 
+@checked("spacing")
 def screen(
     scene: Freezable,
     duration: float | tuple[float, float],
@@ -116,11 +118,12 @@ def screen(
     """
     if not hasattr(scene, "freeze"):
         raise ModelError(f"a screened run is of a scene, not of {scene!r}. Remedy: a kf.System with a driven frame")
-    span = (0.0, duration) if np.ndim(numbers(duration)) == 0 else duration
+    given = numbers(duration)
+    span = (0.0, given) if given.ndim == 0 else given
     first, last = (float(t) for t in shaped_numbers(span, (2,), "the duration of a screened run"))
     if not last > first:
         raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")
-    if isinstance(spacing, bool) or not isinstance(spacing, (int, float)) or not 0.0 < spacing < np.inf:
+    if not (numbers(spacing).shape == () and 0.0 < numbers(spacing) < np.inf):
         raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
     unknown = [name for name in options if name not in OF_WINDOWS]
     if unknown:

@@ -81,10 +81,7 @@ def _asked(model: Model, named: Named | None) -> list[tuple[str, str]]:
         texts = [f"{what} {body.name}" for what in ("joint_coordinates", "joint_speeds") for body in joints]
         texts += [f"{what} {body.name}" for body in floating for what in ("position", "rotation")]
         return [("", text) for text in texts]
-    try:
-        found = asked_for(named)
-    except TypeError:
-        found = [("", None)]  # type: ignore[list-item]
+    found = asked_for(named)
     if not all(isinstance(text, str) for _, text in found):
         raise ModelError(f"outputs must be texts such as 'position tip', or a mapping of names to them, not {named!r}")
     return found

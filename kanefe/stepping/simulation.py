@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -268,9 +267,9 @@ class Simulation:
         --------
         ``sim.step(0.01, {"motor hub": 3.0})``
         """
-        if not (isinstance(dt, (int, float, np.number)) and math.isfinite(dt) and dt > 0.0):
+        if not (is_finite_number(dt) and dt > 0.0):
             raise ModelError(f"dt of a step must be above zero, in s, not {dt!r}")
-        values = self._told_values(inputs or {})
+        values = self._told_values({} if inputs is None else inputs)
         if self._status.kind == "stopped":
             raise ModelError(f"{self._status}. Remedy: restore a state from before, or another start")
         stop = self.stepper.t + float(dt)
@@ -297,9 +296,7 @@ class Simulation:
                 did = f" Did you mean {near[0]!r}?" if near else ""
                 listed = ", ".join(map(repr, self.input_names)) or "none: start(inputs=...) names them"
                 raise ModelError(f"the simulation has no input {name!r}.{did} It has: {listed}")
-            if not (
-                isinstance(value, (int, float, np.number, np.ndarray)) and np.ndim(value) == 0 and np.isfinite(value)
-            ):
+            if not is_finite_number(value):
                 raise ModelError(f"input {name!r} must be a finite number, in {self.units[name]}, not {value!r}")
             values[self._places[name]] = float(value)
         return values

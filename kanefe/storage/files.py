@@ -5,10 +5,13 @@ Where kanefe keeps what can be made again: compiled kernels and flexible bodies.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import stat
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -18,6 +21,9 @@ from kanefe.errors import FileError
 
 LARGEST_SHARE = 0.5
 """Of the memory that a process may use: a file above it that is read whole would fill the rest with what it says."""
+
+MOST_WAITING = 10.0
+"""Seconds that a pipe has until somebody reads it."""
 
 _NO_FILES = {
     stat.S_IFCHR: "a device",
@@ -49,7 +55,7 @@ def regular_file(
     FileError
         If it is not there, a folder, a device, a pipe or a socket, or larger than memory takes.
     """
-    path = Path(path)
+    path = possible_path(path)
     called = f"{path} {what}".rstrip()
     try:
         status = path.stat()
@@ -119,6 +125,23 @@ def usable_memory() -> float:
     return found
 
 
+def possible_path(path: str | Path) -> Path:
+    """Return the path of a file that may be there or be made.
+
+    Raises
+    ------
+    FileError
+        If it is no text or path, or no file can have the name: one with a zero in it, half a letter, or too long a one.
+    """
+    try:
+        possible = Path(path)
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+            possible.lstat()
+    except (OSError, ValueError, TypeError) as error:
+        raise FileError(f"no file can have the path {path!r}: {error}. Remedy: another name") from error
+    return possible
+
+
 def ready_path(path: str | Path) -> Path:
     """Return `path` with its folder made.
 
@@ -127,18 +150,12 @@ def ready_path(path: str | Path) -> Path:
     FileError
         If the folder cannot be made.
     """
-    _check_name(path)
-    path = Path(path)
+    path = possible_path(path)
     try:
         make_folder(path.parent)
     except OSError as error:
         raise FileError(f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be made") from error
     return path
-
-
-def _check_name(path: str | Path) -> None:
-    if "\0" in str(path):
-        raise FileError(f"cannot write {str(path)!r}: the name of a file has no \\0. Remedy: another name")
 
 
 def make_folder(folder: Path, is_own: bool = False) -> None:
@@ -169,8 +186,7 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
     FileError
         If the folder cannot be written, or the disk is full; `path` is as it was before.
     """
-    _check_name(path)
-    path = ready_path(os.path.realpath(path))
+    path = ready_path(os.path.realpath(possible_path(path)))
     if os.path.exists(path) and not path.is_file():
         _write_through(path, write)
         return
@@ -204,12 +220,27 @@ def _write_through(path: Path, write: Callable[[BinaryIO], object]) -> None:
     buffer = BytesIO()
     write(buffer)
     try:
-        with path.open("wb", buffering=0) as file:
+        with os.fdopen(_opened_for_writing(path), "wb", buffering=0) as file:
             rest = buffer.getbuffer()
             while rest:
                 rest = rest[file.write(rest) :]
     except OSError as error:
         raise FileError(f"cannot write {path}: {error.strerror}. Remedy: the name of a file") from error
+
+
+def _opened_for_writing(path: Path) -> int:
+    """Return the descriptor of a device or pipe; an OSError where nobody comes to read a pipe."""
+    last = time.monotonic() + MOST_WAITING
+    while True:
+        try:
+            handle = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError as error:
+            if error.errno != errno.ENXIO or time.monotonic() > last:
+                raise
+            time.sleep(0.01)
+        else:
+            os.set_blocking(handle, True)
+            return handle
 
 
 def cache_folder() -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,9 @@ COLUMNS = ("case", "key", "status", "reason", "simulated", "warnings", "wall", "
 """Of a table, beside parameters and outputs."""
 
 KEY_DIGITS = 16
+
+MOST_NESTED = 32
+"""Sequences within each other in one value, as many as arrays have axes."""
 
 MOST_VALUES = 1_000_000
 """Of a parameter, and rows of a table: what goes on is a generator without an end, or a mistake."""
@@ -106,7 +109,7 @@ def cases_of(table: Any, grid: Mapping[str, Any]) -> Cases:
     return cases
 
 
-def plain(value: Any, what: str) -> Any:
+def plain(value: Any, what: str, depth: int = 0) -> Any:
     """Return a value as Python's own, which json writes and reads to the same bits.
 
     Raises
@@ -124,8 +127,8 @@ def plain(value: Any, what: str) -> Any:
         if not math.isfinite(value):
             raise ModelError(f"{what} is {value}. Remedy: a finite number")
         return value
-    if isinstance(value, (list, tuple)):
-        return tuple(plain(item, what) for item in value)
+    if isinstance(value, (list, tuple)) and depth < MOST_NESTED:
+        return tuple(plain(item, what, depth + 1) for item in value)
     raise ModelError(
         f"{what} is {_article(type(value).__name__)}, which cannot be written into a table. Remedy: a number, text, "
         "truth value or a sequence of them, of which build makes what it needs"
@@ -135,7 +138,7 @@ def plain(value: Any, what: str) -> Any:
 def _axis(name: str, values: Any) -> tuple[Any, ...]:
     if isinstance(values, Mapping):
         raise ModelError(f"the values of {name} are a mapping. Remedy: a sequence of them")
-    single = isinstance(values, (str, bytes)) or not isinstance(values, Iterable)
+    single = isinstance(values, (str, bytes)) or not isinstance(values, (Collection, Iterator))
     found = tuple(plain(value, name) for value in ([values] if single else bounded(values, f"the values of {name}")))
     if not found:
         raise ModelError(f"{name} has no values. Remedy: at least one")

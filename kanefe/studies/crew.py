@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, rotation_matrix, shaped_numbers
+from kanefe.frames import Vector, numbers, rotation_matrix, shaped_numbers
 from kanefe.result import Result
 
 AXES = {"longitudinal": 0, "lateral": 1}
@@ -60,6 +61,7 @@ class Interruptions:
         return felt, result.times[shown]
 
 
+@checked
 def interruptions(
     body: str,
     at: Sequence[float] = (0.0, 0.0, 0.0),
@@ -106,7 +108,7 @@ def interruptions(
     """
     place = shaped_numbers(at, (3,), "the place of interruptions")
     for label, value in (("lateral", lateral), ("longitudinal", longitudinal), ("sliding", sliding)):
-        if value is not None and not (isinstance(value, (int, float)) and 0.0 < value < math.inf):
+        if value is not None and not (numbers(value).shape == () and 0.0 < numbers(value) < math.inf):
             raise ModelError(f"{label} of interruptions must be above zero, not {value!r}")
     x, y, z = place.tolist()
     limits = {"lateral": float(lateral), "longitudinal": float(longitudinal)}

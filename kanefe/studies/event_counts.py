@@ -57,5 +57,5 @@ def events(*, after: float = 0.0, **patterns: str) -> EventCounts:
     """
     after = finite(after, "after")
     if not patterns or not all(isinstance(pattern, str) and pattern for pattern in patterns.values()):
-        raise ModelError(f"events are by name, such as slips='* slip', not {patterns!r}")
+        raise ModelError(f"events are by name, such as slips='* slip', not {patterns!r}. Remedy: texts")
     return EventCounts(patterns, after)

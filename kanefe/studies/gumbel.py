@@ -14,7 +14,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 
 LEAST = 3
 """Maxima below which nothing is fitted."""
@@ -62,7 +64,7 @@ class GumbelFit:
         ModelError
             If they are fewer than three, not finite, or all equal.
         """
-        x = np.asarray(maxima, dtype=float).ravel()
+        x = numbers(maxima).ravel()
         if len(x) < LEAST or not np.isfinite(x).all() or np.ptp(x) <= 1e-12 * np.abs(x).max():
             raise ModelError(f"Gumbel's law needs {LEAST} finite maxima or more that are not all equal")
         location, scale = _fitted(x[None, :])
@@ -73,10 +75,12 @@ class GumbelFit:
         """The expected maximum."""
         return self.location + float(np.euler_gamma) * self.scale
 
+    @checked
     def quantile(self, probability: float) -> float:
         """Return the value below which a maximum stays with some probability."""
         return self.location + self.scale * _reduced(probability)
 
+    @checked
     def quantile_band(self, probability: float, band: float = 0.9) -> tuple[float, float]:
         """Return the confidence band of a quantile."""
         mu, sigma = _fits_of_standard(self.count)
@@ -84,10 +88,12 @@ class GumbelFit:
         low, high = np.quantile(pivot, _ends(band))
         return self.location + self.scale * float(low), self.location + self.scale * float(high)
 
+    @checked
     def exceedance(self, limit: float) -> float:
         """Return the probability that a maximum is above a limit."""
         return float(-np.expm1(-np.exp(-(limit - self.location) / self.scale)))
 
+    @checked
     def exceedance_band(self, limit: float, band: float = 0.9) -> tuple[float, float]:
         """Return the confidence band of that probability."""
         mu, sigma = _fits_of_standard(self.count)
@@ -97,11 +103,17 @@ class GumbelFit:
 
 
 def _reduced(probability: float) -> float:
-    return float(-np.log(-np.log(probability)))
+    return float(-np.log(-np.log(_share(probability, "probability"))))
 
 
 def _ends(band: float) -> tuple[float, float]:
-    return 0.5 * (1.0 - band), 0.5 * (1.0 + band)
+    return 0.5 * (1.0 - _share(band, "band")), 0.5 * (1.0 + band)
+
+
+def _share(value: float, what: str) -> float:
+    if not 0.0 < value < 1.0:
+        raise ModelError(f"{what} must lie between 0 and 1, not {value!r}")
+    return float(value)
 
 
 def _fitted(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.studies.cells import Cell, cell_of
 
 if TYPE_CHECKING:
@@ -68,6 +70,7 @@ class Operability:
             found.append((cells[worst].parameters, list(self.cells)[worst], cells[worst].probability))
         return found
 
+    @checked
     def plot(
         self,
         angle: str | None = None,
@@ -120,6 +123,7 @@ class Operability:
 
         return report_of(self.limits, self.cells, self.band, self.about, self.governing(), self._pictures)
 
+    @checked
     def to_html(self, path: str | Path) -> Path:
         """Write the report as one HTML page that holds its pictures; errors as of `plot`."""
         return self.report().to_html(path)
@@ -229,7 +233,7 @@ def _limits(limit: float | Mapping[str, float], outputs: tuple[str, ...]) -> dic
     for name, value in limit.items():
         if name not in outputs:
             raise ModelError(f"there is no output {name!r}. There are: {', '.join(outputs) or 'none yet'}")
-        if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not math.isfinite(value):
+        if numbers(value).shape != () or not math.isfinite(numbers(value)):
             raise ModelError(f"the limit of {name} must be a finite number, not {value!r}")
     if not limit:
         raise ModelError("no limit was given")

@@ -74,9 +74,9 @@ def pool_of(executor: Any, workers: int | None, cases: int) -> Iterator[Pool]:
     """
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ModelError(f"workers must be a whole number above zero, not {workers!r}")
-    if executor == "serial":
+    if isinstance(executor, str) and executor == "serial":
         yield SerialPool()
-    elif executor == "processes":
+    elif isinstance(executor, str) and executor == "processes":
         check_main_can_be_imported()
         pool = ProcessPool(min(workers or processors_here(), cases))
         try:

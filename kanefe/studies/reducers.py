@@ -11,7 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.result import Result
 
 Quantity = str | Callable[[Result], Any]
@@ -122,6 +124,7 @@ class HistorySpectrum:
         return found | {"spectrum step": 1.0 / (length * step)}
 
 
+@checked("component", "name")
 def peak(
     quantity: Quantity,
     *names: str,
@@ -164,11 +167,12 @@ def peak(
     >>> tip = peak("position", "tip", component="z", kind="lowest", after=2.0)
     >>> study = kf.Study(build, [tip, peak("joint_reaction", "arm")], ...)     # doctest: +SKIP
     """
-    if kind not in ("absolute", "highest", "lowest"):
+    if not isinstance(kind, str) or kind not in ("absolute", "highest", "lowest"):
         raise ModelError(f"kind must be 'absolute', 'highest' or 'lowest', not {kind!r}")
     return Peak(_history(quantity, names, component, after, name), kind)
 
 
+@checked("component", "name")
 def exceedances(
     quantity: Quantity,
     *names: str,
@@ -193,6 +197,7 @@ def exceedances(
     return Exceedances(_history(quantity, names, component, after, name), finite(level, "level"))
 
 
+@checked("component", "segment", "name")
 def spectrum(
     quantity: Quantity,
     *names: str,
@@ -234,6 +239,6 @@ def _magnitude(values: np.ndarray) -> Any:
 
 def finite(value: Any, what: str) -> float:
     """Return a number; a ModelError says what must be one."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
+    if numbers(value).shape != () or not np.isfinite(numbers(value)):
         raise ModelError(f"{what} must be a finite number, not {value!r}")
     return float(value)

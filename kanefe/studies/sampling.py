@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.studies.cases import MOST_VALUES
 
 SAMPLINGS = ("latin hypercube", "sobol", "halton", "random")
 
@@ -35,7 +36,9 @@ def sampled_rows(
         raise ModelError("there is no distribution to sample. Remedy: name=scipy.stats.norm(10.0, 0.5), for instance")
     if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 1:
         raise ModelError(f"samples must be a whole number above zero, not {samples!r}")
-    if sampling not in SAMPLINGS:
+    if samples > MOST_VALUES:
+        raise ModelError(f"samples must be {MOST_VALUES} at most, not {samples!r}")
+    if not isinstance(sampling, str) or sampling not in SAMPLINGS:
         raise ModelError(f"there is no sampling {sampling!r}. Remedy: {', '.join(SAMPLINGS)}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise ModelError(f"sampling_seed must be a whole number, zero or above, not {seed!r}")

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from kanefe.errors import FileError, SimulationWarning
-from kanefe.storage.files import regular_file, write_whole
+from kanefe.storage.files import possible_path, regular_file, write_whole
 from kanefe.storage.sealed import sealed, unsealed
 
 FORMAT, VERSION = "kanefe study", 2
@@ -52,7 +52,7 @@ class Store:
     """
 
     def __init__(self, folder: str | Path) -> None:
-        self.folder = Path(folder)
+        self.folder = possible_path(folder)
 
     def begin(self, header: Mapping[str, Any]) -> None:
         """Make the folder, or take one of the same study, or of one that has no rows yet.

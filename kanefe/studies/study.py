@@ -14,7 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kanefe.errors import ModelError, SimulationWarning
+from kanefe.arguments import checked
+from kanefe.errors import ModelError, SimulationWarning, outside
 from kanefe.integrate.options import RunOptions
 from kanefe.storage.digest import Unhashable, digest_of_functions, installed_versions
 from kanefe.studies.cases import Cases, cases_of, key_of
@@ -34,6 +35,7 @@ OPTIONS = ("build", "outputs", "table", "duration", "rtol", "simulate")
 """Arguments of `Study` that no parameter can be called."""
 
 
+@checked("duration", "rtol", "simulate")
 class Study:
     """One scene many times, over parameters; what comes out is a table.
 
@@ -111,6 +113,7 @@ class Study:
             ) from error
 
     @classmethod
+    @checked("sampling_seed", "duration", "rtol", "simulate")
     def sampled(
         cls,
         build: Callable[..., Any],
@@ -162,6 +165,7 @@ class Study:
         """Return the number of cases."""
         return len(self.cases)
 
+    @checked("store", "workers", "retry_failed", "progress")
     def run(
         self,
         executor: Any = "processes",
@@ -233,6 +237,7 @@ class Study:
             self._run(where, left, executor, workers, most_seconds, progress)
         return table
 
+    @checked("store")
     def table(self, store: str | Path) -> StudyTable:
         """Return the table of a store of this study, also while it runs.
 
@@ -245,10 +250,14 @@ class Study:
         where.check_same(self._header())
         return StudyTable(where.folder, study=self)
 
+    @checked
     def key(self, number: int) -> str:
         """Return the key of a case: the same in all studies that would run it in the same way."""
+        if not 0 <= number < len(self):
+            raise ModelError(f"number of a case must be 0 to {len(self) - 1}, not {number}")
         return key_of(self._identity, self.cases[number])
 
+    @checked("parameters")
     def result(self, parameters: Mapping[str, Any]) -> Result:
         """Run the case of some parameters in this process, and return all that it tells.
 
@@ -256,6 +265,7 @@ class Study:
         --------
         ``study.result({"length": 1.0, "angle": 0.1}).plot()``
         """
+        _check_signature(self._work.build, parameters)
         return self._work.result(parameters, progress=None)
 
     def _run(
@@ -285,7 +295,7 @@ class Study:
                         "the study was stopped by Ctrl-C; what is done is in its table. Remedy: run it again with "
                         "store=, to go on",
                         SimulationWarning,
-                        stacklevel=3,
+                        stacklevel=outside(),
                     )
                 except BaseException:
                     pool.abandon()
@@ -367,7 +377,8 @@ def _check_signature(build: Callable[..., Any], parameters: Mapping[str, Any]) -
         taken = [name for name in signature.parameters if name in OPTIONS and name not in parameters]
         more = f"; {', '.join(taken)} is an option of Study: rename it, or give it in table=" if taken else ""
         raise ModelError(
-            f"build{signature} does not fit the parameters {', '.join(parameters)}: {error}{more}"
+            f"build{signature} does not fit the parameters {', '.join(parameters)}: {error}{more}. "
+            "Remedy: the names that build takes"
         ) from error
 
 

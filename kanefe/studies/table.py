@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.studies.cases import Cases, key_of, plain
 from kanefe.studies.store import Store
@@ -31,6 +32,7 @@ class RunsCases(Protocol):
         ...
 
 
+@checked("store")
 class StudyTable:
     """What came of a study: a row a case, in the order of the cases, read from its store whenever it is asked for.
 
@@ -106,6 +108,7 @@ class StudyTable:
         last = {row["key"]: row["status"] for row in self._store.rows()}
         return ((key, status) for key, status in last.items() if key in self._numbers)
 
+    @checked
     def column(self, name: str) -> np.ndarray:
         """Return a column, of the cases that are done; not a number where a case has no value.
 
@@ -182,6 +185,7 @@ class StudyTable:
             )
         return self._study.result(self.cases[number])
 
+    @checked
     def save(self, path: str | Path) -> Path:
         """Write the table to one file: .csv, .h5 (HDF5), or .parquet (which needs pandas and pyarrow).
 
@@ -194,6 +198,7 @@ class StudyTable:
 
         return save_table(self.lists(), self.header, path)
 
+    @checked("over", "band")
     def operability(
         self, limit: float | Mapping[str, float], *, over: str | tuple[str, ...] = "seed", band: float = 0.9
     ) -> Operability:

@@ -253,7 +253,7 @@ class ModelData(PickledByFields):
 
     def index(self, name: str) -> int:
         """Return the number of the body called `name`; raise a ModelError that lists the names."""
-        number = self._numbers.get(name)
+        number = self._numbers.get(name) if isinstance(name, str) else None
         if number is None:
             raise ModelError(f"the scene has no body called {name!r}. It has: {', '.join(b.name for b in self.bodies)}")
         return number

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.errors import outside
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 
@@ -34,7 +35,7 @@ def warn_of_loads_that_do_not_stiffen(model: ModelData) -> None:
             f"of {', '.join(dict.fromkeys(carried))} do to its stiffness: in a spin its frequencies may be far off. "
             "Remedy: make the body with stiffening='full'",
             StiffeningWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.fe_model.model import CELL_TYPES
-from kanefe.frames import rotation_matrix
+from kanefe.frames import numbers, rotation_matrix
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
 from kanefe.results.selection import spread_frames
@@ -60,10 +60,11 @@ def write_series(
     A body without mass is not shown. Contacts share one more: points with force, normal force, slip and status.
     """
     target = Path(path)
-    if target.suffix.lower() not in ("", ".pvd"):
-        raise ModelError(f"cannot write a series to {target}: its name must end in .pvd")
-    if not math.isfinite(scale):
+    if not target.name or target.suffix.lower() not in ("", ".pvd"):
+        raise ModelError(f"cannot write a series to the file {target}: its name must end in .pvd")
+    if numbers(scale).shape != () or not math.isfinite(numbers(scale)):
         raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
+    scale = float(scale)
     for name in result.bodies:
         for block in result.body(name).cells:
             if block.kind not in CELL_TYPES:

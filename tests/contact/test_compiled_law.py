@@ -157,6 +157,8 @@ def no_number(d, rate, c, out):
     ("function", "given", "message"),
     [
         (lambda d: d, {}, "must be a compiled function"),
+        (10**9, {}, "must be a compiled function"),
+        (10**400, {}, "must be a compiled function"),
         (pulls, {}, r"does not press: -0.01 N at the depth of 0.01 m"),
         (wrong_energy, {}, r"elastic part, out\[1\], is not the derivative of its energy"),
         (energy_from_nothing, {}, r"not 0 at no depth"),

@@ -71,7 +71,9 @@ def two_rates(gain: float) -> kf.System:
         memory["past"] = [*memory.get("past", [0.0, 0.0])[1:], float(reads[0])]
         return -0.3 * sum(memory["past"])
 
-    scene.add_controller("brake", lambda t, r, m: -2.0 * r[0], every=0.02, reads="joint_speeds cart", drives="motor cart")
+    scene.add_controller(
+        "brake", lambda t, r, m: -2.0 * r[0], every=0.02, reads="joint_speeds cart", drives="motor cart"
+    )
     position = "position cart x"
     scene.add_controller(
         "hold", lambda t, r, m: -gain * r[0], every=0.05, reads=position, drives="force cart x", delay=0.03
@@ -153,7 +155,10 @@ def unlike() -> kf.System:
         (unlike, "'law' .every 0.01 s. and 'other' .* have no common multiple"),
         (lambda: controlled(forgetful()), "keeps something outside of its memory"),
         (lambda: controlled(lambda t, r, m: m.setdefault("filter", object()) and 0.0), "remembers 'filter', a object"),
-        (lambda: controlled(lambda t, r, m: m.update({str(len(m)): 1.0}) or 0.0), "changes its shape from call to call"),
+        (
+            lambda: controlled(lambda t, r, m: m.update({str(len(m)): 1.0}) or 0.0),
+            "changes its shape from call to call",
+        ),
     ],
 )
 def test_what_has_no_poles_is_named(build: Any, words: str) -> None:

@@ -25,7 +25,7 @@ SANCTIONED = {
 }
 
 # What lies flat in the root of a package may be imported from anywhere by its name, so it is kept to what has no room.
-MOST_ROOT_FILES = {"kanefe": 9, "kanefe_fem": 10}
+MOST_ROOT_FILES = {"kanefe": 10, "kanefe_fem": 10}
 
 
 def lint(*folders: Path) -> tuple[bool, str]:

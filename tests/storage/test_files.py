@@ -15,7 +15,8 @@ import kanefe as kf
 import kanefe_fem
 from kanefe.errors import FileError
 from kanefe.new_project.project import new_project
-from kanefe.storage.files import regular_file, usable_memory, write_whole
+from kanefe.storage import files as storage_files
+from kanefe.storage.files import ready_path, regular_file, usable_memory, write_whole
 from kanefe.studies.store import Store
 from run_scenes import double_pendulum
 
@@ -147,3 +148,17 @@ def test_a_mesh_that_names_what_never_ends_is_refused(tmp_path: Path, text: str,
     (tmp_path / "arm.inp").write_text(f"*NODE\n1, 0., 0., 0.\n*Include, input={text}\n")
     with pytest.raises(FileError, match=message):
         kanefe_fem.read_mesh(tmp_path / "arm.inp")
+
+
+@pytest.mark.parametrize("path", ["a\0b", "\ud800", "a" * 100_000, 3, None, b"a"])
+def test_what_no_file_can_be_called_is_named(path: Any) -> None:
+    for use in (regular_file, ready_path, lambda path: write_whole(path, lambda file: file.write(b""))):
+        with pytest.raises(FileError, match=r"no file can have the path .*Remedy"):
+            use(path)
+
+
+def test_a_pipe_that_nobody_reads_is_no_wait_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(storage_files, "MOST_WAITING", 0.0)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(FileError, match=r"cannot write .*pipe"):
+        write(tmp_path / "pipe")

@@ -18,8 +18,10 @@ import numpy as np
 import scipy
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
+from kanefe.frames import numbers
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.checks import Groups, check_elements, check_groups, check_nodes, per_element, warn_of_beam_units
@@ -27,6 +29,7 @@ from kanefe_fem.beams.geometric_stiffness import BeamStressStiffness
 from kanefe_fem.beams.line_loads import check_lines, chosen_lines, line_groups, line_pattern
 from kanefe_fem.beams.mass import AXIAL_STATIONS, mass_field
 from kanefe_fem.beams.properties import ElementProperties, of_matrices, section_elasticity
+from kanefe_fem.memory import check_size
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -38,6 +41,7 @@ Theory = Literal["timoshenko", "euler-bernoulli"]
 ENDS: Groups = {"root": 0, "tip": -1}
 
 
+@checked("elements", "planar", "rotary_inertia")
 def beam_model(
     nodes: np.ndarray | Sequence[Sequence[float]],
     elements: np.ndarray | Sequence[Sequence[int]],
@@ -106,7 +110,7 @@ def beam_model(
     points = check_nodes(nodes, planar)
     connectivity = check_elements(elements, points)
     sections, materials = per_element(section, material, len(connectivity))
-    if theory not in ("timoshenko", "euler-bernoulli"):
+    if not isinstance(theory, str) or theory not in ("timoshenko", "euler-bernoulli"):
         raise ModelError(f"unknown beam theory {theory!r}. Remedy: 'timoshenko' or 'euler-bernoulli'")
     node_groups = check_groups(groups, points)
     spans = check_lines({"span": range(len(connectivity))} if lines is None else lines, len(connectivity))
@@ -154,6 +158,7 @@ def beam_model(
     )
 
 
+@checked("direction", "start", "planar", "rotary_inertia")
 def straight_beam(
     length: float,
     section: BeamSection,
@@ -203,6 +208,7 @@ def straight_beam(
         raise ModelError(f"straight_beam: length = {length!r} must be positive and finite. Remedy: give it in m")
     if not isinstance(elements, (int, np.integer)) or elements < 1:
         raise ModelError(f"straight_beam: elements = {elements!r} must be a whole number of at least 1")
+    check_size(int(elements), f"straight_beam: elements={elements!r}")
     axis, origin = np.asarray(direction, dtype=float), np.asarray(start, dtype=float)
     if axis.shape != (3,) or origin.shape != (3,) or not np.linalg.norm(axis) > 0.0:
         raise ModelError("straight_beam: direction and start must have three components, direction not all zero")
@@ -221,6 +227,7 @@ def straight_beam(
     )
 
 
+@checked("model", "interfaces")
 def beam_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, Any],
@@ -264,7 +271,7 @@ def _element_axes(
     """Return A_GL of each element, local axes as columns, shape (m, 3, 3)."""
     x = points[table[:, 1]] - points[table[:, 0]]
     x /= np.linalg.norm(x, axis=1)[:, None]
-    towards = np.asarray((0.0, 0.0, 1.0) if orientation is None else orientation, dtype=float)
+    towards = numbers((0.0, 0.0, 1.0) if orientation is None else orientation)
     if towards.shape not in ((3,), x.shape) or not np.isfinite(towards).all():
         raise ModelError(f"orientation has shape {towards.shape}. Remedy: a direction (3,), or one for each element")
     towards = np.broadcast_to(towards, x.shape).copy()

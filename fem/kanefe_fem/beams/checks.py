@@ -10,8 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.csgraph
 
-from kanefe.errors import ModelError, UnitWarning
+from kanefe.errors import ModelError, UnitWarning, outside
 from kanefe.fe_model.model import NodeGroup
+from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 from kanefe_fem.materials.isotropic import WAVE_SPEED, odd_mass, odd_material
 
@@ -23,7 +24,7 @@ Groups = Mapping[str, int | Sequence[int]]
 
 def check_nodes(nodes: Any, planar: bool) -> np.ndarray:
     """Return the nodes as floats of shape (n, 3)."""
-    points = np.array(nodes, dtype=float)
+    points = numbers(nodes)
     if points.ndim != 2 or points.shape[1] not in ((2, 3) if planar else (3,)) or len(points) < 2:
         wanted = "(n, 2) or (n, 3)" if planar else "(n, 3)"
         raise ModelError(f"nodes has shape {points.shape}; a beam model needs {wanted}, n >= 2. Remedy: one row a node")
@@ -142,12 +143,14 @@ def warn_of_beam_units(
         warnings.warn(
             f"the beams: {'; '.join(odd)}. Remedy: lengths in m, E in Pa, rho in kg/m3, EA in N, rho_A in kg/m",
             UnitWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 
 def check_groups(groups: Groups, points: np.ndarray) -> dict[str, NodeGroup]:
     """Return the named groups of nodes; the reference point is the mean position."""
+    if not isinstance(groups, Mapping):
+        raise ModelError(f"groups must be a dict of names to node numbers, not {groups!r}")
     result = {}
     for name, given in groups.items():
         numbers = np.atleast_1d(np.asarray(given))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe_fem.beams.beam_section import BeamSection
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from kanefe_fem.mesh.mesh import Mesh
 
 
+@checked("mesh", "sections")
 def beam_model_from_mesh(
     mesh: Mesh | str | Path,
     sections: Mapping[str, BeamSection],
@@ -97,7 +99,7 @@ def beam_model_from_mesh(
         spread("material"),
         theory=theory,
         planar=planar,
-        orientation=None if orientation is None else np.array(spread("orientation"), dtype=float),
+        orientation=None if orientation is None else spread("orientation"),
         rotary_inertia=rotary_inertia,
         groups={name: nodes.tolist() for name, nodes in points.items() if nodes.size},
         lines=_element_numbers(lines),

@@ -6,7 +6,7 @@ end moments, so that nodal deflections under a uniform load are exact.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +21,8 @@ from kanefe_fem.beams.properties import ElementProperties
 
 def check_lines(lines: Groups, count: int) -> dict[str, np.ndarray]:
     """Return the elements of each named line, numbers from 0, each once."""
+    if not isinstance(lines, Mapping):
+        raise ModelError(f"lines must be a dict of names to element numbers, not {lines!r}")
     result = {}
     for name, given in lines.items():
         numbers = np.atleast_1d(np.asarray(given))
@@ -59,10 +61,10 @@ def line_groups(lines: Mapping[str, np.ndarray], points: np.ndarray, table: np.n
 
 def chosen_lines(patterns: Mapping[str, NodalPattern], names: Sequence[str]) -> dict[str, NodalPattern]:
     """Return the patterns with these names."""
-    if isinstance(names, str):
+    if isinstance(names, str) or not isinstance(names, Collection):
         raise ModelError(f"lines={names!r} is no list of names. Remedy: lines=[{names!r}]")
     for name in names:
-        if name not in patterns:
+        if not isinstance(name, str) or name not in patterns:
             raise ModelError(
                 f"the model has no line called {name!r}. Remedy: use one of those it has "
                 f"({', '.join(patterns) or 'none'}), or name its elements in beam_model(..., lines=...)"

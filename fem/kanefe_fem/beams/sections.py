@@ -19,12 +19,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 from kanefe_fem.beams.section_shapes import box_shear_factor, box_torsion, circle, rectangle, rectangle_torsion
 
 if TYPE_CHECKING:
     from kanefe_fem.beams.stiffness_section import StiffnessSection
+
+
+LARGEST = 1e60
+"""Of a number of a section: fourth powers of lengths stay within the range of floats."""
 
 
 @dataclass(frozen=True)
@@ -89,14 +95,14 @@ class CrossSection(BeamSection):
     def _require_positive(self, *names: str) -> None:
         for name in names:
             value = getattr(self, name)
-            if isinstance(value, bool) or not hasattr(value, "__float__") or not 0.0 < float(value) < math.inf:
+            if numbers(value).shape != () or not 0.0 < numbers(value) < LARGEST:
                 raise ModelError(
-                    f"{type(self).__name__}: {name} = {value!r} must be a positive, finite number. "
+                    f"{type(self).__name__}: {name} = {value!r} must be a positive number below {LARGEST:g}. "
                     "Remedy: give it in SI units"
                 )
 
     def _require_poisson(self, nu: float) -> None:
-        if isinstance(nu, bool) or not hasattr(nu, "__float__") or not -1.0 < float(nu) <= 0.5:
+        if numbers(nu).shape != () or not -1.0 < numbers(nu) <= 0.5:
             raise ModelError(
                 f"{type(self).__name__}: nu = {nu!r} is outside (-1, 0.5]. Remedy: Poisson's ratio, or leave it out"
             )
@@ -140,6 +146,7 @@ class Section(CrossSection):
                 )
 
     @classmethod
+    @checked
     def from_stiffness(
         cls,
         *,

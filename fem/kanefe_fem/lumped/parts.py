@@ -18,8 +18,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel, MassField, rigid_motion
+from kanefe.frames import numbers
 from kanefe_fem.lumped.mean_motion import Target, mean_motion, patch, place
 from kanefe_fem.materials.voigt import check_numbers
 
@@ -29,6 +31,7 @@ FOLLOWS = 1e-8
 """Relative part of a motion that nodes cannot follow from which it is refused."""
 
 
+@checked("at")
 @dataclass(frozen=True)
 class LumpedMass:
     """A small rigid body that moves with a node or a group.
@@ -62,7 +65,7 @@ class LumpedMass:
 
     def __post_init__(self) -> None:
         label = self.label
-        if np.ndim(self.mass) == 0 and self.mass == 0.0:  # whatever else it is, is checked
+        if numbers(self.mass).shape == () and numbers(self.mass) == 0.0:  # whatever else it is, is checked
             object.__setattr__(self, "mass", 0.0)
         else:
             object.__setattr__(self, "mass", check_numbers(label, ("mass",), (self.mass,), "give it in kg")[0])
@@ -71,7 +74,7 @@ class LumpedMass:
             if self.mass == 0.0:
                 raise ModelError(f"{label} has neither mass nor inertia. Remedy: mass in kg, or inertia in kg m2")
             return
-        J = np.asarray(self.inertia, dtype=float)
+        J = numbers(self.inertia)
         J = np.diag(J) if J.shape == (3,) else J
         if J.shape != (3, 3) or not np.isfinite(J).all() or np.abs(J - J.T).max() > 1e-9 * np.abs(J).max():
             raise ModelError(
@@ -136,6 +139,7 @@ class LumpedMass:
             )
 
 
+@checked("at", "to")
 @dataclass(frozen=True)
 class LumpedSpring:
     """A massless spring from a node or a group to G, or to another one.
@@ -171,7 +175,7 @@ class LumpedSpring:
 
     def __post_init__(self) -> None:
         label = self.label
-        S = np.asarray(self.stiffness, dtype=float)
+        S = numbers(self.stiffness)
         S = np.diag(S) if S.shape in ((3,), (6,)) else S
         if (
             S.shape not in ((3, 3), (6, 6))
@@ -213,6 +217,7 @@ class _Cloud(NamedTuple):
     arms: np.ndarray
 
 
+@checked("model")
 def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElementModel:
     """Return the model with lumped masses and springs on its nodes and groups.
 
@@ -245,9 +250,7 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
     >>> beam = straight_beam(1.0, Rectangle(0.05, 0.1), Material(E=210e9, nu=0.3, rho=7850.0))
     >>> heavy = attach(beam, [LumpedMass("tip", mass=3.0)])
     """
-    if isinstance(lumped, (str, LumpedMass, LumpedSpring)) or not all(
-        isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped
-    ):
+    if not isinstance(lumped, Sequence) or not all(isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped):
         raise ModelError(f"lumped={lumped!r}. Remedy: a list of LumpedMass(...) and LumpedSpring(...)")
     stiffness, mass = model.stiffness, model.mass
     clouds: list[_Cloud] = []
@@ -340,7 +343,7 @@ def _second_moments(inertia: np.ndarray) -> np.ndarray:
 def _point(label: str, position: Any) -> tuple[float, ...] | None:
     if position is None:
         return None
-    point = np.asarray(position, dtype=float)
+    point = numbers(position)
     if point.shape != (3,) or not np.isfinite(point).all():
         raise ModelError(f"{label}: position={position!r} is no point. Remedy: three coordinates in m")
     return tuple(point.tolist())

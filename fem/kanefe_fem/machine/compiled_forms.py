@@ -23,7 +23,7 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import BinaryIO
 
-from kanefe.errors import FileError
+from kanefe.errors import FileError, outside
 from kanefe.storage.files import make_folder, write_whole
 from kanefe.storage.kept_code import OTHERS_WRITE, check_entry, check_folder
 
@@ -79,7 +79,7 @@ def forms_folder() -> Path:
             f"the cache of compiled forms {folder} cannot be written ({problem}); this process compiles its own. "
             f"Set {VARIABLE} to a folder of yours to keep them",
             UserWarning,
-            stacklevel=5,
+            stacklevel=outside(),
         )
         return Path(spare)
 

@@ -5,12 +5,29 @@ from __future__ import annotations
 import warnings
 from pathlib import Path
 
+from kanefe.errors import ModelError, outside
+from kanefe.storage.files import LARGEST_SHARE, usable_memory
+
 SHARE = 0.9
 """Part of the free memory that a factorisation may take without a warning."""
 
 
 class MemoryWarning(UserWarning):
     """A computation needs more memory than the machine has to give."""
+
+
+BYTES_OF_A_NODE = 88
+"""Of a mesh: three coordinates, and the eight nodes of its cell."""
+
+
+def check_size(nodes: int, what: str) -> None:
+    """Raise a ModelError that names `what` if a mesh of so many nodes is larger than memory."""
+    needed, there = BYTES_OF_A_NODE * min(nodes, 10**30), LARGEST_SHARE * usable_memory()
+    if needed > there:
+        raise ModelError(
+            f"{what}: a mesh of so many nodes takes {needed / 2**30:.3g} GiB, of which {there / 2**30:.3g} can be "
+            "had here. Remedy: fewer"
+        )
 
 
 def free_memory() -> float | None:
@@ -46,5 +63,5 @@ def warn_of_memory(unknowns: int, needed: float, free: float) -> None:
         "GB are free: the machine may slow down to a crawl, or end the process. Remedy: a coarser mesh where stresses "
         "do not matter, order=1 there, a substructure for each part, or a larger machine",
         MemoryWarning,
-        stacklevel=2,
+        stacklevel=outside(),
     )

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.errors import ModelError, UnitWarning
+from kanefe.arguments import checked
+from kanefe.errors import ModelError, UnitWarning, outside
 from kanefe_fem.materials.voigt import isotropic, one_number
 
 
@@ -32,6 +33,7 @@ LOCKING_NU = 0.45
 """Poisson ratio from which elements of order 1 are much too stiff."""
 
 
+@checked("name")
 @dataclass(frozen=True)
 class Material:
     """Isotropic linear elastic material.
@@ -137,7 +139,7 @@ def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) ->
             f"{label}: {'; '.join(odd)}. First frequency as a free rod: {math.sqrt(E / rho) / (2.0 * size):.3g} Hz. "
             "Remedy: lengths in m, E in Pa, rho in kg/m3",
             UnitWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe_fem.materials.oriented import SolidMaterial, axes_at_angle
 from kanefe_fem.materials.voigt import IN_PLANE, check_numbers, rotated
 
@@ -44,11 +46,12 @@ class Ply:
         label = f"ply of {self.material.name!r}" if self.material.name else "ply"
         thickness = check_numbers(label, ("thickness",), (self.thickness,), "give it in m")[0]
         object.__setattr__(self, "thickness", thickness)
-        if isinstance(self.angle, bool) or not hasattr(self.angle, "__float__") or not np.isfinite(float(self.angle)):
+        if numbers(self.angle).shape != () or not np.isfinite(numbers(self.angle)):
             raise ModelError(f"{label}: angle = {self.angle!r} is not finite. Remedy: give it in rad")
         object.__setattr__(self, "angle", float(self.angle))
 
 
+@checked
 @dataclass(frozen=True)
 class Laminate:
     """Stack of bonded plies as one homogeneous material, axis 3 across the plies.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, outside
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.fe_model.shapes import kind_of_order, measures, shape
 from kanefe_fem.materials import voigt
@@ -73,9 +73,12 @@ def materials_by_group(
             raise ModelError(
                 f"{mesh.source}: the group {name!r} has no material. Remedy: add {name!r}: Material(...) to materials"
             )
-        if plane != "stress":
+        if not (isinstance(plane, str) and plane == "stress"):
             _warn_of_locking(name, materials[name], order)
-    for name, rho in (densities or {}).items():
+    densities = {} if densities is None else densities
+    if not isinstance(densities, Mapping):
+        raise ModelError(f"densities must be a dict by groups, in kg/m3, not {densities!r}")
+    for name, rho in densities.items():
         _refuse_unknown(mesh, name, "a density")
         voigt.check_density(f"density of the group {name!r}", rho)
     return {name: materials[name] for name in groups}
@@ -191,7 +194,7 @@ def _warn_of_locking(name: str, material: SolidMaterial, order: int) -> None:
     else:
         return
     kind = "nu" if isinstance(material, Material) else "its average Poisson ratio"
-    warnings.warn(f"group {name!r}: {kind} = {nu:.6g} {problem}. {remedy}", AccuracyWarning, stacklevel=4)
+    warnings.warn(f"group {name!r}: {kind} = {nu:.6g} {problem}. {remedy}", AccuracyWarning, stacklevel=outside())
 
 
 def _refuse_unknown(mesh: Mesh, name: Any, what: str) -> None:

@@ -9,7 +9,9 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe_fem.materials.voigt import rotated
 
 Vector = Sequence[float] | np.ndarray
@@ -179,6 +181,7 @@ class PositionAxes:
 _NAMES = {"cylindrical": ("outward", "around", "along"), "spherical": ("outward", "around", "north")}
 
 
+@checked
 def cylindrical_axes(
     origin: Vector = (0.0, 0.0, 0.0), axis: Vector = (0.0, 0.0, 1.0), first: str = "outward"
 ) -> PositionAxes:
@@ -202,6 +205,7 @@ def cylindrical_axes(
     return _position_axes("cylindrical", origin, axis, first)
 
 
+@checked
 def spherical_axes(
     origin: Vector = (0.0, 0.0, 0.0), pole: Vector = (0.0, 0.0, 1.0), first: str = "outward"
 ) -> PositionAxes:
@@ -224,6 +228,7 @@ def spherical_axes(
     return _position_axes("spherical", origin, pole, first)
 
 
+@checked
 def axes_at_angle(angle: float, axis: Vector = (0.0, 0.0, 1.0), along: Vector = (1.0, 0.0, 0.0)) -> np.ndarray:
     """Return axes with 3 along `axis` and 1 turned about it by an angle from `along`, shape (3, 3).
 
@@ -243,28 +248,33 @@ def axes_at_angle(angle: float, axis: Vector = (0.0, 0.0, 1.0), along: Vector = 
     """
     normal, reference = _direction("axis", axis), _direction("along", along)
     first = reference - (reference @ normal) * normal
-    if np.linalg.norm(first) < 1e-6 or not np.isfinite(angle):
+    if np.linalg.norm(first) < 1e-6 or not np.isfinite(numbers(angle)):
         raise ModelError(
             f"axes_at_angle: along={along!r} is parallel to axis={axis!r}, or angle={angle!r} is not finite. Remedy: "
             "give the direction of the fibres at the angle 0, across the axis"
         )
     first /= np.linalg.norm(first)
     second = np.cross(normal, first)
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = np.cos(float(angle)), np.sin(float(angle))
     return np.column_stack((c * first + s * second, c * second - s * first, normal))
 
 
 def _position_axes(kind: str, origin: Vector, axis: Vector, first: str) -> PositionAxes:
     if first not in _NAMES[kind]:
         raise ModelError(f"{kind} axes: first={first!r} is unknown. Remedy: one of {', '.join(_NAMES[kind])}")
-    point = np.asarray(origin, dtype=float)
+    point = numbers(origin)
     if point.shape != (3,) or not np.isfinite(point).all():
         raise ModelError(f"{kind} axes: origin={origin!r} is no point. Remedy: three coordinates in m")
-    return PositionAxes(kind, tuple(point.tolist()), tuple(_direction("axis", axis).tolist()), first)
+    return PositionAxes(
+        kind,
+        tuple(point.tolist()),
+        tuple(_direction("axis" if kind == "cylindrical" else "pole", axis).tolist()),
+        first,
+    )
 
 
 def _direction(name: str, vector: Vector) -> np.ndarray:
-    direction = np.asarray(vector, dtype=float)
+    direction = numbers(vector)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not np.linalg.norm(direction) > 0.0:
         raise ModelError(f"{name}={vector!r} is no direction. Remedy: three components, not all zero")
     return direction / np.linalg.norm(direction)
@@ -272,7 +282,7 @@ def _direction(name: str, vector: Vector) -> np.ndarray:
 
 def _checked(label: str, axes: Any) -> np.ndarray:
     """Return axes as an array (3, 3) or (m, 3, 3)."""
-    A = np.array(axes, dtype=float)
+    A = numbers(axes)
     if A.shape[-2:] != (3, 3) or A.ndim not in (2, 3):
         raise ModelError(f"{label} have shape {A.shape}. Remedy: (3, 3), or (m, 3, 3) for the m cells of the group")
     error = np.abs(np.swapaxes(A, -1, -2) @ A - np.eye(3)).max()

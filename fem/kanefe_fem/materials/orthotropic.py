@@ -6,10 +6,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe_fem.materials.voigt import check_density, check_numbers, check_stiffness
 
 
+@checked("name")
 @dataclass(frozen=True, kw_only=True)
 class Orthotropic:
     """Orthotropic linear elastic material, in its own axes 1, 2, 3 (see `kanefe_fem.Oriented`).
@@ -58,12 +61,12 @@ class Orthotropic:
     def __post_init__(self) -> None:
         moduli = ("E1", "E2", "E3", "G12", "G13", "G23", "rho")
         ratios = ("nu12", "nu13", "nu23")
-        numbers = check_numbers(self._label, moduli, [getattr(self, n) for n in moduli], "moduli in Pa, rho in kg/m3")
-        for name, number in zip(moduli, numbers, strict=True):
+        found = check_numbers(self._label, moduli, [getattr(self, n) for n in moduli], "moduli in Pa, rho in kg/m3")
+        for name, number in zip(moduli, found, strict=True):
             object.__setattr__(self, name, number)
         for name in ratios:
             value = getattr(self, name)
-            if isinstance(value, bool) or not hasattr(value, "__float__") or not np.isfinite(float(value)):
+            if numbers(value).shape != () or not np.isfinite(numbers(value)):
                 raise ModelError(f"{self._label}: {name} is {value!r}. Remedy: give one finite number")
             object.__setattr__(self, name, float(value))
         for ratio, along, across in (("nu12", "E1", "E2"), ("nu13", "E1", "E3"), ("nu23", "E2", "E3")):
@@ -83,6 +86,7 @@ class Orthotropic:
             )
 
     @classmethod
+    @checked
     def transversely_isotropic(
         cls, *, E1: float, E2: float, nu12: float, nu23: float, G12: float, rho: float, name: str | None = None
     ) -> Orthotropic:
@@ -100,7 +104,10 @@ class Orthotropic:
             Density in kg/m3.
         name : str, optional
         """
-        across = check_numbers(f"material {name!r}" if name else "material", ("E2",), (E2,), "moduli in Pa")[0]
+        label = f"material {name!r}" if name else "material"
+        across = check_numbers(label, ("E2",), (E2,), "moduli in Pa")[0]
+        if nu23 <= -1.0:
+            raise ModelError(f"{label}: nu23 = {nu23!r} must be above -1. Remedy: Poisson's ratio across the fibres")
         return cls(
             E1=E1,
             E2=E2,
@@ -145,6 +152,7 @@ class Orthotropic:
         return f"material {self.name!r}" if self.name else "material"
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Anisotropic:
     """Linear elastic material given by its stiffness matrix.

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.voigt import PLACES, check_density, check_stiffness
@@ -18,6 +19,7 @@ REST = 1e-8
 """Stress at rest, and stiffness against rotation, that count as none (relative to the moduli)."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class UserEnergy:
     """Elastic material of a strain energy density W, linear about its reference state.
@@ -68,7 +70,7 @@ class UserEnergy:
     def __post_init__(self, energy: Callable[[Any], Any], of: Measure) -> None:
         label = f"material {self.name!r}" if self.name else "material"
         object.__setattr__(self, "rho", check_density(label, self.rho))
-        if not callable(energy) or of not in ("strain", "deformation gradient"):
+        if not callable(energy) or not isinstance(of, str) or of not in ("strain", "deformation gradient"):
             raise ModelError(
                 f"{label}: energy={energy!r}, of={of!r}. Remedy: a function of the strain (of='strain') or of F "
                 "(of='deformation gradient') that returns a UFL expression"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 
 PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 """Tensor components of the six places."""
@@ -19,6 +20,10 @@ IN_PLANE = (0, 1, 5)
 """Places of xx, yy and xy."""
 
 _ROWS, _COLUMNS = (np.array(indices) for indices in zip(*PLACES, strict=True))
+
+
+LARGEST = 1e100
+"""Of a modulus, Pa, or a density: products of some of them stay within the range of floats."""
 
 
 def rotated(stiffness: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -95,7 +100,7 @@ def check_stiffness(label: str, stiffness: Any, remedy: str) -> np.ndarray:
         It has another shape, is not finite, not symmetric, or not positive definite; the message names the strain that
         would gain energy.
     """
-    C = np.asarray(stiffness, dtype=float)
+    C = numbers(stiffness)
     if C.shape != (6, 6):
         raise ModelError(f"{label}: the stiffness has shape {C.shape}, not (6, 6). Remedy: {remedy}")
     if not np.isfinite(C).all():
@@ -120,17 +125,17 @@ def check_density(label: str, rho: Any) -> float:
 
 def one_number(label: str, name: str, value: Any) -> float:
     """Return a number; raise a ModelError if it is none."""
-    if isinstance(value, bool) or not hasattr(value, "__float__"):
+    if numbers(value).shape != () or (np.isnan(numbers(value)) and not isinstance(value, (float, np.floating))):
         raise ModelError(f"{label}: {name} is {value!r}. Remedy: give one number, in SI units")
     return float(value)
 
 
 def check_numbers(label: str, names: Sequence[str], values: Sequence[Any], remedy: str) -> list[float]:
     """Return positive finite numbers; raise a ModelError that names the first one which is not."""
-    numbers = []
+    found = []
     for name, value in zip(names, values, strict=True):
         number = one_number(label, name, value)
-        if not np.isfinite(number) or number <= 0.0:
-            raise ModelError(f"{label}: {name} = {number:g} must be positive and finite. Remedy: {remedy}")
-        numbers.append(number)
-    return numbers
+        if not 0.0 < number < LARGEST:
+            raise ModelError(f"{label}: {name} = {number:g} must be positive and below {LARGEST:g}. Remedy: {remedy}")
+        found.append(number)
+    return found

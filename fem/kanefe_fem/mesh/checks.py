@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from kanefe.errors import MeshError
+from kanefe.errors import MeshError, outside
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import is_supported, quadrature, row_numbers, shape
 from kanefe.fe_model.skin import skin
@@ -248,7 +248,7 @@ def check_connected(mesh: Mesh) -> None:
                 f"{mesh.source}: {coincident} nodes lie on another one without being joined to it. If this is not a "
                 "crack on purpose, merge them (Coherence in a .geo, removeDuplicateNodes in gmsh's API)",
                 MeshWarning,
-                stacklevel=2,
+                stacklevel=outside(),
             )
         return
     places = []

@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.places import PlaceLike
@@ -131,10 +132,12 @@ class Mesh:
         """Numbers of the nodes of the body's cells, each once."""
         return np.unique(np.concatenate([block.nodes.reshape(-1) for block in self.cell_blocks]))
 
+    @checked
     def with_order(self, order: int) -> Mesh:
         """Return the mesh with geometry of order 1 or 2; see `to_order`."""
         return to_order(self, order)
 
+    @checked
     def with_groups(self, places: Mapping[str, PlaceLike]) -> Mesh:
         """Return the mesh with groups of facets more: those of the body's skin that lie in places.
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from itertools import permutations
 from typing import Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.places import InCylinder, OnPlane, PlaceLike
 from kanefe.fe_model.shapes import row_numbers, shape
 from kanefe.frames import numbers
+from kanefe_fem.memory import check_size
 from kanefe_fem.mesh.mesh import Mesh
 
 _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
@@ -21,6 +24,7 @@ _CORE = 0.55
 """Half-diagonal of the square in the middle of a round section, of its radius: no angle is far from a right one."""
 
 
+@checked("kind")
 def box_mesh(
     size: tuple[float, float, float],
     counts: tuple[int, int, int],
@@ -106,7 +110,7 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     >>> rectangle_mesh(1.0, 0.1, (10, 2)).cell_count
     20
     """
-    both = (counts, 1) if isinstance(counts, (int, np.integer)) else counts
+    both = (counts, 1) if isinstance(counts, (int, np.integer)) and not isinstance(counts, bool) else counts
     _check("rectangle_mesh", {"size": (length, height), "start": start}, {"counts": both}, signed=("start",), length=2)
     x, y = (
         first + np.linspace(0.0, size, count + 1)
@@ -127,6 +131,7 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     )
 
 
+@checked("inner_radius", "order")
 def cylinder_mesh(
     length: float, radius: float, counts: tuple[int, int, int], *, inner_radius: float = 0.0, order: Literal[1, 2] = 2
 ) -> Mesh:
@@ -231,13 +236,16 @@ def _check(
     """Refuse lengths that are not positive and finite, and counts that are not whole and at least 1."""
     for name, given in lengths.items():
         values = numbers(given)
-        bad = not np.isfinite(values).all() or (name not in signed and (values <= 0.0).any())
+        has_flags = any(isinstance(one, (bool, np.bool_)) for one in np.ravel(np.asarray(given, dtype=object)))
+        bad = has_flags or not np.isfinite(values).all() or (name not in signed and (values <= 0.0).any())
         if bad or (length is not None and values.shape != (length,)):
             raise ModelError(f"{who}: {name}={given!r}. Remedy: finite lengths in m, above zero")
     for name, given in counts.items():
-        whole = all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 1 for n in np.ravel(given))
-        if not whole or np.shape(given) != (length or 3,):
+        if numbers(given).shape != (length or 3,) or not all(
+            isinstance(n, (int, np.integer)) and n >= 1 for n in given
+        ):
             raise ModelError(f"{who}: {name}={given!r}. Remedy: whole numbers of at least 1")
+        check_size(math.prod(int(n) + 1 for n in given), f"{who}: {name}={given!r}")
 
 
 def _shifted(index: np.ndarray, corner: tuple[int, ...]) -> np.ndarray:

@@ -6,7 +6,7 @@ generators choose as they like.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +47,7 @@ def check_surfaces(mesh: Mesh, names: Sequence[str]) -> None:
     MeshError
         The group has no facets, or a facet that is twice in it, not on the body, or inside it.
     """
-    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+    if isinstance(names, str) or not (isinstance(names, Collection) and all(isinstance(name, str) for name in names)):
         raise ModelError(f"surfaces={names!r} is no list of names. Remedy: names of groups of facets, such as ['top']")
     known = sorted(set(mesh.facets) - {""})
     for name in names:

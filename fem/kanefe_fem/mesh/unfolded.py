@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from kanefe.errors import outside
 from kanefe.fe_model.shapes import MIDS
 from kanefe_fem.mesh.checks import MeshWarning, jacobian_range
 from kanefe_fem.mesh.mesh import Mesh
@@ -40,6 +41,6 @@ def unfolded(mesh: Mesh) -> Mesh:
             f"cells of {mesh.source} would fold over themselves along its curves: their sides are straight. "
             "Remedy: cells fine enough to follow the curves, Mesh.MeshSizeFromCurvature or Mesh.MeshSizeMax",
             MeshWarning,
-            stacklevel=2,
+            stacklevel=outside(),
         )
     return now

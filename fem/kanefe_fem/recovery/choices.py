@@ -7,13 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.results.body_shape import BodyShape
 from kanefe_fem.recovery.strain_fields import checked_elasticity
 
 
 def nearest_frames(stored: np.ndarray, times: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the numbers of the output times nearest to some times."""
-    wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    wanted = np.atleast_1d(numbers(times))
+    if wanted.ndim != 1 or np.isnan(wanted).any():
+        raise ModelError(f"times must be numbers in s, shape (n,), not {times!r}")
     slack = 0.5 * float(np.diff(stored).max()) if len(stored) > 1 else 0.0
     outside = ~((wanted >= stored[0] - slack) & (wanted <= stored[-1] + slack))
     if outside.any():

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import Shape, shape
+from kanefe.frames import numbers
 from kanefe_fem.recovery.envelope import along
 from kanefe_fem.recovery.strain_fields import StrainFields
 
@@ -145,6 +147,7 @@ def rosette_directions(direction: Vector, normal: Vector, angles: Sequence[float
     return [np.cos(angle) * first + np.sin(angle) * second for angle in angles]
 
 
+@checked
 def rosette_principal(strains: np.ndarray, angles: Sequence[float] = (0.0, np.pi / 4, np.pi / 2)) -> np.ndarray:
     """Return greatest and least strain in the surface and the angle of the greatest, from a rosette of three gauges.
 
@@ -170,12 +173,14 @@ def rosette_principal(strains: np.ndarray, angles: Sequence[float] = (0.0, np.pi
     >>> rosette_principal(np.array([[1e-3, 0.35e-3, -0.3e-3]])).round(6).tolist()
     [[0.001, -0.0003, 0.0]]
     """
-    a = np.asarray(angles, dtype=float)
-    strains = np.asarray(strains, dtype=float)
+    a, measured = numbers(angles), np.atleast_1d(numbers(strains))
     rows = np.column_stack([np.cos(a) ** 2, np.sin(a) ** 2, np.sin(a) * np.cos(a)])
-    if a.shape != (3,) or strains.shape[-1] != 3 or abs(np.linalg.det(rows)) < 1e-9:
-        raise ModelError("principal strains need three gauges in three different directions")
-    xx, yy, xy = np.moveaxis(strains @ np.linalg.inv(rows).T, -1, 0)
+    if a.shape != (3,) or measured.shape[-1] != 3 or abs(np.linalg.det(rows)) < 1e-9:
+        raise ModelError(
+            "principal strains must be of three gauges in three different directions: strains (..., 3), three angles; "
+            f"given are {measured.shape} and {angles!r}"
+        )
+    xx, yy, xy = np.moveaxis(measured @ np.linalg.inv(rows).T, -1, 0)
     centre, radius = 0.5 * (xx + yy), 0.5 * np.hypot(xx - yy, xy)
     return np.stack([centre + radius, centre - radius, 0.5 * np.arctan2(xy, xx - yy)], axis=-1)
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.instants.instant import Instant
 from kanefe.results.reader import LARGEST_TABLE, Reader
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from kanefe_fem.recovery.section_forces import SectionForces
 
 
+@checked("name")
 def recover(
     result: Reader | Instant,
     name: str,
@@ -74,6 +76,8 @@ def recover(
     """
     if isinstance(result, Instant):
         result = result.history
+    if not hasattr(result, "modal_coordinates"):
+        raise ModelError(f"result must be a Result, an Instant or a file that load_result reads, not {result!r}")
     shape = result.body(name)
     eta = result.modal_coordinates(name)  # refuses a rigid body by name
     if times is not None and frames is not None:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.errors import MeshError, ModelError
+from kanefe.arguments import checked
+from kanefe.errors import MeshError, ModelError, outside
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.fe_model.places import PlaceLike
@@ -52,6 +53,7 @@ STRAIGHT = 1e-12
 """Mid-side nodes this close (relative to the body) to the means of their corners make a straight geometry."""
 
 
+@checked("mesh", "order", "cells", "lumped", "preload")
 def solid_model(
     mesh: Mesh | str | Path,
     materials: Materials,
@@ -184,6 +186,7 @@ def solid_model(
     return model if preload is None else preloaded(model, preload, factorise)
 
 
+@checked("mesh", "order", "cells", "lumped", "preload", "cache", "progress")
 def solid_body(
     mesh: Mesh | str | Path,
     materials: Materials,
@@ -290,7 +293,7 @@ def _warn_of_straight_sides(mesh: Mesh, order: int) -> None:
             "curves are off by that order. Remedy: read_mesh(..., order=2), or give the source itself; with cells fine "
             "enough to follow the curves",
             MeshWarning,
-            stacklevel=3,
+            stacklevel=outside(),
         )
 
 

@@ -18,9 +18,11 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.frames import numbers
 from kanefe_fem.lumped.mean_motion import mean_motion
 
 DENSE = 60
@@ -80,6 +82,9 @@ class Preload:
     thermal_strain: float = 0.0
 
     def __post_init__(self) -> None:
+        for name in ("forces", "tractions", "pressures"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise ModelError(f"preload: {name} must be a dict by groups, not {getattr(self, name)!r}")
         freeze = object.__setattr__
         if not isinstance(self.held, Mapping) or not self.held:
             raise ModelError(
@@ -122,6 +127,7 @@ class Preload:
         return {name: dict(value) if isinstance(value, Mapping) else value for name, value in of.items()}
 
 
+@checked
 def preloaded(model: FiniteElementModel, preload: Preload, factorise: Factorise = splu_factorise) -> FiniteElementModel:
     """Return the model with the tangent stiffness of a preloaded state.
 
@@ -316,10 +322,7 @@ def _held(name: str, given: Held) -> dict[str, float]:
 
 
 def _vector(label: str, value: Any, shapes: Sequence[tuple[int, ...]]) -> tuple[float, ...]:
-    try:
-        vector = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        vector = np.full(1, np.nan)
+    vector = numbers(value)
     if vector.shape not in shapes or not np.isfinite(vector).all():
         wanted = " or ".join(str(shape[0]) for shape in shapes)
         raise ModelError(f"preload: {label} is {value!r}. Remedy: {wanted} finite number(s), in SI units")

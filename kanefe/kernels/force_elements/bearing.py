@@ -7,7 +7,18 @@ from typing import Any
 from kanefe.kernels._numba import inlined
 from kanefe.kernels.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine, put_on_both, row
-from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, A, P, V, W
+from kanefe.kernels.force_elements.places import (
+    END_NUMBERS,
+    GIVEN,
+    POTENTIAL,
+    SIGNATURE,
+    TAKEN,
+    WATCH_SIGNATURE,
+    A,
+    P,
+    V,
+    W,
+)
 from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 
 AXIS, ENDS, SPEEDS, TABLE = range(4)
@@ -100,7 +111,11 @@ def coefficients_times(numbers: Any, at: int, speed: Any, x: Numbers) -> tuple[N
     )
     base = low + at
     return (
-        (blended(numbers, base, weights, x), blended(numbers, base + 6, weights, x), blended(numbers, base + 12, weights, x)),
+        (
+            blended(numbers, base, weights, x),
+            blended(numbers, base + 6, weights, x),
+            blended(numbers, base + 12, weights, x),
+        ),
         (
             blended(numbers, base + 18, weights, x),
             blended(numbers, base + 24, weights, x),

@@ -60,7 +60,9 @@ def bushing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     out[POTENTIAL] = 0.5 * (dot(spring, d) + dot(spring_r, theta))
     out[TAKEN] = dot(brake, rate) + dot(brake_r, spin)
     # of the skew part of the stiffness
-    out[GIVEN] = 0.5 * (dot(d, beside) + dot(theta, beside_r) - dot(three(moved, 0), spring) - dot(three(moved, 3), spring_r))
+    out[GIVEN] = 0.5 * (
+        dot(d, beside) + dot(theta, beside_r) - dot(three(moved, 0), spring) - dot(three(moved, 3), spring_r)
+    )
     if numbers[INPUTS] > 0.0:
         more, more_r = three(inputs, 0), three(inputs, 3)
         force, moment = plus(force, more), plus(moment, more_r)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import tempfile
 import webbrowser
@@ -14,7 +13,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from kanefe.errors import ModelError
+from kanefe.frames import numbers
 from kanefe.results.reader import Reader
 from kanefe.results.selection import spread_frames
 from kanefe.storage.files import ready_path, write_whole
@@ -75,7 +77,7 @@ def page_of(
             "colour='stress' needs the stress. Remedy: stress=kanefe_fem.recover(result, name), of each body that "
             "has one"
         )
-    if not (isinstance(scale, (int, float)) and math.isfinite(scale)):
+    if numbers(scale).shape != () or not np.isfinite(numbers(scale)):
         raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
     if title is not None and not isinstance(title, str):
         raise ModelError(f"title of a page must be a text, not {title!r}")

@@ -16,9 +16,12 @@ from fem_meshes import KINDS, STEEL, box, shown, write_msh2
 from kanefe.errors import FileError, MeshError, MissingDependency, ModelError
 from kanefe.fe_model.model import Cells
 from kanefe_fem import _gmsh
+from kanefe_fem.beams.body import straight_beam
+from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.mesh.checks import MeshWarning, check_mesh
 from kanefe_fem.mesh.groups import check_interfaces
 from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
 
@@ -520,3 +523,15 @@ def test_a_file_that_claims_more_than_it_has_is_refused(tmp_path: Path, suffix: 
     path.write_text(CLAIMS[suffix].format(99999999))
     with pytest.raises(FileError, match=r"part\.\w+ claims 99999999 of \w+, and has \d+ at most.*Remedy"):
         read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: box_mesh((1, 1, 1), (10**5,) * 3),
+        lambda: straight_beam(1.0, Rectangle(1.0, 1.0), STEEL, elements=10**11),
+    ],
+)
+def test_a_mesh_larger_than_memory_is_refused(make):
+    with pytest.raises(ModelError, match=r"takes .* GiB, of which"):
+        make()

@@ -135,7 +135,7 @@ class TestExpressions:
         u = rng.standard_normal((len(mesh.nodes), 3))
         material = Elasticity(np.zeros((1, 6, 6)), np.zeros(mesh.cell_count, dtype=int))
         fx = _fenicsx.load()
-        with _fenicsx.quiet(), _fenicsx.compiling():
+        with _fenicsx.quiet(), _fenicsx.compiling(fx):
             values = _Evaluator(fx, mesh.nodes, cells, material, lambda f: f.u, "nodes").values(u)
         np.testing.assert_allclose(values, u[mesh.connectivity][..., :d], atol=1e-14)
 

@@ -1,0 +1,264 @@
+"""What users give to public functions, held to the type hints of their signatures.
+
+`checked` holds the arguments of a function, or of the constructor of a class, to the hints of its signature: what is
+behind the door meets finite numbers, texts and objects of the kinds that it was written for. Signs, shapes and meanings
+are left to the function. It is for doors only: what runs in every step is not checked.
+"""
+
+from __future__ import annotations
+
+import builtins
+import inspect
+import math
+import re
+import sys
+import types
+import typing
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache, partial, wraps
+from importlib import import_module
+from numbers import Real
+from os import PathLike
+from typing import Any, Literal, NamedTuple, TypeVar, overload
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+MOST_LETTERS = 120
+"""Of a value in a message."""
+
+LARGEST = sys.float_info.max
+"""Of the finite numbers."""
+
+
+def told(value: object) -> str:
+    """Return a value for a message, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 3]}..."
+
+
+@overload
+def checked(function: F, /) -> F: ...
+
+
+@overload
+def checked(*held: str) -> Callable[[F], F]: ...
+
+
+def checked(*held: Any) -> Any:
+    """Hold the arguments of a public function, or of the constructor of a class, to the hints of its signature.
+
+    A number must be finite, unless the default of the argument is not; a sequence has a length, so that it is no
+    generator; a text is no sequence of texts, and True is no number.
+
+    Parameters
+    ----------
+    *held : str
+        The arguments to hold; all of them, where it stands without brackets. The function has words of its own for
+        the others.
+
+    Raises
+    ------
+    ModelError
+        When the function is called: names argument and function, what is wanted and what was given.
+
+    Examples
+    --------
+    >>> @checked
+    ... def twice(length: float) -> float:
+    ...     return 2.0 * length
+    >>> twice("1")
+    Traceback (most recent call last):
+    kanefe.errors.ModelError: length= of twice must be a finite number, not '1'
+    """
+    if isinstance(held[0], str):
+        return lambda function: _guarded_thing(function, held)
+    return _guarded_thing(held[0], ())
+
+
+def _guarded_thing(thing: Any, held: tuple[str, ...]) -> Any:
+    if isinstance(thing, type):
+        thing.__init__ = _guarded(thing.__init__, thing.__name__, held)  # type: ignore[misc]
+        return thing
+    return _guarded(thing, thing.__name__, held)
+
+
+def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) -> Callable[..., Any]:
+    asked = cache(partial(_kinds, function, held))
+
+    @wraps(function)
+    def guarded(*args: Any, **kwargs: Any) -> Any:
+        places, kinds = asked()
+        for name, value in (*zip(places, args, strict=False), *kwargs.items()):
+            kind = kinds.get(name)
+            if kind is not None and not kind.holds(value):
+                raise ModelError(f"{name}= of {title} must be {kind.words}, not {told(value)}")
+        return function(*args, **kwargs)
+
+    guarded.asked = asked  # type: ignore[attr-defined]  # for tests
+    return guarded
+
+
+class Kind(NamedTuple):
+    """What a hint asks for.
+
+    Attributes
+    ----------
+    words : str
+        For messages.
+    holds : function of a value -> bool
+    """
+
+    words: str
+    holds: Callable[[Any], bool]
+
+
+class _NamesOfHints(dict[str, Any]):
+    """The names that hints of a file may use, those too that it imports for type checkers only."""
+
+    def __init__(self, module: types.ModuleType, more: Mapping[str, Any]) -> None:
+        super().__init__({**vars(module), **more})
+        self.module = module
+
+    def __missing__(self, name: str) -> object:
+        if hasattr(builtins, name):
+            return getattr(builtins, name)
+        try:
+            source = inspect.getsource(self.module)
+        except OSError:  # a program that is shipped without sources
+            return Any
+        found = re.search(rf"from (\S+) import (?:\([^)]*|[^(\n]*)\b{name}\b", source)
+        if found is None:
+            raise NameError(f"{self.module.__name__} has no name {name!r}, which a type hint uses")
+        return getattr(import_module(found[1]), name)
+
+
+def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, Kind | None]]:
+    """Return the arguments of a function that may be given by place, and the kinds of all; None of what is not held."""
+    places: list[str] = []
+    found: dict[str, Kind | None] = {}
+    # the constructor that dataclasses write has globals of its own
+    names = _NamesOfHints(sys.modules[function.__module__], function.__globals__)
+    for one in inspect.signature(function).parameters.values():
+        if one.kind in {one.VAR_POSITIONAL, one.VAR_KEYWORD}:
+            continue
+        hint = object if one.annotation is one.empty or (held and one.name not in held) else one.annotation
+        while isinstance(hint, str):
+            hint = eval(hint, {}, names)
+        may_be_infinite = bool(np.any(np.isinf(numbers(one.default))))
+        found[one.name] = None if hint is object else kind_of(hint, may_be_infinite)
+        if one.kind is not one.KEYWORD_ONLY:
+            places.append(one.name)
+    return tuple(places), found
+
+
+def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
+    """Return what a type hint asks for. Of numbers, infinite ones are refused unless they may be."""
+
+    def are_fine(value: object, ndim: int | None = None) -> bool:
+        given = numbers(value)
+        return (ndim is None or given.ndim == ndim) and not np.any(
+            np.isnan(given) if may_be_infinite else ~np.isfinite(given)
+        )
+
+    origin, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
+    if origin in {typing.Union, types.UnionType}:
+        kinds = [kind_of(one, may_be_infinite) for one in inner]
+        words = " or ".join(dict.fromkeys(kind.words for kind in kinds))
+        return Kind(words, lambda value: any(kind.holds(value) for kind in kinds))
+    if hint is None or hint is type(None):
+        return Kind("None", lambda value: value is None)
+    if origin is Literal:
+        return Kind(" or ".join(map(repr, inner)), lambda value: any(_is_same(value, one) for one in inner))
+    if hint is float:
+        words = "a number" if may_be_infinite else "a finite number"
+        most = math.inf if may_be_infinite else LARGEST
+        return Kind(
+            words,
+            lambda value: (
+                -most <= value <= most
+                if type(value) in {float, int}
+                else isinstance(value, (Real, np.ndarray)) and are_fine(value, 0)
+            ),
+        )
+    if hint is int:
+        return Kind("a whole number", _is_whole)
+    if hint is bool:
+        return Kind("True or False", lambda value: isinstance(value, (bool, np.bool_)))
+    if hint is str:
+        return Kind("a text", lambda value: isinstance(value, str))
+    if origin is np.ndarray:
+        return Kind("an array of finite numbers", lambda value: _is_flags(value) or are_fine(value))
+    if origin is Callable or origin is typing.get_origin(Callable[..., Any]):
+        return Kind("a function", callable)
+    if isinstance(origin, type) and issubclass(origin, PathLike):
+        return Kind("a path", lambda value: isinstance(value, PathLike))
+    if isinstance(origin, type) and origin.__module__ in {"builtins", "collections.abc"} and inner:
+        return _container(origin, [kind_of(one, may_be_infinite) for one in inner], inner, are_fine)
+    is_protocol = getattr(origin, "_is_protocol", False) and not getattr(origin, "_is_runtime_protocol", False)
+    if hint is Any or not isinstance(origin, type) or is_protocol:
+        return Kind("anything", lambda _: True)
+    article = "an" if origin.__name__[0] in "AEIO" else "a"
+    return Kind(f"{article} {origin.__name__}", lambda value: isinstance(value, origin))
+
+
+def _is_same(value: object, one: object) -> bool:
+    """Return whether a value is one of a list: a text of any class of texts, a whole number of any kind."""
+    if isinstance(one, str):
+        return isinstance(value, str) and value == one
+    if isinstance(one, int) and not isinstance(one, bool):
+        return _is_whole(value) and value == one
+    return type(value) is type(one) and value == one
+
+
+def _is_whole(value: object) -> bool:
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and abs(int(value)) < 2**63
+
+
+def _is_flags(value: object) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype.kind == "b"
+
+
+def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: Callable[..., bool]) -> Kind:
+    """Return the kind of a sequence, set or mapping of what is of some kinds."""
+    if issubclass(origin, Mapping):
+        key, of = kinds
+        return Kind(
+            f"a mapping of {key.words} to {of.words}",
+            lambda value: (
+                isinstance(value, Mapping) and all(key.holds(name) and of.holds(one) for name, one in value.items())
+            ),
+        )
+    if not issubclass(origin, Collection):
+        return Kind(f"a {origin.__name__.lower()}", lambda value: isinstance(value, origin))
+    if issubclass(origin, tuple) and inner[-1] is not Ellipsis:
+        return Kind(
+            f"({', '.join(kind.words for kind in kinds)})",
+            lambda value: (
+                _is_listed(value)
+                and len(value) == len(kinds)
+                and all(kind.holds(one) for kind, one in zip(kinds, value, strict=True))
+            ),
+        )
+    words = f"a sequence, each {kinds[0].words}"
+    rows = typing.get_args(inner[0])
+    if inner[0] is float or (rows and rows[0] in {int, float}):
+        return Kind(words, lambda value: _is_listed(value) and are_fine(value, 2 if rows and len(value) else 1))
+
+    def are_all(value: Any) -> bool:
+        if isinstance(value, np.ndarray) and value.dtype.kind in "iufUb":  # all of one kind: one stands for them
+            return inner[0] is not str and value.ndim > 0 and all(map(kinds[0].holds, value[:1]))
+        return _is_listed(value, origin) and all(map(kinds[0].holds, value))
+
+    return Kind(words, are_all)
+
+
+def _is_listed(value: object, origin: type = Sequence) -> bool:
+    is_array = isinstance(value, np.ndarray) and value.ndim > 0
+    return is_array or (isinstance(value, (origin, Sequence)) and not isinstance(value, (str, bytes)))

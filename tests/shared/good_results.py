@@ -1,0 +1,150 @@
+"""Good calls of results, and small motions."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+import kanefe as kf
+from good_call import WRITERS, call, files, first, on
+from good_scenes import beam, cantilever, hanging, small
+
+
+@cache
+def result() -> kf.Result:
+    made = small()
+    made.add_flexible_body("beam", beam(), joint=kf.Revolute("y"))
+    made.add_rigid_body("driven", 1.0, 0.1, joint=kf.Revolute("z", motion=kf.Motion.steady(1.0)))
+    bar = made.add_rigid_body("bar", 1.0, 0.1, joint=kf.Free((0.0, 0.0, 3.0)))
+    made.add_loop_joint("loop", kf.Spherical(), bar, made.ground.frame((0.0, 0.0, 3.0)))
+    made.add_contact(
+        "stop",
+        made.add_surface("ball", bar, kf.shapes.Sphere(0.1)),
+        made.add_surface("floor", made.ground, kf.shapes.Plane("z")),
+        normal=kf.HuntCrossley(1e5),
+    )
+    return made.simulate((0.0, 0.01), output_step=0.002)
+
+
+WRITERS["run.h5"] = lambda path: result().save(path, forces=False)
+
+
+def instant() -> kf.Instant:
+    return result().at(0.004)
+
+
+for reader, of in (("Result", result), ("Instant", instant)):
+    for method in ("acceleration", "angular_acceleration", "angular_velocity", "position", "rotation", "velocity"):
+        on(f"kanefe.{reader}.{method}", of, name="beam", interface="tip")
+    for method in ("body", "interfaces", "modal_coordinates", "modal_speeds"):
+        on(f"kanefe.{reader}.{method}", of, name="beam")
+    for method in ("joint_coordinates", "joint_reaction", "joint_speeds", "center_of_mass"):
+        on(f"kanefe.{reader}.{method}", of, name="rod")
+    on(f"kanefe.{reader}.contact", of, name="stop")
+    on(f"kanefe.{reader}.driving_force", of, name="driven")
+    on(f"kanefe.{reader}.loop_force", of, name="loop")
+    on(f"kanefe.{reader}.load", of, name="spring")
+    on(f"kanefe.{reader}.load_force", of, name="spring", end=0)
+    on(f"kanefe.{reader}.coupling_force", of, name="beam", interface="tip")
+    on(f"kanefe.{reader}.neighbours", of, name="beam", interface="tip")
+    on(f"kanefe.{reader}.deflection", of, name="beam", interface="tip")
+    on(
+        f"kanefe.{reader}.in_axes_of",
+        of,
+        name="beam",
+        vectors=np.ones(3) if reader == "Instant" else np.ones((6, 3)),
+        interface="tip",
+    )
+    for method in ("nodal_displacements", "nodal_positions"):
+        on(f"kanefe.{reader}.{method}", of, name="beam", frames=None, nodes=[0, 1])
+    on(f"kanefe.{reader}.parts", of, quantity="position", name="rod")
+    on(f"kanefe.{reader}.read", of, quantity="position", name="beam", interface="tip")
+    on(f"kanefe.{reader}.units", of, quantity="position", name="rod")
+on("kanefe.Instant.struck", instant, body="rod", impulse=(0, 1, 0), interface="", point=(0, 0, 0), moment=(0, 0, 0))
+on("kanefe.Instant.to_vtk", instant, path="a.pvd", scale=1.0)
+on("kanefe.Result.at", result, t=0.004)
+on("kanefe.Result.plot", result, what="energy", path="a.png")
+on("kanefe.Result.save", result, path="a.h5", forces=False)
+PAGE = {"colour": None, "stress": (), "forces": False, "fps": None, "every": 2, "scale": 1.0, "title": "x"}
+on("kanefe.Result.to_html", result, path="a.html", **PAGE)
+on("kanefe.Result.view", result, **PAGE)
+on("kanefe.Result.to_vtk", result, path="a.pvd", fps=None, every=2, scale=1.0)
+files("kanefe.load_result", kf.load_result, path="run.h5")
+
+AT = {"t": None, "start": None}
+first("kanefe.linearise", kf.linearise, hanging, **AT, inputs=None, outputs=None)
+call("kanefe.linearise (scene)", kf.linearise, scene=hanging())
+first("kanefe.equilibrium", kf.equilibrium, hanging, **AT, speeds=None, find=(), steady=True)
+call("kanefe.equilibrium (scene)", kf.equilibrium, scene=hanging())
+first("kanefe.floquet", kf.floquet, hanging, period=1.0, **AT)
+first("kanefe.buckling", kf.buckling, cantilever, loads=None, count=2, **AT)
+call("kanefe.buckling (scene)", kf.buckling, scene=cantilever())
+first("kanefe.stability_limit", kf.stability_limit, cantilever, loads=None, up_to=None, **AT)
+call("kanefe.campbell", kf.campbell, build=lambda w: hanging(), speeds=[0.0, 1.0], modes=1, balance=True)
+
+
+@cache
+def linear() -> kf.Linearisation:
+    return kf.linearise(hanging(), inputs=["torque rod z"])
+
+
+@cache
+def modes() -> kf.Modes:
+    return kf.linearise(cantilever()).modes()
+
+
+@cache
+def diagram() -> kf.Campbell:
+    return kf.campbell(lambda w: hanging(), [0.0, 1.0], modes=1)
+
+
+@cache
+def buckled() -> kf.Buckling:
+    return kf.buckling(cantilever(), count=2)
+
+
+on("kanefe.Equilibrium.linearise", lambda: kf.equilibrium(hanging()), inputs=None, outputs=None)
+on("kanefe.Linearisation.frequency_response", linear, frequencies=[1.0, 2.0])
+on("kanefe.Linearisation.moved", linear, x=[0.1, 0.0])
+on("kanefe.Linearisation.to_fmu", linear, path="l.fmu", fmi="2.0")
+on("kanefe.Campbell.critical_speeds", diagram, order=1.0)
+on("kanefe.Campbell.plot", diagram, path="c.png", orders=(1.0,))
+for kind, of in (("Modes", modes), ("Buckling", buckled)):
+    on(f"kanefe.{kind}.describe", of, mode=0)
+    on(f"kanefe.{kind}.displacements", of, body="beam", mode=0)
+    on(f"kanefe.{kind}.shape", of, body="beam", interface="tip")
+    on(f"kanefe.{kind}.shown", of, mode=0, size=1.0)
+
+
+def deck() -> kf.System:
+    made = kf.System(gravity=(0.0, 0.0, -9.81))
+    ground = made.add_frame("deck", joint=kf.Free(motion=kf.PoseTable([0, 1, 2, 3], np.zeros((4, 3)))))
+    made.add_rigid_body(
+        "box", 1.0, 0.1, parent=ground, joint=kf.Revolute("x", forces=kf.CoordinateForce(stiffness=100.0, damping=5.0))
+    )
+    return made
+
+
+first("kanefe.screen", kf.screen, deck, duration=1.0, start=None, rtol=None, output_step=None, spacing=0.25)
+
+
+@cache
+def frozen() -> kf.Model:
+    return small().freeze()
+
+
+on("kanefe.Model.index", frozen, name="rod")
+
+
+@cache
+def state() -> kf.SceneState:
+    seen: list[kf.SceneState] = []
+    hanging().simulate((0.0, 0.001), events=kf.Event("look", lambda t, s: seen.append(s) or 1.0))
+    return seen[0]
+
+
+for method in ("angular_velocity", "position", "rotation", "velocity"):
+    on(f"kanefe.SceneState.{method}", state, name="rod")
+for method in ("joint_coordinates", "joint_speeds"):
+    on(f"kanefe.SceneState.{method}", state, name="rod")
