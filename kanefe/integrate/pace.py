@@ -153,7 +153,7 @@ class Pace:
             warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=outside())
 
     def check_drives(self) -> None:
-        """Warn once of drives that grow from sample to sample; raise a StepFailure where they have grown a millionfold."""
+        """Warn once of drives that grow from sample to sample; raise a StepFailure of a millionfold growth."""
         if self._sampler is None:
             return
         if self._is_grown and self._sampler.growth(LATE) is not None:

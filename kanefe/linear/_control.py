@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import MissingDependency
-from kanefe.linear.sampled_loop import SampledLoop
+from kanefe.frames import Matrix
 from kanefe.linear.state_space import StateSpace
 
 try:
@@ -15,24 +15,25 @@ try:
 except ImportError as _error:
     raise MissingDependency("control", "Linearisation.to_control", "pip install 'kanefe[control]'") from _error
 
+Names = tuple[str, ...]
 
-def sampled_space(loop: SampledLoop) -> Any:
-    """Return a `control.StateSpace` of a sampled loop in steps of its period, without inputs."""
-    n, m = len(loop.change), len(loop.plant.output_names)
+
+def sampled_space(change: Matrix, measured: Matrix, period: float, states: Names, outputs: Names) -> Any:
+    """Return a `control.StateSpace` in steps of a period (s), without inputs: change of its states, and its outputs."""
     return control.ss(
-        loop.change,
-        np.zeros((n, 1)),
-        loop.measured,
-        np.zeros((m, 1)),
-        loop.period,
-        states=_plain(loop.state_names),
+        change,
+        np.zeros((len(change), 1)),
+        measured,
+        np.zeros((len(measured), 1)),
+        period,
+        states=_plain(states),
         inputs=["none"],
-        outputs=_plain(loop.plant.output_names),
+        outputs=_plain(outputs),
         remove_useless_states=False,
     )
 
 
-def _plain(names: tuple[str, ...]) -> list[str]:
+def _plain(names: Names) -> list[str]:
     """Return names without '.', which python-control keeps for its own use."""
     return [name.replace(".", "_") for name in names]
 

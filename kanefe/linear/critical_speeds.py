@@ -60,7 +60,7 @@ class CriticalSpeed:
 
     @property
     def damping_ratio(self) -> float:
-        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: the mode grows. Zero where it stands still."""
+        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: it grows. Zero where it stands still."""
         size = abs(self.eigenvalue)
         return -self.eigenvalue.real / size if size > 0.0 and self.order > 0.0 else 0.0
 
@@ -138,7 +138,7 @@ def _critical(curves: Curves, speed: float, order: float, column: int) -> Critic
 
 def _warn_of_jump(column: int, speed: float) -> None:
     warnings.warn(
-        f"mode {column + 1} cannot be followed through {speed:.6g} rad/s, where it may cross the order: it jumps there. "
+        f"mode {column + 1} cannot be followed through {speed:.6g} rad/s, where it may cross the order: it jumps. "
         "Remedy: more speeds about it",
         AccuracyWarning,
         stacklevel=outside(),
@@ -153,10 +153,11 @@ def _looked_at(above: Callable[[float], float], speeds: Vector, thin: float) -> 
         low, high = max(i - 1, 0), min(i + 1, len(speeds) - 1)
         beside = np.sign(value) * values[low : high + 1]
         if 0.0 < abs(value) <= thin and beside.min() == abs(value):
+            sign = float(np.sign(value))
             least = minimize_scalar(
-                lambda x, sign=np.sign(value): sign * above(x), bounds=(speeds[low], speeds[high]), method="bounded"
+                lambda x, sign=sign: sign * above(x), bounds=(speeds[low], speeds[high]), method="bounded"
             )
-            points[float(least.x)] = float(np.sign(value) * least.fun)
+            points[float(least.x)] = sign * float(least.fun)
     return sorted(points.items())
 
 
@@ -179,6 +180,8 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
             if at_a * at_b > 0.0:
                 continue
             speed = _root(turns, a, b)
+            if abs(turns(speed)) > FOUND * curves.height:
+                continue  # of a mode that moves on lines either sign is right, and may follow the other
             size = abs(curves.at(speed).values[column])
             if _determinant(curves.at(speed).modes)[0] < 0.0 and size > POINT * curves.height:
                 looked_at.add(speed)  # between two speeds at which it stands still it grows

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.linear.state_space import StateSpace
@@ -45,6 +46,7 @@ class FrequencyResponse:
         """Phases in rad, without jumps over the frequencies, shape (F, outputs, inputs)."""
         return np.asarray(np.unwrap(np.angle(self.response), axis=0))
 
+    @checked
     def receptance(self, output: str, input: str) -> np.ndarray:
         """Return the response of one output to one input, complex, shape (F,): of a position, per unit of force.
 
@@ -60,6 +62,7 @@ class FrequencyResponse:
         """
         return np.asarray(self.response[:, _place(self.output_names, output), _place(self.input_names, input)])
 
+    @checked
     def transmissibility(self, output: str, over: str, input: str | None = None) -> np.ndarray:
         """Return the ratio of two outputs when one input oscillates, complex, shape (F,).
 

@@ -82,8 +82,8 @@ def linear_law(controller: Controller, t: float, reads: Vector) -> LinearLaw:
     again, _ = called(reads, m)
     if np.any(np.abs(again - drives) > ALIKE * (1.0 + np.abs(drives))):
         raise ModelError(
-            f"{label} gives two different answers to the same reads: it keeps something outside of its memory, or draws "
-            "random numbers, and has no poles. Remedy: keep it in the third argument, memory"
+            f"{label} gives two different answers to the same reads: it keeps something outside of its memory, or "
+            "draws random numbers, and has no poles. Remedy: keep it in the third argument, memory"
         )
     r = len(reads)
     of_reads = _differences(lambda y: np.concatenate(called(y, m)), reads)

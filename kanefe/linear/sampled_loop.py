@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.linalg
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import KanefeError, ModelError
 from kanefe.frames import Matrix, Vector
@@ -113,6 +114,7 @@ class SampledLoop:
         """Factor by which the fastest motion grows in one period; below one: all decay."""
         return float(np.abs(self.poles[0]))
 
+    @checked
     def frequency_response(self, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
         """Return the response of the outputs of the plant in the loop to its inputs, which oscillate continuously.
 
@@ -155,7 +157,7 @@ class SampledLoop:
         """
         from kanefe.linear._control import sampled_space
 
-        return sampled_space(self)
+        return sampled_space(self.change, self.measured, self.period, self.state_names, self.plant.output_names)
 
     def __str__(self) -> str:
         names = ", ".join(f"{law.controller.name!r} every {law.controller.every:g} s" for law in self.laws)
@@ -230,7 +232,7 @@ def sampled_loop(
 
 
 def told_poles(model: Model, t: float, y: Vector) -> str | None:
-    """Return what is told of the poles of a loop about a state in a run, nothing if none grows or they are not known."""
+    """Return what is told of the poles of a loop about a state in a run; None if none grows or they are not known."""
     try:
         loop = _about(model, t, y.copy(), (), ())
     except KanefeError:

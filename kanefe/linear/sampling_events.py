@@ -63,9 +63,9 @@ def common_period(laws: Sequence[LinearLaw]) -> tuple[float, list[int]]:
         exact = Fraction(ratio).limit_denominator(LARGEST)
         if exact == 0 or abs(float(exact) - ratio) > COMMON * ratio:
             raise ModelError(
-                f"the samples of controllers {first.name!r} (every {first.every:g} s) and {law.controller.name!r} (every "
-                f"{law.controller.every:g} s) have no common multiple, and their loop no poles. Remedy: times whose "
-                f"ratio is that of whole numbers up to {LARGEST}"
+                f"the samples of controllers {first.name!r} (every {first.every:g} s) and {law.controller.name!r} "
+                f"(every {law.controller.every:g} s) have no common multiple, and their loop no "
+                f"poles. Remedy: times whose ratio is that of whole numbers up to {LARGEST}"
             )
         ratios.append(exact)
     # the least multiple of fractions in lowest terms
@@ -104,8 +104,8 @@ def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int])
         events += [(k * every, True, i, k) for k in range(count)]
         if delay > 0.0:
             first = -int(np.ceil(delay / every - COMMON))
-            late = ((k * every + delay, False, i, k) for k in range(first, count))
-            events += [(max(t, 0.0), *rest) for t, *rest in late if -COMMON * every < t < period - COMMON * every]
+            late = ((k * every + delay, k) for k in range(first, count))
+            events += [(max(t, 0.0), False, i, k) for t, k in late if -COMMON * every < t < period - COMMON * every]
     events.sort(key=lambda event: event[0])
     smallest = min(law.controller.every for law in laws)
     found: list[list[tuple[float, bool, int, int]]] = []

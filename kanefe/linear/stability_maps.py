@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 
+@checked
 def stability_map(
     build: Callable[[float, float], Freezable | Model],
     speeds: Sequence[float] | np.ndarray,

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
+from kanefe.arguments import checked
 from kanefe.frames import Vector
-from kanefe.linear.followed_modes import AnyModes
+from kanefe.linear.followed_modes import STILL, AnyModes
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
@@ -47,7 +48,8 @@ class StabilityOnset:
 
     def __repr__(self) -> str:
         frequency = abs(self.eigenvalue.imag) / (2.0 * np.pi)
-        kind = f"a mode of {frequency:.6g} Hz" if frequency > 0.0 else "a mode without oscillation"
+        turns = abs(self.eigenvalue.imag) > STILL * abs(self.modes.eigenvalues).max()
+        kind = f"a mode of {frequency:.6g} Hz" if turns else "a mode without oscillation"
         return f"{'unstable' if self.begins else 'stable'} from {self.speed:.6g} rad/s on: {kind}"
 
 
@@ -125,6 +127,7 @@ class StabilityMap:
             lines.append(f"{value:12.6g}  {told or 'none'}")
         return "\n".join(lines)
 
+    @checked
     def plot(self, path: str | Path | None = None, *, name: str = "parameter") -> Figure:
         """Draw growth over speed and parameter with the limits of stability, and write the picture to `path` if given.
 

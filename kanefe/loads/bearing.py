@@ -1,4 +1,4 @@
-"""Bearings: a shaft turns on and on in them, and coefficients, constant or over its speed, hold it in other directions."""
+"""Bearings: a shaft turns on and on in them, held in other directions by coefficients, constant or over its speed."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class Held(NamedTuple):
 class Bearing(Load):
     """A bearing: a force and moment on a shaft by its displacement and tilt, with coefficients over its speed.
 
-    With x = (d, tilt), d from the origin of the bearing to that of the shaft and ``tilt = e x e'`` of their axes, all in
-    the axes of the bearing,
+    With x = (d, tilt), d from the origin of the bearing to that of the shaft and ``tilt = e x e'`` of their axes, all
+    in the axes of the bearing,
 
         (force, F_tilt) = -K(speed) x - C(speed) dx/dt,    moment = e' x (F_tilt x e) - drag speed e'
 
@@ -141,9 +141,7 @@ class Bearing(Load):
             )
         even = self.damping + np.swapaxes(self.damping, -1, -2)
         if np.linalg.eigvalsh(even).min() < -ROUND_OFF * np.abs(even).max():
-            raise ModelError(
-                f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs"
-            )
+            raise ModelError(f"damping of {label} drives: its symmetric part has negative eigenvalues. Remedy: signs")
         if not self.stiffness.any() and not self.damping.any():
             raise ModelError(f"{label} does nothing. Remedy: give stiffness or damping")
 
@@ -177,7 +175,7 @@ class Bearing(Load):
         K, C = self._curves(np.clip(speed, self.speeds[0], self.speeds[-1]))
         return K, C
 
-    def held(self, ends: Sequence[End]) -> Held:
+    def _held(self, ends: Sequence[End]) -> Held:
         """Return how the shaft is displaced and how that changes."""
         a, b = ends[:2]
         e = np.eye(3)[AXES.index(self.axis)]
@@ -191,12 +189,12 @@ class Bearing(Load):
             axis,
         )
 
-    def speed(self, ends: Sequence[End]) -> float:
+    def _speed(self, ends: Sequence[End]) -> float:
         """Return the speed of rotation against the bearing that coefficients follow, about its axis, rad/s."""
         a, spinning = ends[0], ends[-1]
         return float(a.A[:, AXES.index(self.axis)] @ (spinning.w - a.w))
 
-    def wrench(self, held: Held, speed: float) -> Vector:
+    def _wrench(self, held: Held, speed: float) -> Vector:
         """Return force and moment on the shaft about its origin, in the axes of the bearing, (6,)."""
         i = AXES.index(self.axis)
         K, C = self.coefficients(speed)
@@ -208,14 +206,14 @@ class Bearing(Load):
 
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
         """Return what it exerts on bearing and shaft (Eq. 11)."""
-        held, speed = self.held(ends), self.speed(ends)
+        held, speed = self._held(ends), self._speed(ends)
         K, C = self.coefficients(speed)
         i = 3 + AXES.index(self.axis)
         moving = held.rates.copy()
         moving[i] = 0.0
         even = 0.5 * (K + K.T) if self.speeds is None else np.zeros((6, 6))
         wrenches = np.zeros((len(ends), 6))
-        wrenches[:2] = on_both(ends[:2], self.wrench(held, speed))
+        wrenches[:2] = on_both(ends[:2], self._wrench(held, speed))
         turning = float(held.axis @ (ends[0].A.T @ (ends[1].w - ends[0].w)))
         return Action(
             wrenches,
@@ -231,7 +229,7 @@ class Bearing(Load):
         of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
         rows = np.vstack((of_d, np.hstack((none, -back, none, back))))
         rows = np.hstack((rows, np.zeros((6, 6 * (len(ends) - 2)))))
-        return principal_tangent(rows, *self.coefficients(self.speed(ends)))
+        return principal_tangent(rows, *self.coefficients(self._speed(ends)))
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
@@ -240,28 +238,28 @@ class Bearing(Load):
 
     def _reserve(self, t: float, ends: Sequence[End], states: Vector) -> float:
         low, high = self.speeds[0], self.speeds[-1]
-        speed = self.speed(ends)
+        speed = self._speed(ends)
         return float(min(speed - low, high - speed) + EDGE * (high - low))
 
     def _left(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        raise SimulationError(self._words(t, self.speed(ends)))
+        raise SimulationError(self._words(t, self._speed(ends)))
 
     def _words(self, t: float, speed: float) -> str:
         return (
-            f"the coefficients of bearing {self.name!r} reach from {self.speeds[0]:.6g} to {self.speeds[-1]:.6g} rad/s, "
-            f"and it turns at {speed:.6g} rad/s at t = {t:.6g} s. Remedy: speeds= that cover it"
+            f"the coefficients of bearing {self.name!r} reach from {self.speeds[0]:.6g} to {self.speeds[-1]:.6g} "
+            f"rad/s, and it turns at {speed:.6g} rad/s at t = {t:.6g} s. Remedy: speeds= that cover it"
         )
 
     def started(self, t: float, ends: Sequence[End]) -> Bearing:
         """Return itself, if its table covers the speed at the start."""
         if self.speeds is not None and self._reserve(t, ends, np.zeros(0)) < 0.0:
-            raise ModelError(self._words(t, self.speed(ends)))
+            raise ModelError(self._words(t, self._speed(ends)))
         return self
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return displacement and tilt, force and moment on the shaft, in the axes of the bearing, and the speed."""
-        held, speed = self.held(ends), self.speed(ends)
-        return np.concatenate((held.x, self.wrench(held, speed), (speed,)))
+        held, speed = self._held(ends), self._speed(ends)
+        return np.concatenate((held.x, self._wrench(held, speed), (speed,)))
 
     @property
     def kernel(self) -> LoadKernel:

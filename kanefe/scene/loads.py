@@ -303,9 +303,7 @@ class LoadMethods(Scene):
             _six_by_six(x, f"{what} of {label}") for x, what in ((stiffness, "stiffness"), (damping, "damping"))
         ]
         if np.linalg.eigvalsh(constants[1] + constants[1].T).min() < -ROUND_OFF * np.abs(constants[1]).max():
-            raise ModelError(
-                f"damping of {label} drives: its symmetric part is not positive semidefinite. Remedy: signs"
-            )
+            raise ModelError(f"damping of {label} drives: its symmetric part has negative eigenvalues. Remedy: signs")
         if law is not None and not callable(law):
             raise ModelError(f"law of {label} must be a function of displacement and rate, not {law!r}")
         if law is not None and constants[0].any():
@@ -334,7 +332,7 @@ class LoadMethods(Scene):
 
 
 def _six_by_six(given: object, what: str) -> np.ndarray:
-    """Return a matrix over displacements and rotations; of three or six numbers, which must not be negative, diagonal."""
+    """Return a matrix over displacements and rotations, diagonal of three or six numbers that are not negative."""
     shape = numbers(given).shape
     if shape == (6, 6):
         return shaped_numbers(given, (6, 6), what)

@@ -101,7 +101,7 @@ def test_an_overhung_disc_splits_by_its_gyroscopic_moment():
 
 
 def test_an_unbalance_whirls_backward_between_the_critical_speeds_of_an_anisotropic_bearing():
-    """Y and z are above and below their resonance there: r = f / (k - m W^2 + i c W) has the other sign in one of them."""
+    """Of y and z one is above and one below its resonance there: f / (k - m W^2 + i c W) has two signs."""
     scene = kf.System()
     disc = scene.add_rigid_body("disc", MASS, 0.01, joint=kf.Free())
     K = np.diag((STIFFNESS, 1.5 * STIFFNESS))

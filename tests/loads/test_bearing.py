@@ -82,9 +82,7 @@ def spinning(motion: kf.Motion, **options: Any) -> kf.System:
 
 
 def test_a_speed_outside_the_table_is_named() -> None:
-    with pytest.raises(
-        ModelError, match="bearing 'journal' reach from 0 to 50 rad/s, and it turns at 60 rad/s at t = 0"
-    ):
+    with pytest.raises(ModelError, match="bearing 'journal' reach from 0 to 50 rad/s, and it turns at 60 rad/s at"):
         spinning(kf.Motion.steady(60.0)).freeze()
     faster = kf.Motion(lambda t: 50.0 * t**2, lambda t: 100.0 * t, lambda t: 100.0)
     with pytest.warns(kf.SimulationWarning, match="turns at 50 rad/s at t = 0.5 s. Remedy: speeds="):

@@ -44,7 +44,7 @@ for reader, of in (("Result", result), ("Instant", instant)):
     on(f"kanefe.{reader}.contact", of, name="stop")
     on(f"kanefe.{reader}.driving_force", of, name="driven")
     on(f"kanefe.{reader}.loop_force", of, name="loop")
-    on(f"kanefe.{reader}.load", of, name="spring")
+    on(f"kanefe.{reader}.load", of, name="spring", column="tension")
     on(f"kanefe.{reader}.load_force", of, name="spring", end=0)
     on(f"kanefe.{reader}.coupling_force", of, name="beam", interface="tip")
     on(f"kanefe.{reader}.neighbours", of, name="beam", interface="tip")
@@ -81,7 +81,25 @@ first("kanefe.floquet", kf.floquet, hanging, period=1.0, **AT)
 first("kanefe.buckling", kf.buckling, cantilever, loads=None, count=2, **AT)
 call("kanefe.buckling (scene)", kf.buckling, scene=cantilever())
 first("kanefe.stability_limit", kf.stability_limit, cantilever, loads=None, up_to=None, **AT)
-call("kanefe.campbell", kf.campbell, build=lambda w: hanging(), speeds=[0.0, 1.0], modes=1, balance=True)
+
+
+def turning(speed: float, stiffness: float = 0.0) -> kf.System:
+    made = hanging()
+    made.add_frame("rotor", joint=kf.Revolute("z", motion=kf.Motion.steady(speed)))
+    spring = kf.CoordinateForce(stiffness + 10.0, damping=0.1)
+    made.add_rigid_body("cart", 1.0, joint=kf.Prismatic("x", forces=spring))
+    return made
+
+
+def controlled() -> kf.System:
+    made = turning(1.0)
+    made.add_controller("brake", lambda t, r, m: -r[0], every=0.1, reads="joint_speeds cart", drives="motor cart")
+    return made
+
+
+call("kanefe.campbell", kf.campbell, build=turning, speeds=[0.0, 1.0], modes=1, balance=True)
+call("kanefe.stability_map", kf.stability_map, build=turning, speeds=[0.0, 1.0], values=[0.0, 1.0], balance=True)
+first("kanefe.sampled_loop", kf.sampled_loop, controlled, **AT, inputs="force cart x", outputs="position cart x")
 
 
 @cache
@@ -96,7 +114,7 @@ def modes() -> kf.Modes:
 
 @cache
 def diagram() -> kf.Campbell:
-    return kf.campbell(lambda w: hanging(), [0.0, 1.0], modes=1)
+    return kf.campbell(turning, [0.0, 1.0], modes=1)
 
 
 @cache
@@ -108,7 +126,23 @@ on("kanefe.Equilibrium.linearise", lambda: kf.equilibrium(hanging()), inputs=Non
 on("kanefe.Linearisation.frequency_response", linear, frequencies=[1.0, 2.0])
 on("kanefe.Linearisation.moved", linear, x=[0.1, 0.0])
 on("kanefe.Linearisation.to_fmu", linear, path="l.fmu", fmi="2.0")
-on("kanefe.Campbell.critical_speeds", diagram, order=1.0)
+on("kanefe.Campbell.critical_speeds", diagram, order=1.0, damped=True)
+
+
+@cache
+def loop() -> kf.SampledLoop:
+    return kf.sampled_loop(controlled(), inputs="force cart x", outputs=("position cart x", "velocity cart x"))
+
+
+@cache
+def response() -> kf.FrequencyResponse:
+    return loop().frequency_response([1.0, 2.0])
+
+
+on("kanefe.SampledLoop.frequency_response", loop, frequencies=[1.0, 2.0])
+on("kanefe.FrequencyResponse.receptance", response, output="position cart x", input="force cart x")
+on("kanefe.FrequencyResponse.transmissibility", response, output="velocity cart x", over="position cart x", input=None)
+on("kanefe.StabilityMap.plot", lambda: kf.stability_map(turning, [0.0, 1.0], [0.0]), path="s.png", name="stiffness")
 on("kanefe.Campbell.plot", diagram, path="c.png", orders=(1.0,))
 for kind, of in (("Modes", modes), ("Buckling", buckled)):
     on(f"kanefe.{kind}.describe", of, mode=0)

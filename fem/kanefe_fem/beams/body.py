@@ -29,7 +29,7 @@ from kanefe_fem.beams.geometric_stiffness import BeamStressStiffness
 from kanefe_fem.beams.line_loads import check_lines, chosen_lines, line_groups, line_pattern
 from kanefe_fem.beams.mass import AXIAL_STATIONS, mass_field
 from kanefe_fem.beams.properties import ElementProperties, of_matrices, section_elasticity
-from kanefe_fem.memory import check_size
+from kanefe_fem.machine.memory import check_size
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody

@@ -41,8 +41,8 @@ def bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     speed = speed_of(numbers, ends)
     axis = rotated_back(A_a, rotated(A_b, e))
     tilting = cross(e, cross(turn, axis))
-    x = (*rotated_back(A_a, offset), *cross(e, axis))
-    moving = (*rotated_back(A_a, velocity), *tilting)
+    d, tilt, rate = rotated_back(A_a, offset), cross(e, axis), rotated_back(A_a, velocity)
+    x, moving = (*d, *tilt), (*rate, *tilting)
     spring, spring_r = coefficients_times(numbers, STIFFNESS, speed, x)
     beside, beside_r = coefficients_times(numbers, STIFFNESS, speed, moving)
     brake, brake_r = coefficients_times(numbers, DAMPING, speed, moving)
@@ -50,13 +50,13 @@ def bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     drag = dot(e, coefficients_times(numbers, DAMPING, speed, (*times(0.0, e), *about))[1])
     force, forces_r = times(-1.0, plus(spring, brake)), times(-1.0, plus(spring_r, brake_r))
     moment = minus(cross(axis, cross(forces_r, e)), times(drag, axis))
-    of_springs = dot(three(moving, 0), spring) + dot(three(moving, 3), spring_r)
-    out[TAKEN] = dot(three(moving, 0), brake) + dot(tilting, brake_r) + drag * dot(axis, turn)
+    of_springs = dot(rate, spring) + dot(tilting, spring_r)
+    out[TAKEN] = dot(rate, brake) + dot(tilting, brake_r) + drag * dot(axis, turn)
     if numbers[SPEEDS] > 0.0:
         out[GIVEN] = -of_springs
     else:
-        out[POTENTIAL] = 0.5 * (dot(three(x, 0), spring) + dot(three(x, 3), spring_r))
-        out[GIVEN] = 0.5 * (dot(three(x, 0), beside) + dot(three(x, 3), beside_r) - of_springs)
+        out[POTENTIAL] = 0.5 * (dot(d, spring) + dot(tilt, spring_r))
+        out[GIVEN] = 0.5 * (dot(d, beside) + dot(tilt, beside_r) - of_springs)
     put_on_both(A_a, offset, force, moment, out)
 
 

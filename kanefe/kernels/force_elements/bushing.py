@@ -51,7 +51,8 @@ def bushing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     theta = rotation_vector_of(product(transposed(A_a), A_b))
     zero = 0.0 * theta[0]
     tangent = slope_motion(0, theta, (zero, zero, zero))[1]
-    x, moved = (*d, *theta), (*rate, *solved(tangent, spin))
+    turning = solved(tangent, spin)
+    x, moved = (*d, *theta), (*rate, *turning)
     spring, spring_r = six_by_six(numbers, STIFFNESS, x)
     beside, beside_r = six_by_six(numbers, STIFFNESS, moved)
     brake, brake_r = six_by_six(numbers, DAMPING, (*rate, *spin))
@@ -60,9 +61,7 @@ def bushing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     out[POTENTIAL] = 0.5 * (dot(spring, d) + dot(spring_r, theta))
     out[TAKEN] = dot(brake, rate) + dot(brake_r, spin)
     # of the skew part of the stiffness
-    out[GIVEN] = 0.5 * (
-        dot(d, beside) + dot(theta, beside_r) - dot(three(moved, 0), spring) - dot(three(moved, 3), spring_r)
-    )
+    out[GIVEN] = 0.5 * (dot(d, beside) + dot(theta, beside_r) - dot(rate, spring) - dot(turning, spring_r))
     if numbers[INPUTS] > 0.0:
         more, more_r = three(inputs, 0), three(inputs, 3)
         force, moment = plus(force, more), plus(moment, more_r)
