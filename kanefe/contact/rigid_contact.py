@@ -181,8 +181,9 @@ class RigidContact(Load):
     def slip_directions(self, found: Sequence[Meeting], kept: np.ndarray, surface: MarkerMotion) -> np.ndarray:
         """Return the directions of slips over the two directions along the surface, (slips, 2).
 
-        Past the end of a slip, where it would turn round, that of before: it stays smooth up to there and a little
-        beyond, where the run looks for that end.
+        Below the speed that is kept a slip is drawn to the direction that is kept, all the more the slower it is:
+        it comes near that in which it should be no faster than a run can follow. Past the end of a slip, where it would
+        turn round, it is that of before: it stays smooth up to there and a little beyond, where the run looks for it.
         """
         rates = np.array([one.rates[1:] for one in found])
         before = turned(np.array([one.axes[1:] for one in found]), turned(surface.A, kept))
@@ -190,14 +191,20 @@ class RigidContact(Load):
         before = np.divide(before, sizes[:, None], out=np.zeros_like(before), where=sizes[:, None] > 0.0)
         along = (rates * before).sum(axis=1)
         across = _lengths(rates - along[:, None] * before)
-        keeps = (sizes == 0.0) | (speeds <= sizes) | (across <= STRAIGHT * speeds)
-        turns = np.copysign(1.0, along) / np.where(keeps, 1.0, speeds)
-        return np.where(keeps[:, None], before, turns[:, None] * rates)
+        keeps = (sizes == 0.0) | (across <= STRAIGHT * speeds)
+        shares = np.divide(speeds, sizes, out=np.ones_like(sizes), where=speeds < sizes)
+        drawn = np.copysign(1.0, along)[:, None] * rates + (sizes * (1.0 - shares**2) ** 2)[:, None] * before
+        drawn /= np.where(keeps, 1.0, _lengths(drawn))[:, None]
+        return np.where(keeps[:, None], before, drawn)
 
     def left_of_slip(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> float:
-        """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s."""
-        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept)) / (_length(kept) or 1.0)
-        return along - TURNED * _length(found.rates[1:])
+        """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s.
+
+        Below the speed that is kept it may turn by more.
+        """
+        size, speed = _length(kept), _length(found.rates[1:])
+        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept)) / (size or 1.0)
+        return along - TURNED * speed * (speed / size if speed < size else 1.0)
 
     def rows(self, z: Vector, which: Sequence[int], found: Sequence[Meeting], surface: MarkerMotion) -> list[Rows]:
         """Return the constraints of each of some probes that touch: its normal, and what sticks."""

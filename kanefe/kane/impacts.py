@@ -46,9 +46,6 @@ CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
 """Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
 they are taken together: what bounces is at rest."""
 
-TURNS = 30
-"""Rounds of the iteration for the direction in which a slip begins."""
-
 Key = tuple[int, int]
 """Number of a contact among the rigid ones, and of a probe in it."""
 
@@ -152,6 +149,9 @@ class _Event:
         fallen = float(np.abs(b).max()) * MOMENT * self.span
         sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
+        if self.kind == STICK:  # a slip that ends, or turns, slower than what the run resolves, begins anew or is over
+            ended = [key in self.concerned for key in self.keys]
+            self.rest = np.where(ended, np.maximum(self.rest, self.unresolved), self.rest)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
@@ -336,26 +336,24 @@ class _Event:
         return {}
 
     def _followed(self, problem: Cones, begins: set[int], active: list[int]) -> Vector:
-        """Return the forces, with the directions in which slips begin those of the accelerations that they lead to."""
-        found = np.zeros(len(problem.b))
-        for _ in range(TURNS):
-            self._check_paradox(problem, active)
-            x = solved(problem)
-            if x is None:
-                raise paradox(*self._named(active[0]), self.t)
-            found = x
-            y = problem.G @ x + problem.b
-            turned = 0.0
-            for at in begins:
-                along = y[3 * at + 1 : 3 * at + 3]
-                size = float(np.linalg.norm(along))
-                if size <= 1e-6 * float(np.abs(problem.b).max()) or along @ problem.slips[at] <= 0.0:
-                    continue
-                turned = max(turned, float(np.abs(along / size - problem.slips[at]).max()))
-                problem.slips[at] = along / size
-            if turned < 1e-12:
-                break
-        return found
+        """Return the forces, with slips that begin against the friction of what is free to choose its direction.
+
+        That is known also where it is all but balanced, and accelerations are the difference of large numbers.
+        """
+        if begins:
+            slips = problem.slips.copy()
+            slips[list(begins)] = np.nan
+            free = solved(problem._replace(slips=slips))
+            for at in begins if free is not None else ():
+                friction = free[3 * at + 1 : 3 * at + 3]
+                size = float(np.linalg.norm(friction))
+                if size > 0.0:
+                    problem.slips[at] = -friction / size
+        self._check_paradox(problem, active)
+        x = solved(problem)
+        if x is None:
+            raise paradox(*self._named(active[0]), self.t)
+        return x
 
     def _check_paradox(self, problem: Cones, active: list[int]) -> None:
         for at, slip in enumerate(problem.slips):
