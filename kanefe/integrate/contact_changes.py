@@ -13,7 +13,6 @@ from kanefe.frames import Vector
 from kanefe.integrate.events import Event, MarginEvent
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -23,8 +22,9 @@ TOLD = "touch", "lift", "slip", "stick", "rest"
 """What a result tells of a rigid contact, after its name."""
 
 UNRESOLVED = 10.0
-"""Times rtol, of the scene's length in a second: speeds of slips whose direction is not followed. Friction turns a slow
-slip the faster the slower it is; below what a step may miss its direction would be the noise of the steps."""
+"""Times rtol, of the scene's length in a second and of the speeds by which a slip is made up: speeds of slips whose
+direction is not followed. Friction turns a slow slip the faster the slower it is; below what a step may miss its
+direction would be the noise of the steps."""
 
 FAR = 1.0
 """Value of a function that looks at nothing."""
@@ -41,7 +41,7 @@ class ContactChange(MarginEvent):
     span, stop : float
         Length and end of the run, s.
     unresolved : float
-        Speed that it does not resolve, m/s.
+        Share of speeds that it does not resolve.
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
     """
@@ -93,7 +93,6 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
         return ()
     from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
 
-    unresolved = UNRESOLVED * rtol * scene_length(model)
     return tuple(
         ContactChange(
             f"a rigid contact: {kind}",
@@ -103,7 +102,7 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
             kind=kind,
             span=stop - start,
             stop=stop,
-            unresolved=unresolved,
+            unresolved=UNRESOLVED * rtol,
         )
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )

@@ -88,7 +88,8 @@ def resolved(
     stop : float
         End of the run, s, beyond which motions may not be known.
     unresolved : float
-        Speed that the run does not resolve, m/s: below it a slip keeps the direction in which it begins.
+        Share of speeds, or of the scene's length in a second, that the run does not resolve: a slip that is slower is
+        drawn to the direction in which it begins.
 
     Raises
     ------
@@ -149,9 +150,10 @@ class _Event:
         fallen = float(np.abs(b).max()) * MOMENT * self.span
         sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
+        self.slow = self.unresolved * np.maximum(sizes, scene_length(self.model))
         if self.kind == STICK:  # a slip that ends, or turns, slower than what the run resolves, begins anew or is over
             ended = [key in self.concerned for key in self.keys]
-            self.rest = np.where(ended, np.maximum(self.rest, self.unresolved), self.rest)
+            self.rest = np.where(ended, np.maximum(self.rest, self.slow), self.rest)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
@@ -234,7 +236,7 @@ class _Event:
             contact, met = self._contact(key), self.met[key]
             along = np.zeros(3)
             if statuses[k] == SLIPS:
-                speed = max(AT_REST, self.unresolved if self._is_at_rest(k, rates) else 0.0)
+                speed = max(AT_REST, self.slow[k] if self._is_at_rest(k, rates) else 0.0)
                 along = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]]
             if statuses[k] == STICKS:
                 was = self.before[key] == STICKS
