@@ -248,6 +248,8 @@ class RunLoop:
                     y = sampler.sampled(stepper.t, stepper.state())
                 stepper.aim(sampler.next)
                 stepper.go_on_with(stepper.t, y)
+                if self._watch:
+                    self._watch.renew(stepper.t, y)
                 if self.stored and self._times[self.stored - 1] == stepper.t:
                     self.states[self.stored - 1] = y
                     self._store_accelerations(self.stored - 1, self.stored)
@@ -302,6 +304,8 @@ class RunLoop:
                 return RunStatus.of_error(acting, refusal)
             for name, t in taken(happened):
                 watch.times[name].append(t)
+            if self._sampler is not None and acting == self._stepper.t_old and acting == self._times[self.stored - 1]:
+                self.states[self.stored - 1] = y  # what drives that jump let go at once is not told as held
             self._stepper.restart(acting, y)
             watch.begin(acting, y, happened)
             self._pace.mark(acting)
