@@ -46,6 +46,9 @@ CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
 """Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
 they are taken together: what bounces is at rest."""
 
+NOISE = 0.1
+"""Of the speeds that a run does not resolve: slips are at rest that come to their end as slowly."""
+
 Key = tuple[int, int]
 """Number of a contact among the rigid ones, and of a probe in it."""
 
@@ -151,9 +154,9 @@ class _Event:
         sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
         self.slow = self.unresolved * np.maximum(sizes, scene_length(self.model))
-        if self.kind == STICK:  # a slip that ends, or turns, slower than what the run resolves, begins anew or is over
+        if self.kind == STICK:  # a slip that ends, or turns, within the noise of the run, begins anew or is over
             ended = [key in self.concerned for key in self.keys]
-            self.rest = np.where(ended, np.maximum(self.rest, self.slow), self.rest)
+            self.rest = np.where(ended, np.maximum(self.rest, NOISE * self.slow), self.rest)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
@@ -236,7 +239,8 @@ class _Event:
             contact, met = self._contact(key), self.met[key]
             along = np.zeros(3)
             if statuses[k] == SLIPS:
-                speed = max(AT_REST, self.slow[k] if self._is_at_rest(k, rates) else 0.0)
+                is_slow = float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= self.slow[k]
+                speed = max(AT_REST, self.slow[k] if is_slow else 0.0)
                 along = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]]
             if statuses[k] == STICKS:
                 was = self.before[key] == STICKS
