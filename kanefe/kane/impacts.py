@@ -154,9 +154,6 @@ class _Event:
         sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
         self.slow = self.unresolved * np.maximum(sizes, scene_length(self.model))
-        if self.kind == STICK:  # a slip that ends, or turns, within the noise of the run, begins anew or is over
-            ended = [key in self.concerned for key in self.keys]
-            self.rest = np.where(ended, np.maximum(self.rest, NOISE * self.slow), self.rest)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
@@ -168,9 +165,29 @@ class _Event:
         closed = rates[::3] <= still
         if self.kind == LIFT:
             closed &= [key not in self.concerned for key in self.keys]
-        self._decide(J, G, rates, closed)
+        if self.kind != STICK or not self._begins_anew(J, G, rates, closed.copy()):
+            self._decide(J, G, rates, closed)
         self._tell()
         return Changed(self.u, self.z, self.happened)
+
+    def _begins_anew(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> bool:
+        """Decide of slips that turn slower than what the run resolves as if they were at rest; tell whether that holds.
+
+        It does if they slip on, as those that begin do, or if they are within the noise of the run. Others, which come
+        to their end, go on up to there.
+        """
+        u, z, rest, happened = self.u, self.z.copy(), self.rest, self.happened.copy()
+        ended = np.array([key in self.concerned for key in self.keys])
+        self.rest = np.where(ended, np.maximum(rest, self.slow), rest)
+        slow = [int(k) for k in np.flatnonzero(ended) if self._is_at_rest(int(k), rates)]
+        self._decide(J, G, rates, closed)
+        for k in slow:
+            key = self.keys[k]
+            is_faint = float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= NOISE * self.slow[k]
+            if not is_faint and self._contact(key).status(self._own(key))[key[1]] == STICKS:
+                self.u, self.z, self.rest, self.happened = u, z, rest, happened
+                return False
+        return True
 
     def _problem(self, state: State) -> tuple[Matrix, Matrix, Vector]:
         """Return the partial rates of all probes that take part, what unit forces do, and what happens without any."""
