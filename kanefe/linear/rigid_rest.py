@@ -238,12 +238,15 @@ class _Rest:
             if together > most:
                 told.append(f"{name} would slip: its friction is asked for {together:.4g} N and holds {most:.4g} N")
             elif each > most:
-                told.append(f"{name} would turn: friction of its probes is asked for {each:.4g} N and holds {most:.4g} N")
+                told.append(
+                    f"{name} would turn: friction of its probes is asked for {each:.4g} N and holds {most:.4g} N"
+                )
         if not told:  # each has friction enough, but no share of the forces is within that of all
             names = ", ".join(dict.fromkeys(map(self._name, keys)))
             told.append(f"{names} would slip: no share of the forces is within the friction of each probe")
         return NoRest(
-            f"the scene has no balance: {'; '.join(told)}. Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
+            f"the scene has no balance: {'; '.join(told)}. "
+            "Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )
 
     def _name(self, key: Key) -> str:
