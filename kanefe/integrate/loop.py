@@ -12,7 +12,7 @@ from kanefe.equations.forces_at import seen
 from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning
 from kanefe.frames import Vector
 from kanefe.integrate.clock import CONTROLLERS, Clock
-from kanefe.integrate.contact_changes import taken
+from kanefe.integrate.contact_changes import begun, taken
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
@@ -85,6 +85,9 @@ class RunLoop:
         sampler: Sampler | None = None,
     ) -> None:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
+        y = stepper.state()
+        if watch and (first := begun(watch.events, stepper.t, y[:-WORKS])) is not None:
+            stepper.restart(stepper.t, np.concatenate((first, y[-WORKS:])))
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler)

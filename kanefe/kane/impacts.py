@@ -46,8 +46,10 @@ CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
 """Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
 they are taken together: what bounces is at rest."""
 
-NOISE = 0.1
-"""Of the speeds that a run does not resolve: slips are at rest that come to their end as slowly."""
+BEGINNING = 2.0 / 3.0
+"""Power of rtol: so fast, of the speeds that a scene has, a slip that begins is followed in the direction of the friction
+that would hold it. Friction would draw it there the faster the slower it is, and no step is short enough. That
+direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
 
 Key = tuple[int, int]
 """Number of a contact among the rigid ones, and of a probe in it."""
@@ -73,7 +75,7 @@ class Changed:
 
 
 def resolved(
-    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, unresolved: float = 0.0
+    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, rtol: float = 0.0
 ) -> Changed:
     """Return what follows an event of rigid contacts.
 
@@ -90,23 +92,22 @@ def resolved(
         Of the run, s; zero: only the time itself is looked at.
     stop : float
         End of the run, s, beyond which motions may not be known.
-    unresolved : float
-        Share of speeds, or of the scene's length in a second, that the run does not resolve: a slip that is slower is
-        drawn to the direction in which it begins.
+    rtol : float
+        Of the run: the share of speeds, or of the scene's length in a second, that it does not resolve.
 
     Raises
     ------
     SimulationError
         If contacts have no forces that fit (Painleve's paradox).
     """
-    return _Event(model, t, y, kind, span, stop, unresolved).changed()
+    return _Event(model, t, y, kind, span, stop, rtol).changed()
 
 
 class _Event:
     def __init__(
-        self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, unresolved: float
+        self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, rtol: float
     ) -> None:
-        self.model, self.t, self.kind, self.span, self.stop, self.unresolved = model, t, kind, span, stop, unresolved
+        self.model, self.t, self.kind, self.span, self.stop, self.rtol = model, t, kind, span, stop, rtol
         self.q, self.u, self.z = (part.copy() for part in model.parts(y))
         state = State(model, t, self.q, self.u, self.z)
         self.met = {(c, i): one for c, probes in enumerate(meetings(state)) for i, one in enumerate(probes)}
@@ -153,7 +154,11 @@ class _Event:
         fallen = float(np.abs(b).max()) * MOMENT * self.span
         sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
-        self.slow = self.unresolved * np.maximum(sizes, scene_length(self.model))
+        speeds = np.maximum(sizes, scene_length(self.model))
+        self.slow = self.rtol**BEGINNING * speeds
+        if self.kind == STICK:  # a slip that ends, or turns, within the noise of the run, begins anew or is over
+            ended = [key in self.concerned for key in self.keys]
+            self.rest = np.where(ended, np.maximum(self.rest, self.rtol * speeds), self.rest)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
@@ -165,29 +170,9 @@ class _Event:
         closed = rates[::3] <= still
         if self.kind == LIFT:
             closed &= [key not in self.concerned for key in self.keys]
-        if self.kind != STICK or not self._begins_anew(J, G, rates, closed.copy()):
-            self._decide(J, G, rates, closed)
+        self._decide(J, G, rates, closed)
         self._tell()
         return Changed(self.u, self.z, self.happened)
-
-    def _begins_anew(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> bool:
-        """Decide of slips that turn slower than what the run resolves as if they were at rest; tell whether that holds.
-
-        It does if they slip on, as those that begin do, or if they are within the noise of the run. Others, which come
-        to their end, go on up to there.
-        """
-        u, z, rest, happened = self.u, self.z.copy(), self.rest, self.happened.copy()
-        ended = np.array([key in self.concerned for key in self.keys])
-        self.rest = np.where(ended, np.maximum(rest, self.slow), rest)
-        slow = [int(k) for k in np.flatnonzero(ended) if self._is_at_rest(int(k), rates)]
-        self._decide(J, G, rates, closed)
-        for k in slow:
-            key = self.keys[k]
-            is_faint = float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= NOISE * self.slow[k]
-            if not is_faint and self._contact(key).status(self._own(key))[key[1]] == STICKS:
-                self.u, self.z, self.rest, self.happened = u, z, rest, happened
-                return False
-        return True
 
     def _problem(self, state: State) -> tuple[Matrix, Matrix, Vector]:
         """Return the partial rates of all probes that take part, what unit forces do, and what happens without any."""
@@ -240,7 +225,7 @@ class _Event:
         """
         while True:
             rates = self._stopped(J, G, rates, closed)
-            y, statuses, kept = self._forces(J, rates, closed)
+            y, statuses, kept, turning = self._forces(J, rates, closed)
             resting = [
                 k
                 for k, key in enumerate(self.keys)
@@ -254,15 +239,14 @@ class _Event:
                 self.happened.append((f"{self._contact(self.keys[k]).name} rest", self.t + left))
         for k, key in enumerate(self.keys):
             contact, met = self._contact(key), self.met[key]
-            along = np.zeros(3)
+            along = rate = np.zeros(3)
             if statuses[k] == SLIPS:
-                is_slow = float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= self.slow[k]
-                speed = max(AT_REST, self.slow[k] if is_slow else 0.0)
-                along = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]]
+                speed = max(AT_REST, self.slow[k] if self._is_at_rest(k, rates) else 0.0)
+                along, rate = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]], speed * turning[k]
             if statuses[k] == STICKS:
                 was = self.before[key] == STICKS
                 along = contact.kept(self._own(key), key[1]) if was else met.place
-            contact.with_status(self._own(key), key[1], statuses[k], along)
+            contact.with_status(self._own(key), key[1], statuses[k], along, rate)
 
     def _is_at_rest(self, k: int, rates: Vector) -> bool:
         """Tell whether a probe does not slip but for round-off: what it does next its acceleration decides."""
@@ -293,8 +277,8 @@ class _Event:
         flight = 2.0 * rate / -acceleration
         return flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
 
-    def _forces(self, J: Matrix, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix]:
-        """Return accelerations, and what each probe does with the direction of its slip.
+    def _forces(self, J: Matrix, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix, Matrix]:
+        """Return accelerations, and what each probe does with the direction of its slip and the rate of that.
 
         What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction,
         those a moment later. Each round lets a probe more slip, and none stick again, so that they end.
@@ -325,7 +309,7 @@ class _Event:
             begins |= set(new)
         forces = np.zeros(3 * k)
         forces[rows] = x
-        statuses, kept = [OPEN] * k, np.zeros((k, 2))
+        statuses, kept, turning = [OPEN] * k, np.zeros((k, 2)), self._turning(problem, x, J, rows, begins, active)
         biggest = float(np.abs(x).max(initial=0.0))
         for at, i in enumerate(active):
             if x[3 * at] <= ROUND_OFF_OF_FORCES * biggest:
@@ -334,7 +318,7 @@ class _Event:
             statuses[i] = SLIPS if is_slip else STICKS
             if is_slip:
                 kept[i] = problem.slips[at]
-        return b + G @ forces, statuses, kept
+        return b + G @ forces, statuses, kept, turning
 
     def _slipping_soon(
         self, problem: Cones, x: Vector, J: Matrix, rows: list[int], active: list[int]
@@ -343,13 +327,8 @@ class _Event:
         full = _at_limit(problem, x)
         if not full:
             return {}
-        free = self._without(self.u)
-        du = accelerations(free) + answers(free, (J[rows].T @ x)[:, None])[:, 0]
         for share in AHEAD if self.span > 0.0 else ():
-            h = min(share * self.span, self.stop - self.t)
-            q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))
-            _, G, b = self._problem(State(self.model, self.t + h, q, self.u + h * du, free.z))
-            later = problem._replace(G=G[np.ix_(rows, rows)], b=b[rows])
+            _, later = self._ahead(share, problem, x, J, rows)
             found = solved(later, x)
             if found is None:
                 continue
@@ -357,6 +336,35 @@ class _Event:
             if new or not full & _at_limit(later, found):
                 return new
         return {}
+
+    def _ahead(self, share: float, problem: Cones, x: Vector, J: Matrix, rows: list[int]) -> tuple[State, Cones]:
+        """Return the state a share of the span later, and what is asked of the forces there."""
+        free, h = self._without(self.u), min(share * self.span, self.stop - self.t)
+        du = accelerations(free) + answers(free, (J[rows].T @ x)[:, None])[:, 0]
+        q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))
+        later = State(self.model, self.t + h, q, self.u + h * du, free.z)
+        _, G, b = self._problem(later)
+        return later, problem._replace(G=G[np.ix_(rows, rows)], b=b[rows])
+
+    def _turning(
+        self, problem: Cones, x: Vector, J: Matrix, rows: list[int], begins: set[int], active: list[int]
+    ) -> Matrix:
+        """Return the rates of the directions of slips that begin, in the axes of the surfaces, 1/s."""
+        turning = np.zeros((len(self.keys), 3))
+        if not begins or min(self.span, self.stop - self.t) <= 0.0:
+            return turning
+        state, later = self._ahead(AHEAD[-1], problem, x, J, rows)
+        slips = problem.slips.copy()
+        slips[list(begins)] = np.nan
+        found = solved(later._replace(slips=slips), x)
+        for at in begins if found is not None else ():
+            (c, i), friction = self.keys[active[at]], found[3 * at + 1 : 3 * at + 3]
+            if size := float(np.linalg.norm(friction)):
+                before = problem.slips[at] @ self.met[c, i].axes[1:] @ self._surfaces[c]
+                A = state.marker(self._contact((c, i)).ends[0]).A_NF
+                after = -friction / size @ meetings(state)[c][i].axes[1:] @ A
+                turning[active[at]] = (after - before) / (state.t - self.t)
+        return turning
 
     def _followed(self, problem: Cones, begins: set[int], active: list[int]) -> Vector:
         """Return the forces, with slips that begin against the friction of what is free to choose its direction.

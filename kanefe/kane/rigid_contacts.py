@@ -111,6 +111,7 @@ def contact_rates(state: State, rates: Vector) -> None:
         slip = force.met.axes[1:].T @ force.met.rates[1:]
         rates[where.start] += share * float(np.linalg.norm(slip))
         rates[where.start + 1] -= float(force.friction @ slip)
+        contact.turn(state.z[where], force.probe, rates[where])
 
 
 def told(state: State, number: int) -> Vector:
