@@ -35,8 +35,9 @@ def shaken(skin: bool = False) -> kf.System:
     return scene
 
 
-# 8: in one direction, four slips and three sticks; 3: in two directions, inclined, at rtol 1e-7
-@pytest.mark.parametrize("seed", [8, 3])
+# 8: in one direction, four slips and three sticks; 1027: in two directions, inclined, at rtol 1e-7. It begins to slip by
+# 1.015 mu N, and the noise of its first step once took 1.2e-6 m
+@pytest.mark.parametrize("seed", [8, 1027])
 def test_random_blocks_are_where_the_exact_solution_is(seed):
     block = random_block(seed)
     found = compared(block)
@@ -46,7 +47,7 @@ def test_random_blocks_are_where_the_exact_solution_is(seed):
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize("seed", range(100))
+@pytest.mark.parametrize("seed", [*range(100), 1013])  # 41, 1013: noise along slips that begin was taken for sticks
 def test_a_hundred_random_blocks(seed):
     test_random_blocks_are_where_the_exact_solution_is(seed)
 
