@@ -23,9 +23,10 @@ if TYPE_CHECKING:
     from kanefe.contact.rigid import Rigid
     from kanefe.contact.shape import Probe, SurfaceShape
 
-TOLD, EACH = 2, 4
-"""Internal states of a contact: the path slid and the work of friction; then of each probe its status, and where on the
-surface it sticks, or in which direction along it it slips, as long as the speed (m/s) up to which that is kept."""
+TOLD, EACH = 2, 7
+"""Internal states of a contact: the path slid and the work of friction; then of each probe its status; where on the
+surface it sticks, or in which direction along it it slips, as long as the speed (m/s) up to which that is kept; and the
+rate of the latter."""
 
 TOO_DEEP = 1e-6
 """Depth at the start that is refused, m: less is closed as a loop is."""
@@ -35,6 +36,12 @@ NORMAL = 0
 AT_REST, STRAIGHT = 1e-9, 1e-7
 """Speed (m/s) and share of it across the direction that was kept, below which that direction is taken. Friction turns a
 slow slip into its own direction at a rate that grows without bound as it ends, and would make noise of round-off."""
+
+BEGINS = 2.0 * AT_REST
+"""What is kept of a slip that begins is longer, m/s."""
+
+BACK = 0.01
+"""Of the speed up to which the direction of a slip that begins is kept: so fast it may go back by noise of the run."""
 
 TURNED = 0.5
 """Cosine of the angle by which a slip turns until its direction is kept anew."""
@@ -153,10 +160,15 @@ class RigidContact(Load):
         at = TOLD + EACH * i + 1
         return z[at : at + 3]
 
-    def with_status(self, z: Vector, i: int, status: int, kept: Vector) -> None:
-        """Write the status of a probe, and what is kept of it, to the internal states of the contact."""
+    def with_status(self, z: Vector, i: int, status: int, kept: Vector, rate: Vector | float = 0.0) -> None:
+        """Write the status of a probe, and what is kept of it with its rate, to the internal states of the contact."""
         at = TOLD + EACH * i
-        z[at], z[at + 1 : at + 4] = status, kept
+        z[at], z[at + 1 : at + 4], z[at + 4 : at + 7] = status, kept, rate
+
+    def turn(self, z: Vector, i: int, rates: Vector) -> None:
+        """Write the rate of the direction in which a probe slips to those of the internal states of the contact."""
+        at = TOLD + EACH * i + 1
+        rates[at : at + 3] = z[at + 3 : at + 6]
 
     def has_mark(self, i: int) -> bool:
         """Whether what sticks does so at one place: points do, and balls roll."""
@@ -181,8 +193,8 @@ class RigidContact(Load):
     def slip_directions(self, found: Sequence[Meeting], kept: np.ndarray, surface: MarkerMotion) -> np.ndarray:
         """Return the directions of slips over the two directions along the surface, (slips, 2).
 
-        Past the end of a slip, where it would turn round, that of before: it stays smooth up to there and a little
-        beyond, where the run looks for that end.
+        That of a slip that begins is kept. Past the end of a slip, where it would turn round, it is that of before: it
+        stays smooth up to there and a little beyond, where the run looks for it.
         """
         rates = np.array([one.rates[1:] for one in found])
         before = turned(np.array([one.axes[1:] for one in found]), turned(surface.A, kept))
@@ -190,14 +202,18 @@ class RigidContact(Load):
         before = np.divide(before, sizes[:, None], out=np.zeros_like(before), where=sizes[:, None] > 0.0)
         along = (rates * before).sum(axis=1)
         across = _lengths(rates - along[:, None] * before)
-        keeps = (sizes == 0.0) | (speeds <= sizes) | (across <= STRAIGHT * speeds)
-        turns = np.copysign(1.0, along) / np.where(keeps, 1.0, speeds)
-        return np.where(keeps[:, None], before, turns[:, None] * rates)
+        keeps = (sizes == 0.0) | (sizes > BEGINS) | (across <= STRAIGHT * speeds)
+        own = np.copysign(1.0, along)[:, None] * rates / np.where(keeps, 1.0, speeds)[:, None]
+        return np.where(keeps[:, None], before, own)
 
     def left_of_slip(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> float:
-        """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s."""
-        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept)) / (_length(kept) or 1.0)
-        return along - TURNED * _length(found.rates[1:])
+        """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s.
+
+        Of one that begins it is zero where it has the speed from which on it has its own direction, or goes back.
+        """
+        size, speed = _length(kept), _length(found.rates[1:])
+        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept)) / (size or 1.0)
+        return min(along + BACK * size, size - speed) if size > BEGINS else along - TURNED * speed
 
     def rows(self, z: Vector, which: Sequence[int], found: Sequence[Meeting], surface: MarkerMotion) -> list[Rows]:
         """Return the constraints of each of some probes that touch: its normal, and what sticks."""

@@ -13,7 +13,6 @@ from kanefe.frames import Vector
 from kanefe.integrate.events import Event, MarginEvent
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -21,10 +20,6 @@ if TYPE_CHECKING:
 
 TOLD = "touch", "lift", "slip", "stick", "rest"
 """What a result tells of a rigid contact, after its name."""
-
-UNRESOLVED = 10.0
-"""Times rtol, of the scene's length in a second: speeds of slips whose direction is not followed. Friction turns a slow
-slip the faster the slower it is; below what a step may miss its direction would be the noise of the steps."""
 
 FAR = 1.0
 """Value of a function that looks at nothing."""
@@ -40,8 +35,8 @@ class ContactChange(MarginEvent):
     kind : str
     span, stop : float
         Length and end of the run, s.
-    unresolved : float
-        Speed that it does not resolve, m/s.
+    rtol : float
+        Of the run.
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
     """
@@ -50,7 +45,7 @@ class ContactChange(MarginEvent):
     kind: str = field(kw_only=True)
     span: float = field(kw_only=True)
     stop: float = field(kw_only=True)
-    unresolved: float = field(kw_only=True)
+    rtol: float = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
 
     @property
@@ -68,7 +63,7 @@ class ContactChange(MarginEvent):
         """Return the state after what happens."""
         from kanefe.kane.impacts import resolved
 
-        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.unresolved)
+        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol)
         self.happened.extend(found.happened)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
@@ -93,7 +88,6 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
         return ()
     from kanefe.kane.impacts import LIFT, SLIP, STICK, TOUCH
 
-    unresolved = UNRESOLVED * rtol * scene_length(model)
     return tuple(
         ContactChange(
             f"a rigid contact: {kind}",
@@ -103,10 +97,21 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
             kind=kind,
             span=stop - start,
             stop=stop,
-            unresolved=unresolved,
+            rtol=rtol,
         )
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )
+
+
+def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
+    """Return the state (q, u, z) of which a run begins, with the directions of slips that begin; None without."""
+    from kanefe.kane.impacts import START, resolved
+
+    for one in events:
+        if isinstance(one, ContactChange):
+            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol)
+            return np.concatenate((y[: one.model.coordinate_count], found.u, found.z))
+    return None
 
 
 def told_of_contacts(model: ModelData, method: str) -> tuple[Event, ...]:

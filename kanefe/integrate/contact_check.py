@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.contact_changes import STEPS_OVER
 from kanefe.integrate.status import UNFIT, RunStatus
+from kanefe.integrate.stepper import StepFailure
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
+
+if TYPE_CHECKING:
+    from kanefe.kane.time_stepping import Stepped
+    from kanefe.order_n.crowd import CrowdSteps
 
 BEYOND = 1e-6
 """Share of what friction holds, of the largest normal force and of the scene's length: what is broken by more is an
@@ -16,6 +23,11 @@ error of the run."""
 
 SHARE = 0.05
 """Of the evaluations of a run: output times that are checked. The run itself watches the same margins in each step."""
+
+DOUBLY = 2.0
+"""Of what steps over impacts err by to first order: gaps that are entered by more are an error."""
+
+REMEDY_OF_STEPS = "a smaller step, or contacts that yield, kanefe.HuntCrossley(...)"
 
 REMEDY = "a smaller rtol, or contacts that yield, kanefe.HuntCrossley(...)"
 
@@ -46,6 +58,57 @@ def of_contacts(
         if broken:
             return RunStatus("failed", float(times[i]), broken, REMEDY)
     return None
+
+
+class StepsChecked:
+    """The same of steps over impacts: impulses within the cones of friction, and gaps within the error of the steps.
+
+    A step enters a surface that it has not met before by its way, and leaves one that is curved by half a second
+    difference; from then on contacts hold speeds alone.
+
+    Parameters
+    ----------
+    model : ModelData
+    """
+
+    def __init__(self, model: ModelData) -> None:
+        self._model, self._least = model, BEYOND * scene_length(model)
+        self._approach = self._bend = 0.0
+
+    def check(self, found: Stepped) -> None:
+        """Raise a StepFailure if a step breaks a law of a contact."""
+        self._approach, self._bend = max(self._approach, found.approach), self._bend + found.bend
+        if not found.closed:
+            return
+        pushes = found.impulses.reshape(-1, 3)
+        largest = float(np.abs(pushes[:, 0]).max())
+        for (number, _), push in zip(found.closed, pushes, strict=True):
+            contact = self._model.rigid_contact(number)
+            asked, held = float(np.hypot(push[1], push[2])), contact.static * float(push[0])
+            if push[0] < -BEYOND * largest:
+                raise StepFailure(f"{contact.title} pulls with an impulse of {-push[0]:.4g} N s", REMEDY_OF_STEPS)
+            if asked > held + BEYOND * contact.static * largest:
+                raise StepFailure(
+                    f"the impulse of friction of {contact.title} is {asked:.6g} N s, more than mu N = {held:.6g} N s",
+                    REMEDY_OF_STEPS,
+                )
+        if found.deepest > self._least + DOUBLY * (self._approach + self._bend):
+            names = ", ".join(sorted({self._model.rigid_contact(number).title for number, _ in found.closed}))
+            raise StepFailure(f"{names}: entered by {found.deepest:.3g} m, more than steps err by", REMEDY_OF_STEPS)
+
+    def check_crowd(self, crowd: CrowdSteps) -> None:
+        """Raise a StepFailure if impulses among many are none that contacts can have, or one ball is within another."""
+        title, mu = f"contacts {self._model.crowd.name!r}" if self._model.crowd else "", crowd.friction
+        pushes = crowd.impulses
+        largest = float(np.abs(pushes).max(initial=0.0))
+        beyond = np.hypot(pushes[:, 1], pushes[:, 2]) - mu * pushes[:, 0]
+        for worst, what in ((-pushes[:, 0], "pull by"), (beyond, "have friction beyond mu N by")):
+            if (most := float(worst.max(initial=0.0))) > BEYOND * largest:
+                raise StepFailure(f"impulses of {title} {what} {most:.4g} N s", REMEDY_OF_STEPS)
+        if crowd.deepest > crowd.smallest:
+            raise StepFailure(
+                f"{title}: entered by {crowd.deepest:.3g} m, more than the radius of the smallest ball", REMEDY_OF_STEPS
+            )
 
 
 def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:

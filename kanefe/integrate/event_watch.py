@@ -101,6 +101,15 @@ class EventWatch:
             elif event not in happened or abs(self._values[i]) > self._noise[i]:
                 self._noise[i] = 0.0
 
+    def renew(self, t: float, y: np.ndarray) -> None:
+        """Take in that forces jump where the run stands: margins that must not be below zero are looked at anew."""
+        if not self._is_bound.any():
+            return
+        state = seen(self._model, t, y)
+        for i, event in enumerate(self.events):
+            if isinstance(event, MarginEvent):
+                self._values[i], self._noise[i] = event.value(t, state), event.blur(t, state)
+
     @property
     def _is_at_zero(self) -> bool:
         """Whether a function is at a zero, so that its sign is not known."""

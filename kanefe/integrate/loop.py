@@ -12,7 +12,7 @@ from kanefe.equations.forces_at import seen
 from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.clock import CONTROLLERS, Clock
-from kanefe.integrate.contact_changes import taken
+from kanefe.integrate.contact_changes import begun, taken
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
@@ -88,6 +88,9 @@ class RunLoop:
         poles: Poles | None = None,
     ) -> None:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
+        y = stepper.state()
+        if watch and (first := begun(watch.events, stepper.t, y[:-WORKS])) is not None:
+            stepper.restart(stepper.t, np.concatenate((first, y[-WORKS:])))
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler, poles)
@@ -252,6 +255,8 @@ class RunLoop:
                 stepper.aim(sampler.next)
                 stepper.go_on_with(stepper.t, y)
                 self._pace.check_drives()
+                if self._watch:
+                    self._watch.renew(stepper.t, y)
                 if self.stored and self._times[self.stored - 1] == stepper.t:
                     self.states[self.stored - 1] = y
                     self._store_accelerations(self.stored - 1, self.stored)
@@ -306,6 +311,8 @@ class RunLoop:
                 return RunStatus.of_error(acting, refusal)
             for name, t in taken(happened):
                 watch.times[name].append(t)
+            if self._sampler is not None and acting == self._stepper.t_old and acting == self._times[self.stored - 1]:
+                self.states[self.stored - 1] = y  # what drives that jump let go at once is not told as held
             self._stepper.restart(acting, y)
             watch.begin(acting, y, happened)
             self._pace.mark(acting)

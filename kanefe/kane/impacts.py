@@ -12,14 +12,13 @@ import numpy as np
 
 from kanefe.contact.cone import Cones, solved
 from kanefe.contact.rigid import POISSON
-from kanefe.contact.rigid_contact import AT_REST, EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
+from kanefe.contact.rigid_contact import AT_REST, OPEN, SLIPS, STICKS
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations
-from kanefe.kane.constraints import meetings
 from kanefe.kane.impulses import answers
-from kanefe.kane.rigid_contacts import ROUND_OFF_OF_FORCES, STOPPED, margins, paradox, probe_jacobian, rest_speed
+from kanefe.kane.rigid_contacts import STOPPED, margins, rest_speed
 from kanefe.kane.state import State
+from kanefe.kane.stick_or_slip import Key, StickOrSlip
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 
@@ -35,22 +34,14 @@ STILL = 1e-10
 MOMENT = 1e-11
 """Of the span: what is slower than something that falls for so long does not move either."""
 
-HOLDS = 1.0 - ROUND_OFF_OF_FORCES
-"""Of what friction holds: from there on the accelerations a moment later tell whether it goes on to hold."""
-
-AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
-"""Of the span: moments after an event at which the accelerations are looked at where those at the event are in balance
-with the limit of friction. The first that is past round-off decides."""
-
 CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
 """Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
 they are taken together: what bounces is at rest."""
 
-TURNS = 30
-"""Rounds of the iteration for the direction in which a slip begins."""
-
-Key = tuple[int, int]
-"""Number of a contact among the rigid ones, and of a probe in it."""
+BEGINNING = 2.0 / 3.0
+"""Power of rtol: so fast, of the speeds that a scene has, a slip that begins is followed in the direction of the
+friction that would hold it. Friction would draw it there the faster the slower it is, and no step is short enough. That
+direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
 
 
 @dataclass
@@ -73,7 +64,7 @@ class Changed:
 
 
 def resolved(
-    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, unresolved: float = 0.0
+    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, rtol: float = 0.0
 ) -> Changed:
     """Return what follows an event of rigid contacts.
 
@@ -90,41 +81,30 @@ def resolved(
         Of the run, s; zero: only the time itself is looked at.
     stop : float
         End of the run, s, beyond which motions may not be known.
-    unresolved : float
-        Speed that the run does not resolve, m/s: below it a slip keeps the direction in which it begins.
+    rtol : float
+        Of the run: the share of speeds, or of the scene's length in a second, that it does not resolve.
 
     Raises
     ------
     SimulationError
         If contacts have no forces that fit (Painleve's paradox).
     """
-    return _Event(model, t, y, kind, span, stop, unresolved).changed()
+    return _Event(model, t, y, kind, span, stop, rtol).changed()
 
 
-class _Event:
-    def __init__(
-        self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, unresolved: float
-    ) -> None:
-        self.model, self.t, self.kind, self.span, self.stop, self.unresolved = model, t, kind, span, stop, unresolved
-        self.q, self.u, self.z = (part.copy() for part in model.parts(y))
-        state = State(model, t, self.q, self.u, self.z)
-        self.met = {(c, i): one for c, probes in enumerate(meetings(state)) for i, one in enumerate(probes)}
+class _Event(StickOrSlip):
+    def __init__(self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, rtol: float) -> None:
+        super().__init__(model, t, y, span, stop)
+        self.kind, self.rtol = kind, rtol
         self.before = {key: self._contact(key).status(self._own(key))[key[1]] for key in self.met}
-        self.concerned = self._past(state)
+        self.concerned = self._past(self.state)
         near = NEAR * scene_length(model)
         self.keys = [
             key
             for key, one in self.met.items()
             if self.before[key] != OPEN or one.gap <= near or (kind == TOUCH and key in self.concerned)
         ]
-        self._surfaces = {c: state.marker(self._contact((c, 0)).ends[0]).A_NF for c in {key[0] for key in self.keys}}
         self.happened: list[tuple[str, float]] = []
-
-    def _contact(self, key: Key) -> RigidContact:
-        return self.model.rigid_contact(key[0])
-
-    def _own(self, key: Key) -> Vector:
-        return self.z[self.model.load_states[self.model.rigid_contacts[key[0]]]]
 
     def _past(self, state: State) -> set[Key]:
         """Return the probes that the event is of."""
@@ -152,6 +132,11 @@ class _Event:
         fallen = float(np.abs(b).max()) * MOMENT * self.span
         sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
+        speeds = np.maximum(sizes, scene_length(self.model))
+        self.slow = self.rtol**BEGINNING * speeds
+        if self.kind == STICK:  # a slip that ends, or turns, within the noise of the run, begins anew or is over
+            ended = [key in self.concerned for key in self.keys]
+            self.rest = np.where(ended, np.maximum(self.rest, self.rtol * speeds), self.rest)
         rates = np.concatenate([self.met[key].rates for key in self.keys])
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
@@ -166,22 +151,6 @@ class _Event:
         self._decide(J, G, rates, closed)
         self._tell()
         return Changed(self.u, self.z, self.happened)
-
-    def _problem(self, state: State) -> tuple[Matrix, Matrix, Vector]:
-        """Return the partial rates of all probes that take part, what unit forces do, and what happens without any."""
-        rows, n = np.vstack([probe_jacobian(state, *key) for key in self.keys]), self.model.free_count
-        met = meetings(state)
-        left = np.concatenate([met[c][i].remainder for c, i in self.keys]) + rows[:, n:] @ state.driven_rates
-        J = rows[:, :n]
-        return J, J @ answers(state, J.T), J @ accelerations(state) + left
-
-    def _without(self, u: Vector) -> State:
-        """Return the state at some speeds with all rigid contacts open."""
-        z = self.z.copy()
-        for load in self.model.rigid_contacts:
-            where = self.model.load_states[load]
-            z[where.start + TOLD : where.stop : EACH] = OPEN
-        return State(self.model, self.t, self.q, u, z)
 
     def _impulses(self, G: Matrix, rates: Vector) -> Vector:
         """Return the impulses of an impact, (3 k,)."""
@@ -218,7 +187,7 @@ class _Event:
         """
         while True:
             rates = self._stopped(J, G, rates, closed)
-            y, statuses, kept = self._forces(J, rates, closed)
+            y, statuses, kept, turning = self._forces(J, rates, closed)
             resting = [
                 k
                 for k, key in enumerate(self.keys)
@@ -232,18 +201,14 @@ class _Event:
                 self.happened.append((f"{self._contact(self.keys[k]).name} rest", self.t + left))
         for k, key in enumerate(self.keys):
             contact, met = self._contact(key), self.met[key]
-            along = np.zeros(3)
+            along = rate = np.zeros(3)
             if statuses[k] == SLIPS:
-                speed = max(AT_REST, self.unresolved if self._is_at_rest(k, rates) else 0.0)
-                along = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]]
+                speed = max(AT_REST, self.slow[k] if self._is_at_rest(k, rates) else 0.0)
+                along, rate = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]], speed * turning[k]
             if statuses[k] == STICKS:
                 was = self.before[key] == STICKS
                 along = contact.kept(self._own(key), key[1]) if was else met.place
-            contact.with_status(self._own(key), key[1], statuses[k], along)
-
-    def _is_at_rest(self, k: int, rates: Vector) -> bool:
-        """Tell whether a probe does not slip but for round-off: what it does next its acceleration decides."""
-        return float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= self.rest[k]
+            contact.with_status(self._own(key), key[1], statuses[k], along, rate)
 
     def _stopped(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> Vector:
         """Take the round-off from the speeds of what is closed, and from those of what does not slip."""
@@ -270,105 +235,6 @@ class _Event:
         flight = 2.0 * rate / -acceleration
         return flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
 
-    def _forces(self, J: Matrix, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix]:
-        """Return accelerations, and what each probe does with the direction of its slip.
-
-        What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction,
-        those a moment later. Each round lets a probe more slip, and none stick again, so that they end.
-        """
-        k, free = len(self.keys), self._without(self.u)
-        _, G, b = self._problem(free)
-        active = [int(i) for i in np.flatnonzero(closed)]
-        rows = [3 * i + j for i in active for j in range(3)]
-        slips = np.full((len(active), 2), np.nan)
-        mu = np.array([self._contact(self.keys[i]).static for i in active])
-        begins: set[int] = set()
-        for at, i in enumerate(active):
-            contact, along = self._contact(self.keys[i]), rates[3 * i + 1 : 3 * i + 3]
-            if contact.friction is None:
-                slips[at] = 0.0
-            elif not self._is_at_rest(i, rates):
-                speed = float(np.linalg.norm(along))
-                slips[at], mu[at] = along / speed, contact.friction_at(speed)
-        problem = Cones(G[np.ix_(rows, rows)], b[rows], mu, np.zeros(len(active)), slips)
-        while True:
-            x = self._followed(problem, begins, active)
-            new = _slipping(problem, x) or self._slipping_soon(problem, x, J, rows, active)
-            if not new:
-                break
-            for at, along in new.items():
-                problem.slips[at] = along
-                problem.mu[at] = self._contact(self.keys[active[at]]).friction_at(0.0)
-            begins |= set(new)
-        forces = np.zeros(3 * k)
-        forces[rows] = x
-        statuses, kept = [OPEN] * k, np.zeros((k, 2))
-        biggest = float(np.abs(x).max(initial=0.0))
-        for at, i in enumerate(active):
-            if x[3 * at] <= ROUND_OFF_OF_FORCES * biggest:
-                continue
-            is_slip = not np.isnan(problem.slips[at, 0])
-            statuses[i] = SLIPS if is_slip else STICKS
-            if is_slip:
-                kept[i] = problem.slips[at]
-        return b + G @ forces, statuses, kept
-
-    def _slipping_soon(
-        self, problem: Cones, x: Vector, J: Matrix, rows: list[int], active: list[int]
-    ) -> dict[int, Vector]:
-        """Return the directions in which begins to slip what is held by all that friction can hold."""
-        full = _at_limit(problem, x)
-        if not full:
-            return {}
-        free = self._without(self.u)
-        du = accelerations(free) + answers(free, (J[rows].T @ x)[:, None])[:, 0]
-        for share in AHEAD if self.span > 0.0 else ():
-            h = min(share * self.span, self.stop - self.t)
-            q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))
-            _, G, b = self._problem(State(self.model, self.t + h, q, self.u + h * du, free.z))
-            later = problem._replace(G=G[np.ix_(rows, rows)], b=b[rows])
-            found = solved(later, x)
-            if found is None:
-                continue
-            new = {at: along for at, along in _slipping(later, found).items() if at in full}
-            if new or not full & _at_limit(later, found):
-                return new
-        return {}
-
-    def _followed(self, problem: Cones, begins: set[int], active: list[int]) -> Vector:
-        """Return the forces, with the directions in which slips begin those of the accelerations that they lead to."""
-        found = np.zeros(len(problem.b))
-        for _ in range(TURNS):
-            self._check_paradox(problem, active)
-            x = solved(problem)
-            if x is None:
-                raise paradox(*self._named(active[0]), self.t)
-            found = x
-            y = problem.G @ x + problem.b
-            turned = 0.0
-            for at in begins:
-                along = y[3 * at + 1 : 3 * at + 3]
-                size = float(np.linalg.norm(along))
-                if size <= 1e-6 * float(np.abs(problem.b).max()) or along @ problem.slips[at] <= 0.0:
-                    continue
-                turned = max(turned, float(np.abs(along / size - problem.slips[at]).max()))
-                problem.slips[at] = along / size
-            if turned < 1e-12:
-                break
-        return found
-
-    def _check_paradox(self, problem: Cones, active: list[int]) -> None:
-        for at, slip in enumerate(problem.slips):
-            if not np.isnan(slip[0]):
-                row = problem.G[3 * at]
-                own = float(row[3 * at] - problem.mu[at] * (row[3 * at + 1 : 3 * at + 3] @ slip))
-                if own <= 1e-9 * row[3 * at]:
-                    raise paradox(*self._named(active[at]), self.t)
-
-    def _named(self, number: int) -> tuple[RigidContact, int]:
-        key = self.keys[number]
-        return self._contact(key), key[1]
-
     def _tell(self) -> None:
         """Note what the event is told as, contact by contact."""
         for c in sorted({key[0] for key in self.keys}):
@@ -392,23 +258,3 @@ class _Event:
                 self.happened.append((f"{contact.name} slip", self.t))
             if STICKS in now and not slips and (slipped or max(was) == OPEN):
                 self.happened.append((f"{contact.name} stick", self.t))
-
-
-def _at_limit(problem: Cones, x: Vector) -> set[int]:
-    """Return the contacts that stick by all that their friction can hold."""
-    biggest = float(np.abs(x).max(initial=0.0))
-    return {
-        at
-        for at in range(len(problem.mu))
-        if np.isnan(problem.slips[at, 0])
-        and x[3 * at] > ROUND_OFF_OF_FORCES * biggest
-        and np.hypot(*x[3 * at + 1 : 3 * at + 3]) >= HOLDS * problem.mu[at] * x[3 * at]
-    }
-
-
-def _slipping(problem: Cones, x: Vector) -> dict[int, Vector]:
-    """Return the directions of the accelerations of what should stick and does not, by its number."""
-    y = problem.G @ x + problem.b
-    least = ROUND_OFF_OF_FORCES * float(np.abs(problem.b).max(initial=0.0))
-    found = {at: y[3 * at + 1 : 3 * at + 3] for at in sorted(_at_limit(problem, x))}
-    return {at: along / np.linalg.norm(along) for at, along in found.items() if np.linalg.norm(along) > least}

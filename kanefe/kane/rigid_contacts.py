@@ -111,6 +111,7 @@ def contact_rates(state: State, rates: Vector) -> None:
         slip = force.met.axes[1:].T @ force.met.rates[1:]
         rates[where.start] += share * float(np.linalg.norm(slip))
         rates[where.start + 1] -= float(force.friction @ slip)
+        contact.turn(state.z[where], force.probe, rates[where])
 
 
 def told(state: State, number: int) -> Vector:
@@ -188,9 +189,14 @@ def blurs(state: State) -> Margins:
         },
         dict.fromkeys(found.normals, least),
         dict.fromkeys(found.reserves, least),
-        # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
-        {key: 1.5 * rest_speed(state, *key) for key in found.slips},
+        {(c, i): _blur_of_slip(rest_speed(state, c, i), met[c][i]) for c, i in found.slips},
     )
+
+
+def _blur_of_slip(rest: float, met: Meeting) -> float:
+    """Return how far below zero is round-off of a probe at rest; of one that slips the sign is known, m/s."""
+    # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
+    return 1.5 * rest if float(np.hypot(*met.rates[1:])) <= rest else 0.0
 
 
 def check_determined(state: State) -> None:

@@ -44,12 +44,19 @@ class Stepped(NamedTuple):
         Depth of the deepest of them at the midpoint, m.
     residual : float
         Of their complementarity, of the largest impulse.
+    closed : list of (int, int)
+        Of the contacts that were closed: the number among the rigid ones, and of the probe.
+    approach, bend : float
+        By how much a step may enter a surface that it has not met before, and one along which it goes, m.
     """
 
     y: Vector
     impulses: Vector
     deepest: float
     residual: float
+    closed: list[tuple[int, int]]
+    approach: float
+    bend: float
 
 
 def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
@@ -72,9 +79,10 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
     du = accelerations(state)
     u_after, works = u + h * du, h * _powers(state, du)
     closed = [(c, i) for c, met in enumerate(meetings(first)) for i, one in enumerate(met) if one.gap <= 0.0]
-    impulses, deepest, left = np.zeros(0), 0.0, 0.0
+    impulses, deepest, left, approach, bend = np.zeros(0), 0.0, 0.0, 0.0, 0.0
     if closed:
-        J = np.vstack([probe_jacobian(first, c, i) for c, i in closed])[:, :n]
+        rows = np.vstack([probe_jacobian(first, c, i) for c, i in closed])
+        J = rows[:, :n]
         before = np.concatenate([meetings(first)[c][i].rates for c, i in closed])
         freely = before + h * (J @ du)
         laws = [model.rigid_contact(c).law for c, _ in closed]
@@ -93,6 +101,9 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         u_after = u_after + answers(first, (J.T @ impulses)[:, None])[:, 0]
         after = freely + G @ impulses
         deepest = -min(meetings(first)[c][i].gap for c, i in closed)
+        approach = h * max(0.0, -float(before[::3].min()))
+        curved = np.array([meetings(first)[c][i].remainder[0] for c, i in closed])
+        bend = 0.5 * h * h * float(np.abs(curved + rows[::3, n:] @ first.driven_rates).max())
         largest = max(float(np.abs(impulses).max()), float(np.abs(before).max()) / float(np.diag(G).max()))
         left = residual(problem, impulses) / max(largest, 1e-300)
         _write(first, closed, impulses, before, after, h, z, works)
@@ -100,7 +111,8 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
     if model.constraints:
         q_end = project_positions(model, t + h, q_end, None, z_open)
         u_after = project_speeds(model, t + h, q_end, u_after, None, z_open)
-    return Stepped(np.concatenate((q_end, u_after, z, y[-WORKS:] + works)), impulses, deepest, left)
+    y_end = np.concatenate((q_end, u_after, z, y[-WORKS:] + works))
+    return Stepped(y_end, impulses, deepest, left, closed, approach, bend)
 
 
 def _powers(state: State, du: Vector) -> Vector:

@@ -229,22 +229,24 @@ class _Rest:
         return slipping, loose
 
     def _slips(self, keys: list[Key]) -> NoRest:
-        sums: dict[str, tuple[float, float]] = {}
+        told = []
         for name in dict.fromkeys(map(self._name, keys)):
             own = [self.asked[key] for key in keys if self._name(key) == name]
-            sums[name] = (
-                float(np.linalg.norm(np.sum([force for force, _ in own], axis=0))),
-                sum(most for _, most in own),
-            )
-        told = "; ".join(
-            f"{name} would slip: its friction is asked for {asked:.4g} N and holds {most:.4g} N"
-            for name, (asked, most) in sums.items()
-            if asked > most
-        )
+            most = sum(most for _, most in own)
+            together = float(np.linalg.norm(np.sum([force for force, _ in own], axis=0)))
+            each = sum(float(np.linalg.norm(force)) for force, _ in own)
+            if together > most:
+                told.append(f"{name} would slip: its friction is asked for {together:.4g} N and holds {most:.4g} N")
+            elif each > most:
+                told.append(
+                    f"{name} would turn: friction of its probes is asked for {each:.4g} N and holds {most:.4g} N"
+                )
         if not told:  # each has friction enough, but no share of the forces is within that of all
-            told = f"{', '.join(sums)} would slip: no share of the forces is within the friction of each probe"
+            names = ", ".join(dict.fromkeys(map(self._name, keys)))
+            told.append(f"{names} would slip: no share of the forces is within the friction of each probe")
         return NoRest(
-            f"the scene has no balance: {told}. Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
+            f"the scene has no balance: {'; '.join(told)}. "
+            "Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )
 
     def _name(self, key: Key) -> str:

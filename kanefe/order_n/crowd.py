@@ -101,6 +101,22 @@ class CrowdSteps:
         return int(self._counts[kernel.SWEEPS])
 
     @property
+    def friction(self) -> float:
+        """Its coefficient."""
+        return float(self._control[kernel.FRICTION])
+
+    @property
+    def impulses(self) -> np.ndarray:
+        """Of the last step, along the normal and in two directions along the surface, (contacts, 3), N s."""
+        return self._kept[: int(self._keys[-1])]
+
+    @property
+    def smallest(self) -> float:
+        """Radius of the smallest ball, m; infinite where points are among them, which are never within."""
+        least = float(self.balls[:, kernel.RADIUS].min())
+        return least if least > 0.0 else np.inf
+
+    @property
     def deepest(self) -> float:
         """Deepest contact so far, m."""
         return float(self._control[kernel.DEEPEST])

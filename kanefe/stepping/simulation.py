@@ -279,11 +279,20 @@ class Simulation:
         try:
             self._hold(values)
             self._status = self._loop.go_to(stop)
+            if self.model.rigid_contacts and self._status.kind != "failed":
+                self._status = self._checked_contacts() or self._status
             self._status.raise_if_failed()
         except BaseException:
             self.restore(before)
             raise
         self._has_begun, self._told_outputs = True, None
+
+    def _checked_contacts(self) -> RunStatus | None:
+        """Return the status of a step that ends with a rigid contact whose law is broken; None if none is."""
+        from kanefe.integrate.contact_check import of_contacts
+
+        rtol, at = self._choice.control.get("rtol"), np.array([self.time])
+        return of_contacts(self.model, at, self._vector()[None], self._choice.name, 0, rtol)
 
     def _told_values(self, inputs: Mapping[str, float]) -> Vector:
         """Return the values of all inputs from now on."""
@@ -313,6 +322,8 @@ class Simulation:
             course.go_on(t, acceleration)
         self._tell_courses()
         stepper.go_on_with(t, y)
+        if self._watch is not None:
+            self._watch.renew(t, y)
 
     def drive_of(self, course: Course) -> int:
         """Return the number of a driven coordinate, among all that are driven."""

@@ -11,6 +11,7 @@ import kanefe as kf
 from kanefe.checks.robustness.shaken_blocks import DEFAULT_RTOL, compared, exact, random_block
 from kanefe.contact.rigid_contact import STICKS
 from kanefe.integrate.contact_check import of_contacts
+from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.kane.rigid_contacts import probe_forces
 
 G = 9.81
@@ -34,8 +35,9 @@ def shaken(skin: bool = False) -> kf.System:
     return scene
 
 
-# 8: in one direction, four slips and three sticks; 3: in two directions, inclined, at rtol 1e-7
-@pytest.mark.parametrize("seed", [8, 3])
+# 8: in one direction, four slips and three sticks; 1027: in two directions, inclined, at rtol 1e-7. It begins to slip by
+# 1.015 mu N, and the noise of its first step once took 1.2e-6 m
+@pytest.mark.parametrize("seed", [8, 1027])
 def test_random_blocks_are_where_the_exact_solution_is(seed):
     block = random_block(seed)
     found = compared(block)
@@ -45,7 +47,7 @@ def test_random_blocks_are_where_the_exact_solution_is(seed):
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize("seed", range(100))
+@pytest.mark.parametrize("seed", [*range(100), 1013])  # 41, 1013: noise along slips that begin was taken for sticks
 def test_a_hundred_random_blocks(seed):
     test_random_blocks_are_where_the_exact_solution_is(seed)
 
@@ -120,3 +122,52 @@ def test_what_breaks_a_law_is_an_error_of_the_run():
     y = np.concatenate((model.initial_state, np.zeros(2)))
     y[2] = -1e-3
     assert "'c' is entered by 0.001 m" in of_contacts(model, np.array([0.0]), y[None], "dop853", 100, 1e-6).reason
+
+
+@pytest.mark.parametrize("is_long", [False, pytest.param(True, marks=pytest.mark.stress)])
+def test_no_method_breaks_a_law_unseen(monkeypatch, is_long):
+    """Without events a stick goes on, by up to 1.6 mu N: whatever method runs or steps the scene."""
+    monkeypatch.setattr("kanefe.integrate.run.changes_of_contacts", lambda *arguments: ())
+    told = "friction of rigid contact 'c' holds .* N, more than mu N = 4.905 N"
+    scene = shaken()
+    methods = [name for name in own_methods() if not METHODS[name].refuses(scene.freeze())]
+    assert {"dop853", "radau5", "rk4"} <= set(methods)
+    for method in methods if is_long else ("dop853", "rk4"):
+        options = {} if METHODS[method].has_error_control else {"step": 0.02}
+        with pytest.warns(kf.SimulationWarning, match=told):
+            result = scene.copy().simulate((0.0, 0.12), output_step=0.04, method=method, **options)
+        assert (result.status.kind, result.status.time) == ("failed", pytest.approx(0.08))
+    stepped = scene.start(method="dop853")
+    stepped.step(0.04)
+    with pytest.raises(kf.SimulationError, match=told):
+        stepped.step(0.04)
+
+
+def pushed() -> kf.System:
+    scene = kf.System(gravity=(0, 0, -G))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=kf.Free())
+    scene.add_contact("c", block, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+    return scene
+
+
+def test_a_force_that_jumps_between_steps_or_at_samples_lets_go_what_it_cannot_hold():
+    """At once: before, it was found in a look at the next step, 8 ms late."""
+    sim = pushed().start(inputs="force block x")
+    for push in (4.0, 10.0):
+        sim.step(0.1, {"force block x": push})
+    assert sim.events["c slip"] == pytest.approx([0.1], abs=1e-12)
+    exact = 0.5 * (10.0 - 0.5 * G) * 0.1**2
+    assert sim.state.position("block")[0] == pytest.approx(exact, rel=1e-9)
+    scene = pushed()
+    scene.add_controller(
+        "push",
+        lambda t, reads, memory: 10.0 if t > 0.09 else 4.0,
+        every=0.1,
+        reads="position block x",
+        drives="force block x",
+    )
+    result = scene.simulate((0.0, 0.2), output_step=0.1)
+    assert result.status.is_finished  # the output at 0.1 s is of what slips, too
+    assert result.events["c slip"] == pytest.approx([0.1], abs=1e-12)
+    assert result.position("block")[-1, 0] == pytest.approx(exact, rel=1e-9)

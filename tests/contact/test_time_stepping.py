@@ -7,6 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
+from kanefe.contact.cone import solved
 from kanefe.order_n import crowd
 
 G = 9.81
@@ -191,3 +192,29 @@ def test_surfaces_that_a_crowd_does_not_take_are_refused():
         scene.add_contacts(balls, normal=kf.Rigid())
     with pytest.raises(kf.ModelError, match="one coefficient"):
         scene.add_contacts(balls[:-1] * 2, normal=kf.Rigid(), friction=kf.Coulomb(0.3, static=0.4))
+
+
+@pytest.mark.parametrize(
+    ("spoiled", "message"),
+    [
+        (lambda x: np.zeros_like(x), "'c': entered by .* m, more than steps err by"),
+        (lambda x: -x, "'c' pulls with an impulse of 0.0981 N s"),
+        (lambda x: x + np.array((0.0, 0.6 * x[0], 0.0)), "impulse of friction of .* 'c' is .* more than mu N = "),
+    ],
+)
+def test_steps_that_break_a_law_are_an_error_of_the_run(monkeypatch, spoiled, message):
+    monkeypatch.setattr("kanefe.kane.time_stepping.solved", lambda problem: spoiled(solved(problem)))
+    scene = kf.System(gravity=(0, 0, -G))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    block = scene.add_rigid_body("block", 1.0, 0.01, joint=kf.Free())
+    scene.add_contact("c", block, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+    with pytest.warns(kf.SimulationWarning, match=message):
+        result = scene.simulate((0.0, 0.1), method="moreau-jean", step=0.01)
+    assert result.status.kind == "failed"
+
+
+def test_impulses_of_a_crowd_that_break_a_law_are_an_error_of_the_run(monkeypatch):
+    wrong = property(lambda self: np.array([(1.0, 0.4, 0.0)]))
+    monkeypatch.setattr(crowd.CrowdSteps, "impulses", wrong)
+    with pytest.warns(kf.SimulationWarning, match="have friction beyond mu N by 0.1 N s"):
+        boxed(3, kf.Rigid(), 0.3).simulate((0.0, 0.01), method="moreau-jean", step=1e-3)

@@ -162,6 +162,10 @@ def test_a_screw_holds_its_load_where_friction_is_above_the_tangent_of_its_lead(
         assert result.load("friction of nut")[-1, 2] == 1.0
     else:
         assert turned < -0.1
+        with pytest.raises(
+            kf.SimulationError, match=r"friction of nut is asked for .* N m and holds .* N m\. Remedy: more"
+        ):
+            kf.equilibrium(scene)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -10,6 +10,7 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe.linear.other_rest import OtherRestWarning
+from kanefe.linear.rigid_rest import _Rest
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 G = 9.81
@@ -91,6 +92,19 @@ def test_a_table_whose_weight_is_beside_two_legs_lifts_the_others():
     found = kf.equilibrium(table(LEGS, com=(0.5, 0.0, 0.0)))
     assert all(force >= 0.0 for force in found.carrying.values())
     assert sum(found.carrying.values()) == pytest.approx(2.0 * G)
+
+
+def test_what_would_slip_is_told_with_friction_that_it_has_not():
+    """Never as "asked for 6.156e-14 N and holds 18.64 N"."""
+    scene = block(0.0, mu=0.4)
+    scene.add_torque(scene.body("block"), (0, 0, 3.0))
+    # 3 N m over an arm of 0.224 m; shared in another way a little more
+    message = r"'c' would turn: friction of its probes is asked for 13\.\d+ N and holds 7\.848 N"
+    with pytest.raises(kf.SimulationError, match=message):
+        kf.equilibrium(scene)
+    rest = _Rest(scene.freeze(), 0.0, np.zeros(6), lambda model, q: (model, None, (q, q)), 1)
+    rest.asked = {(0, 0): (np.array((6.156e-14, 0, 0)), 18.64)}
+    assert "'c' would slip: no share of the forces is within the friction of each probe" in str(rest._slips([(0, 0)]))
 
 
 @pytest.mark.parametrize("start", [0.0, 0.15, -0.5])

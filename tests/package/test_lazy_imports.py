@@ -112,6 +112,7 @@ NOT_OF_TREES = (
     "kanefe.contact.",
     "kanefe.integrate.checkpoint",
     "kanefe.kane.impacts",
+    "kanefe.kane.stick_or_slip",
     "kanefe.kane.rigid_contacts",
     "kanefe.kane.time_stepping",
     "kanefe.loads.bushing",

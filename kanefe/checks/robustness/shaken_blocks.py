@@ -210,9 +210,17 @@ def _slide_across(block: Shaken, start: float) -> tuple[float, Vector]:
     gained = [float(np.linalg.norm(block.pull(start + x))) - block.held(start + x) for x in (0.0, early)]
     speed = 0.5 * (max(gained[0], 0.0) + gained[1]) * early
 
-    def rate(t: float, y: Vector) -> Vector:
-        w = y[2:]
-        return np.concatenate((w, block.pull(t) - block.held(t) * w / np.linalg.norm(w)))
+    # in numbers: a slip that ends slowly takes tens of thousands of looks
+    sx, sy = block.strokes
+    wx, wy = (2.0 * math.pi * f for f in block.frequencies)
+    px, py = block.phases
+    c, s, mu = math.cos(block.slope), math.sin(block.slope), block.mu
+
+    def rate(t: float, y: Vector) -> tuple[float, float, float, float]:
+        ax, ay = -sx * wx * wx * math.sin(wx * t + px), -sy * wy * wy * math.sin(wy * t + py)
+        u, v = float(y[2]), float(y[3])
+        drag = mu * (GRAVITY * c + ax * s) / math.hypot(u, v)
+        return u, v, GRAVITY * s - ax * c - drag * u, -ay - drag * v
 
     def left(t: float, y: Vector) -> float:
         return float(np.linalg.norm(y[2:])) - LATE

@@ -36,6 +36,7 @@ class MoreauJeanStepper(PythonStepper):
     """
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        from kanefe.integrate.contact_check import StepsChecked
         from kanefe.order_n.crowd import CrowdSteps
 
         super().__init__(name, dynamics)
@@ -43,6 +44,7 @@ class MoreauJeanStepper(PythonStepper):
         self._deepest = self._residual = 0.0
         model = dynamics.model
         self._crowd = None if model.crowd is None else CrowdSteps(model)
+        self._checked = StepsChecked(model)
         self.restart(start, dynamics.initial_state(start))
 
     def restart(self, t: float, y: Vector) -> None:
@@ -103,6 +105,7 @@ class MoreauJeanStepper(PythonStepper):
             whole = min(whole, most_steps - 1)
             if whole > 0:
                 self._y = self._crowd.go_on(self._y, self._step, whole)
+                self._checked.check_crowd(self._crowd)
                 self._t += whole * self._step
                 self._steps += whole
                 self._dynamics.evaluations += whole
@@ -117,18 +120,20 @@ class MoreauJeanStepper(PythonStepper):
         t, y = self._t, self._y
         left = self._stop - t
         h = left if left <= self._step * (1.0 + ROUND_OFF) else self._step
-        self._t_old, self._y_old = t, y
-        self._t = self._stop if h == left else t + h
-        self._steps += 1
         if self._crowd is not None:
-            self._y = self._crowd.go_on(y, h, 1)
+            after = self._crowd.go_on(y, h, 1)
             self._dynamics.evaluations += 1
+            self._checked.check_crowd(self._crowd)
             self._deepest, self._residual = self._crowd.deepest, self._crowd.residual
-            return
-        found = stepped(self._dynamics.model, t, y, h)
-        self._dynamics.evaluations += 2
-        self._y = found.y
-        self._deepest, self._residual = max(self._deepest, found.deepest), max(self._residual, found.residual)
+        else:
+            found = stepped(self._dynamics.model, t, y, h)
+            self._dynamics.evaluations += 2
+            self._checked.check(found)
+            after = found.y
+            self._deepest, self._residual = max(self._deepest, found.deepest), max(self._residual, found.residual)
+        self._t_old, self._y_old = t, y
+        self._t, self._y = self._stop if h == left else t + h, after
+        self._steps += 1
 
 
 def _serves(model: Model) -> str:
