@@ -35,8 +35,8 @@ def shaken(skin: bool = False) -> kf.System:
     return scene
 
 
-# 8: in one direction, four slips and three sticks; 1027: in two directions, inclined, at rtol 1e-7. It begins to slip by
-# 1.015 mu N, and the noise of its first step once took 1.2e-6 m
+# 8: in one direction, four slips and three sticks; 1027: in two directions, inclined, at rtol 1e-7. It begins to slip
+# by 1.015 mu N, and the noise of its first step once took 1.2e-6 m
 @pytest.mark.parametrize("seed", [8, 1027])
 def test_random_blocks_are_where_the_exact_solution_is(seed):
     block = random_block(seed)
