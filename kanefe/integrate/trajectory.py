@@ -81,6 +81,8 @@ MOST_OUTPUTS = 100_000_000
 
 def is_finite_number(value: object) -> bool:
     """Return whether an option is a finite number."""
+    if type(value) is float:  # as most are: every run asks for some
+        return math.isfinite(value)
     given = numbers(value)
     return given.shape == () and bool(np.isfinite(given))
 

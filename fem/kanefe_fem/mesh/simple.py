@@ -110,7 +110,7 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     >>> rectangle_mesh(1.0, 0.1, (10, 2)).cell_count
     20
     """
-    both = (counts, 1) if isinstance(counts, (int, np.integer)) and not isinstance(counts, bool) else counts
+    both: Any = (counts, 1) if isinstance(counts, (int, np.integer)) and not isinstance(counts, bool) else counts
     _check("rectangle_mesh", {"size": (length, height), "start": start}, {"counts": both}, signed=("start",), length=2)
     x, y = (
         first + np.linspace(0.0, size, count + 1)
