@@ -85,6 +85,8 @@ MOST_OUTPUTS = 100_000_000
 
 def is_finite_number(value: object) -> bool:
     """Return whether an option is a finite number."""
+    if type(value) is float:  # as most are: every run asks for some
+        return math.isfinite(value)
     given = numbers(value)
     return given.shape == () and bool(np.isfinite(given))
 
@@ -92,7 +94,7 @@ def is_finite_number(value: object) -> bool:
 def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Return start and end in s; a ModelError says what is wrong with them."""
     try:
-        start, stop = (float(t) for t in t_span)
+        start, stop = map(float, numbers(t_span))
     except (TypeError, ValueError) as error:
         raise ModelError(f"t_span must be two times in s, such as (0.0, 5.0), not {t_span!r}") from error
     if not (math.isfinite(start) and math.isfinite(stop) and stop > start):

@@ -93,7 +93,7 @@ def check_stiffening(level: str, model: FiniteElementModel) -> None:
     ModelError
         The level is none of "none", "inertial", "full", or the model has no geometric stiffness (or not all of it).
     """
-    if level not in get_args(StiffeningLevel):
+    if not isinstance(level, str) or level not in get_args(StiffeningLevel):
         raise ModelError(f"stiffening={level!r} is not possible. Remedy: one of 'none', 'inertial', 'full'")
     if level == "none" or model.stress_stiffness is not None:
         return

@@ -65,7 +65,9 @@ LEAST = 1.0
 def stretch(t: float, every: float, duration: float | None) -> tuple[float, float]:
     """Return start and end of what a simulation is taken to be, s; a ModelError says what is wrong with them."""
     for name, value in (("every", every), ("duration", duration)):
-        if value is not None and not (is_finite_number(value) and value > 0.0):
+        if value is None and name == "duration":
+            continue
+        if value is None or not (is_finite_number(value) and value > 0.0):
             raise ModelError(f"{name} of a simulation must be above zero, in s, not {value!r}")
     if not is_finite_number(t):
         raise ModelError(f"t of a simulation must be a finite time in s, not {t!r}")

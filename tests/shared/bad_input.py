@@ -53,7 +53,7 @@ WHOLE = rf"{NUMBER}|int\b|Target|Nodes|Frames"
 SEVERAL = rf"{ANY}|Sequence|array|Vector|Matrix|Collection|Orientation|Frames|Nodes|Iterable|Target|Mapping|Named"
 SEVERAL = rf"{SEVERAL}|Groups|Start|Axes|Units|\.\.\.\]"
 TEXT = rf"{ANY}|str|Path|Literal|Named|Nodes|Target|PlaceLike|Units|Kind|Order|Quantity"
-CALLABLE = rf"{ANY}|Callable|type|PlaceLike|Axes|Load|Quantity|Field|Function|Factorise|Law|progress"
+CALLABLE = rf"{ANY}|Callable|StressStiffness|type|PlaceLike|Axes|Load|Quantity|Field|Function|Factorise|Law|progress"
 
 
 def is_numeric(good: Any) -> bool:
@@ -233,6 +233,7 @@ SYNONYMS = {
 """Words by which messages of a function name its arguments, beside their own names."""
 
 BY_ARGUMENT = {
+    "angles": ("areas",),
     "build": ("needs a system", "function"),
     "checkpoint": ("write",),
     "constants": ("function",),
@@ -240,9 +241,11 @@ BY_ARGUMENT = {
     "dt": ("step",),
     "find": ("body",),
     "fixed": ("fixes",),
+    "generalised": ("matrix",),
     "fps": ("every",),
     "gravity": ("steep",),
     "length": ("distribution",),
+    "limit": ("output",),
     "mapping": ("file",),
     "mass": ("file",),
     "member": ("body",),

@@ -204,7 +204,7 @@ def straight_beam(
     >>> sorted(beam.groups)
     ['root', 'tip']
     """
-    if not hasattr(length, "__float__") or np.ndim(length) or not 0.0 < float(length) < np.inf:
+    if numbers(length).shape != () or not 0.0 < numbers(length) < np.inf:
         raise ModelError(f"straight_beam: length = {length!r} must be positive and finite. Remedy: give it in m")
     if not isinstance(elements, (int, np.integer)) or elements < 1:
         raise ModelError(f"straight_beam: elements = {elements!r} must be a whole number of at least 1")

@@ -250,7 +250,12 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
     >>> beam = straight_beam(1.0, Rectangle(0.05, 0.1), Material(E=210e9, nu=0.3, rho=7850.0))
     >>> heavy = attach(beam, [LumpedMass("tip", mass=3.0)])
     """
-    if not isinstance(lumped, Sequence) or not all(isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped):
+    given: Any = lumped
+    if (
+        isinstance(given, str)
+        or not isinstance(given, Sequence)
+        or not all(isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped)
+    ):
         raise ModelError(f"lumped={lumped!r}. Remedy: a list of LumpedMass(...) and LumpedSpring(...)")
     stiffness, mass = model.stiffness, model.mass
     clouds: list[_Cloud] = []

@@ -96,7 +96,7 @@ def write_page(page: Page, path: str | Path) -> Path:
         If the name does not end in .html, or the file cannot be written.
     """
     target = checked_path(path)
-    write_whole(ready_path(target), lambda file: file.write(page.html.encode("utf-8")))
+    write_whole(ready_path(target), lambda file: file.write(page.html.encode("utf-8", "xmlcharrefreplace")))
     return target
 
 
