@@ -49,7 +49,7 @@ class Points(SurfaceShape):
             positive(self.radius, "radius of points")
         if self.share is not None and positive(self.share, "share of points") > 1.0:
             raise ModelError(
-                f"share of points must be 1 at most, each a part of the whole stiffness, not {self.share!r}"
+                f"share of points is that of each of the whole stiffness, and must be 1 at most, not {self.share!r}"
             )
         object.__setattr__(self, "points", places)
 
