@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -35,28 +36,31 @@ def shaken(skin: bool = False) -> kf.System:
     return scene
 
 
-# 8: in one direction, four slips and three sticks; 1027: in two directions, inclined, at rtol 1e-7. It begins to slip
-# by 1.015 mu N, and the noise of its first step once took 1.2e-6 m
-@pytest.mark.parametrize("seed", [8, 1027])
-def test_random_blocks_are_where_the_exact_solution_is(seed):
-    block = random_block(seed)
+def check(block, drift: float = 1e-6) -> None:
     found = compared(block)
     assert found.instants <= (1e-4 if block.rtol == DEFAULT_RTOL else 1e-6)
-    assert found.drift <= 1e-6
+    assert found.drift <= drift
     assert found.friction <= 1e-6
+
+
+def test_a_block_slips_and_sticks_where_the_exact_solution_does():
+    check(random_block(94))
+
+
+def test_a_slip_in_two_directions_that_begins_by_little_has_no_noise():
+    """By 1.015 mu N, at rtol 1e-7: noise of the first step, which friction turns, once moved it by 7e-7 m."""
+    check(replace(random_block(1027), span=0.06, output_step=0.02), drift=1e-8)
 
 
 @pytest.mark.stress
 @pytest.mark.parametrize("seed", [*range(100), 1013])  # 41, 1013: noise along slips that begin was taken for sticks
 def test_a_hundred_random_blocks(seed):
-    test_random_blocks_are_where_the_exact_solution_is(seed)
+    check(random_block(seed))
 
 
 @pytest.mark.stress
 def test_the_oracle_agrees_with_itself_in_one_and_two_directions():
     """In two directions with a stroke of nearly zero along y: DOP853 comes to the closed form."""
-    from dataclasses import replace
-
     block = random_block(8)
     along = exact(block)
     across = exact(replace(block, strokes=(block.strokes[0], 1e-12)))
@@ -86,7 +90,7 @@ def test_an_acceleration_that_jumps_decides_by_what_follows():
     top = scene.add_surface("top", plate, kf.shapes.Plane("z"))
     block = scene.add_rigid_body("block", 1.0, 0.01, joint=kf.Free())
     scene.add_contact("c", block, top, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
-    result = scene.simulate((0.0, 0.15), rtol=1e-8, output_step=0.05)
+    result = scene.simulate((0.0, 0.15), output_step=0.05)
     assert result.events["c slip"] == pytest.approx([0.1], abs=1e-9)
     off = (result.position("block") - result.position("plate"))[-1, 0]
     assert off == pytest.approx(0.5 * (0.5 * G - 8.0) * 0.05**2, abs=1e-9)
