@@ -19,7 +19,7 @@ from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.joints.coordinate_force import CoordinateForce
-    from kanefe.joints.joint_friction import Bearing, JointFriction
+    from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces
     from kanefe.kane.state import State
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
@@ -146,7 +146,7 @@ def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction
 
 
 def _loaded_friction(
-    body: BodyTerms, number: int, friction: JointFriction, bearing: Bearing, inertias: Vector, load: float
+    body: BodyTerms, number: int, friction: JointFriction, bearing: RubbingSurfaces, inertias: Vector, load: float
 ) -> CoordinateFriction:
     """Return the friction in a body's joint; `load` (N) is a large one of it."""
     from kanefe.loads.coordinate_friction import CoordinateFriction

@@ -14,7 +14,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers, unit_vector
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
-from kanefe.joints.joint_friction import Bearing, JointFriction, Wanted, check_friction
+from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces, Wanted, check_friction
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
@@ -145,7 +145,7 @@ class Joint(ABC):
         """Return what the joint holds between two frames when it closes a loop; None: it cannot close one."""
         return None
 
-    def bearing(self) -> Bearing | None:
+    def bearing(self) -> RubbingSurfaces | None:
         """Return what of the joint's reaction its `friction` feels; None: it has none."""
         return None
 

@@ -12,7 +12,7 @@ from kanefe.frames import Matrix, Vector, across, axis_rotation
 from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
-from kanefe.joints.joint_friction import Bearing, JointFriction, Wanted, pads
+from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces, Wanted, pads
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
 
@@ -83,7 +83,7 @@ class Cylindrical(SeveralCoordinatesJoint):
     def held(self) -> Held:
         return Held(along=across(self.direction), parallel=self.direction)
 
-    def bearing(self) -> Bearing | None:
+    def bearing(self) -> RubbingSurfaces | None:
         if self.friction is None or self.friction.radius is None:
             return None
         return pads(self.friction, self.direction, (1.0, self.friction.radius), 0.0, 0.0)

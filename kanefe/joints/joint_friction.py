@@ -111,7 +111,7 @@ class JointFriction:
 
 
 @dataclass(frozen=True, eq=False)
-class Bearing:
+class RubbingSurfaces:
     """How friction in a joint takes its load from the reaction, and where it acts.
 
     Attributes
@@ -174,12 +174,14 @@ def check_friction(friction: object, kind: str, wanted: Wanted) -> None:
             raise ModelError(f"friction of a {kind} joint has no use for {name}={getattr(friction, name)!r}")
 
 
-def pads(friction: JointFriction, axis: Vector, arms: tuple[float, ...], thrust: float, twist: float) -> Bearing:
+def pads(
+    friction: JointFriction, axis: Vector, arms: tuple[float, ...], thrust: float, twist: float
+) -> RubbingSurfaces:
     """Return two bearings or pads along an axis."""
-    return Bearing(arms, PADS, axis, 1.0 / friction.length if friction.length else 0.0, thrust, twist)
+    return RubbingSurfaces(arms, PADS, axis, 1.0 / friction.length if friction.length else 0.0, thrust, twist)
 
 
-def thread(radius: float, lead: float, axis: Vector) -> Bearing:
+def thread(radius: float, lead: float, axis: Vector) -> RubbingSurfaces:
     """Return a thread, of its radius and lead a turn, m.
 
     Its flank is inclined by ``tan b = lead / (2 pi radius)``: the surface slips by ``radius / cos b`` a radian, and the
@@ -187,4 +189,4 @@ def thread(radius: float, lead: float, axis: Vector) -> Bearing:
     """
     rise = lead / (2.0 * math.pi)
     slip = math.hypot(radius, rise)
-    return Bearing((slip,), THREAD, axis, thrust=slip / radius, twist=rise / radius)
+    return RubbingSurfaces((slip,), THREAD, axis, thrust=slip / radius, twist=rise / radius)

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, across
 from kanefe.joints.base import AxisJoint
 from kanefe.joints.held import Held
-from kanefe.joints.joint_friction import Bearing, Wanted, pads
+from kanefe.joints.joint_friction import RubbingSurfaces, Wanted, pads
 from kanefe.joints.link import Link
 
 
@@ -38,7 +38,7 @@ class Prismatic(AxisJoint):
         axis, sides = self.direction, across(self.direction)
         return Held(along=sides, parallel=axis, is_aligned=True, facing=(axis, sides[0]))
 
-    def bearing(self) -> Bearing | None:
+    def bearing(self) -> RubbingSurfaces | None:
         if self.friction is None:
             return None
         return pads(

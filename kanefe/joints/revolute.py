@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, axis_rotation
 from kanefe.joints.base import AxisJoint
 from kanefe.joints.held import EVERYWHERE, Held
-from kanefe.joints.joint_friction import Bearing, Wanted, pads
+from kanefe.joints.joint_friction import RubbingSurfaces, Wanted, pads
 from kanefe.joints.link import Link
 
 
@@ -43,7 +43,7 @@ class Revolute(AxisJoint):
     def held(self) -> Held:
         return Held(along=EVERYWHERE, parallel=self.direction)
 
-    def bearing(self) -> Bearing | None:
+    def bearing(self) -> RubbingSurfaces | None:
         if self.friction is None or self.friction.radius is None:
             return None
         radius = self.friction.radius

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, across, axis_rotation, shaped_numbers
 from kanefe.joints.base import AxisJoint
 from kanefe.joints.held import EVERYWHERE, Held
-from kanefe.joints.joint_friction import Bearing, Wanted, thread
+from kanefe.joints.joint_friction import RubbingSurfaces, Wanted, thread
 from kanefe.joints.link import Link
 
 
@@ -58,7 +58,7 @@ class Screw(AxisJoint):
             return Held(along=EVERYWHERE, parallel=axis, facing=(axis,))
         return Held(along=across(axis), parallel=axis, thread=(axis, float(self.lead)), facing=(axis,))
 
-    def bearing(self) -> Bearing | None:
+    def bearing(self) -> RubbingSurfaces | None:
         if self.friction is None or self.friction.radius is None:
             return None
         return thread(self.friction.radius, self.lead, self.direction)

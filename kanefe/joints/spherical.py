@@ -22,7 +22,7 @@ from kanefe.frames import (
 from kanefe.joints.base import Joint, start_values
 from kanefe.joints.given_pose import GivenPose, check_drive, refuse_forces
 from kanefe.joints.held import EVERYWHERE, Held
-from kanefe.joints.joint_friction import BALL, Bearing, JointFriction, Wanted, check_friction
+from kanefe.joints.joint_friction import BALL, JointFriction, RubbingSurfaces, Wanted, check_friction
 from kanefe.joints.link import Link
 
 
@@ -98,7 +98,7 @@ class Spherical(Joint):
     def held(self) -> Held:
         return Held(along=EVERYWHERE)
 
-    def bearing(self) -> Bearing | None:
+    def bearing(self) -> RubbingSurfaces | None:
         if self.friction is None or self.friction.radius is None:
             return None
-        return Bearing((self.friction.radius,) * 3, BALL, np.zeros(3))
+        return RubbingSurfaces((self.friction.radius,) * 3, BALL, np.zeros(3))

@@ -40,7 +40,7 @@ class Places(NamedTuple):
     late: tuple[slice, ...]
 
 
-class Instant(NamedTuple):
+class SamplingTime(NamedTuple):
     """A time (s) at which controllers sample or drives begin to act, by number of the controller and of the sample."""
 
     time: float
@@ -96,7 +96,7 @@ def places_of(laws: Sequence[LinearLaw], start: int) -> tuple[list[Places], int]
     return found, at
 
 
-def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int]) -> list[Instant]:
+def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int]) -> list[SamplingTime]:
     """Return what happens in one period, in order."""
     events: list[tuple[float, bool, int, int]] = []
     for i, (law, count) in enumerate(zip(laws, counts, strict=True)):
@@ -115,7 +115,7 @@ def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int])
         else:
             found.append([event])
     return [
-        Instant(
+        SamplingTime(
             together[0][0],
             tuple((i, k) for _, is_sample, i, k in together if is_sample),
             tuple((i, k) for _, is_sample, i, k in together if not is_sample),
@@ -125,7 +125,7 @@ def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int])
 
 
 def change_at(
-    instant: Instant, laws: Sequence[LinearLaw], places: Sequence[Places], reads: Sequence[Matrix], size: int
+    instant: SamplingTime, laws: Sequence[LinearLaw], places: Sequence[Places], reads: Sequence[Matrix], size: int
 ) -> Matrix:
     """Return what an instant does to the states of the loop, (states, states and inputs).
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Vector
-from kanefe.joints.joint_friction import Bearing
+from kanefe.joints.joint_friction import RubbingSurfaces
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.falling_friction import slip_speed
 
@@ -56,7 +56,7 @@ class CoordinateFriction(Load):
         Slip of the surface over each coordinate: 1, or m/rad.
     base : float
         What a cap is multiplied by: 1, or N that load the joint always.
-    bearing : Bearing or None
+    bearing : RubbingSurfaces or None
         How the load comes of the joint's reaction; None: the caps are given.
     load_time : float
         T, s.
@@ -78,7 +78,7 @@ class CoordinateFriction(Load):
     damping: float = field(kw_only=True)
     arms: tuple[float, ...] = field(default=(1.0,), kw_only=True)
     base: float = field(default=1.0, kw_only=True)
-    bearing: Bearing | None = field(default=None, kw_only=True)
+    bearing: RubbingSurfaces | None = field(default=None, kw_only=True)
     load_time: float = field(default=0.0, kw_only=True)
     load_scale: float = field(default=1.0, kw_only=True)
     first_load: float = field(default=0.0, kw_only=True)
@@ -203,7 +203,7 @@ class CoordinateFriction(Load):
         """Numbers: see `kanefe.kernels.force_elements.coordinate_friction`."""
         from kanefe.kernels.force_elements.coordinate_friction import coordinate_friction, coordinate_friction_watch
 
-        bearing = self.bearing or Bearing(self.arms, 0.0, np.zeros(3))
+        bearing = self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
         unused = (0.0,) * (MOST_DIRECTIONS - self.count)
         numbers = (
             self.count,

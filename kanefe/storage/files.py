@@ -135,7 +135,7 @@ def possible_path(path: str | Path) -> Path:
     """
     try:
         possible = Path(path)
-        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError, PermissionError):
             possible.lstat()
     except (OSError, ValueError, TypeError) as error:
         raise FileError(f"no file can have the path {path!r}: {error}. Remedy: another name") from error

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from kanefe.contact.rigid_contact import RigidContact
     from kanefe.contact.rigid_crowd import RigidCrowd
     from kanefe.contact.surface import Surface
-    from kanefe.joints.joint_friction import Bearing
+    from kanefe.joints.joint_friction import RubbingSurfaces
     from kanefe.loads.controller import Controller
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
@@ -185,7 +185,7 @@ class ModelData(PickledByFields):
         rubbing = ((i, load) for i, load in enumerate(self.loads) if isinstance(load, CoordinateFriction))
         return {i: load.ends[0].body for i, load in rubbing if load.bearing is not None}
 
-    def following(self, number: int) -> tuple[CoordinateFriction, Bearing]:
+    def following(self, number: int) -> tuple[CoordinateFriction, RubbingSurfaces]:
         """Return a load that follows the reaction of a joint, by its number, and how it does so."""
         from kanefe.loads.coordinate_friction import CoordinateFriction
 

@@ -45,7 +45,12 @@ def test_a_shaft_nearly_without_mass_has_the_modes_of_a_light_one(damping: float
 
 
 def test_no_critical_speed_comes_of_what_was_taken_for_rigid() -> None:
-    diagram = kf.campbell(lambda speed: rotor(1.0, 800.0), np.array((0.0, 20.0)), modes=3, balance=False)
+    def turning(speed: float) -> kf.System:
+        scene = rotor(1.0, 800.0)
+        scene.add_frame("turning", joint=kf.Revolute("x", motion=kf.Motion.steady(speed)))
+        return scene
+
+    diagram = kf.campbell(turning, np.array((0.0, 20.0)), modes=3, balance=False)
     assert diagram.critical_speeds() == []
     assert not any(modes.is_rigid.any() for modes in diagram.modes)
 

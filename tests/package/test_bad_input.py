@@ -34,7 +34,7 @@ MADE_BY_KANEFE = (
     "FrequencyResponse.plot|Held|Instant|Joint|Linearisation|Link|Link.given|Link.sliding|Link.turning|Link.winding|LinkKernel|LoadEvent|"
     "LoadKernel|Model|Modes|MotionRao|NodalPattern|RaoConvention|RaoConvention.of|Result|Result.from_channels|RunStatus|SceneState|"
     "ScreenedRun|Simulation|Simulation.drive_of|StabilityLimit|Tangent|studies.GumbelFit|studies.Operability|Mesh|StiffnessSection|"
-    "StiffnessSection.of|AxisJoint|Sea|MissingDependency"
+    "StiffnessSection.of|AxisJoint|Sea|MissingDependency|SampledLoop|StabilityMap"
 )
 """Constructors of what functions of kanefe return, and what authors of joints and loads hand to the equations."""
 

@@ -157,7 +157,7 @@ def put_load_rates(
 
 @inlined
 def load_of(numbers: Any, axis: Numbers, force: Numbers, moment: Numbers, ends: Any, states: Any) -> Any:
-    """Return the load of a reaction, N: see `kanefe.joints.joint_friction.Bearing.load`."""
+    """Return the load of a reaction, N: see `kanefe.joints.joint_friction.RubbingSurfaces.load`."""
     if numbers[KIND] == BALL:
         return norm(force)
     along = dot(force, axis)
