@@ -23,6 +23,7 @@ from kanefe.checks.robustness import (
     overconstrained,
     rigid_contact,
     rotations,
+    shaken_blocks,
     spin,
     steps,
     vibrations,
@@ -46,6 +47,7 @@ OWN: tuple[StressCase, ...] = (
     *contact.CASES,
     *contact_changes.CASES,
     *rigid_contact.CASES,
+    *shaken_blocks.CASES,
     *invariances.CASES,
     *determinism.CASES,
 )

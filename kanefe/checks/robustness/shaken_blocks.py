@@ -287,4 +287,4 @@ def shaken(effort: Effort) -> Iterator[Finding]:
     yield Finding(what, count, "friction beyond mu N, relative", beyond, 1e-6, "Coulomb's law")
 
 
-CASES = (StressCase("shaken blocks", "stick and slip on plates shaken in one and two directions", shaken),)
+CASES = (StressCase("shaken-blocks", "stick and slip on plates shaken in one and two directions", shaken),)
