@@ -8,18 +8,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector
 from kanefe.linear.eigenvalues import GROWTH
 from kanefe.linear.floquet_modes import FloquetModes
-from kanefe.linear.followed_modes import THINNEST, AnyModes, Curves
+from kanefe.linear.followed_modes import THINNEST, AnyModes, Curves, root_of
 from kanefe.linear.modes import Modes
 from kanefe.linear.whirl import whirl_of
-
-DIGITS = 1e-12
-"""Of a speed, to which a crossing is solved for."""
 
 FOUND = 1e-7
 """Distance from the line, of the height of the diagram, up to which a crossing is one: more is a jump."""
@@ -123,7 +120,7 @@ def critical_speeds(curves: Curves, order: float) -> list[CriticalSpeed]:
         at = speeds[speeds >= curves.born[column]]
         for (a, at_a), (b, at_b) in pairwise(_looked_at(above, at, THINNEST * curves.height)):
             if b > 0.0 and (at_a > 0.0) != (at_b > 0.0):
-                speed = _root(above, a, b)
+                speed = root_of(above, a, b)
                 if abs(above(speed)) <= FOUND * curves.height:
                     found.append(_critical(curves, speed, order, column))
                 else:
@@ -161,10 +158,6 @@ def _looked_at(above: Callable[[float], float], speeds: Vector, thin: float) -> 
     return sorted(points.items())
 
 
-def _root(function: Callable[[float], float], a: float, b: float) -> float:
-    return float(brentq(function, a, b, xtol=DIGITS * max(abs(a), abs(b)), rtol=1e-15))
-
-
 def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
     """Yield where modes stand still: a whirl turns the other way, or a real eigenvalue passes through zero."""
     looked_at = set(curves.speeds.tolist())
@@ -179,7 +172,7 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
         for (a, at_a), (b, at_b) in pairwise((a, at_a) for a, at_a in points if at_a != 0.0):
             if at_a * at_b > 0.0:
                 continue
-            speed = _root(turns, a, b)
+            speed = root_of(turns, a, b)
             if abs(turns(speed)) > FOUND * curves.height:
                 continue  # of a mode that moves on lines either sign is right, and may follow the other
             size = abs(curves.at(speed).values[column])
@@ -195,7 +188,7 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
                 sign, own = _determinant(curves.at(speed).modes)
                 return sign * float(np.exp(min(own - size, 100.0)))
 
-            speed = _root(beside, a, b)
+            speed = root_of(beside, a, b)
             yield _critical(curves, speed, 0.0, int(np.abs(curves.at(speed).values).argmin()))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+from scipy.optimize import brentq, linear_sum_assignment
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
@@ -35,6 +35,9 @@ RIVAL = 3.0
 
 STILL = 1e-6
 """Size of an eigenvalue, of the highest frequency, below which a mode stands still."""
+
+DIGITS = 1e-12
+"""Of a speed, to which a crossing or a limit is solved for."""
 
 THINNEST = 2e-3
 """Distance of a curve from the straight line between two of its points, of the highest frequency, that is not seen."""
@@ -100,6 +103,11 @@ class Followed(NamedTuple):
     values: np.ndarray
     shapes: np.ndarray
     sureness: np.ndarray
+
+
+def root_of(function: Callable[[float], float], a: float, b: float) -> float:
+    """Return the speed between two (rad/s) at which a function of it passes zero."""
+    return float(brentq(function, a, b, xtol=DIGITS * max(abs(a), abs(b)), rtol=1e-15))
 
 
 class Curves:

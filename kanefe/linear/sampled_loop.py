@@ -32,6 +32,7 @@ from kanefe.linear.sampling_events import (
     common_period,
     flows,
     instants_of,
+    late_samples,
     places_of,
     turned,
 )
@@ -345,7 +346,7 @@ def _names(plant: Linearisation, laws: Sequence[LinearLaw]) -> tuple[str, ...]:
     names = list(plant.state_names)
     for law in laws:
         drives = law.controller.drives
-        late = int(np.ceil(law.controller.delay / law.controller.every - COMMON))
+        late = late_samples(law)
         names += [*law.names, *drives, *(f"{drive}, late {k + 1}" for k in range(late) for drive in drives)]
     return tuple(names)
 

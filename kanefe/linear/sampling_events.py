@@ -80,6 +80,11 @@ def common_period(laws: Sequence[LinearLaw]) -> tuple[float, list[int]]:
     return float(common) * first.every, counts
 
 
+def late_samples(law: LinearLaw) -> int:
+    """Return of how many samples the drives of a controller do not act yet when the next one is due."""
+    return int(np.ceil(law.controller.delay / law.controller.every - COMMON))
+
+
 def places_of(laws: Sequence[LinearLaw], start: int) -> tuple[list[Places], int]:
     """Return where the states of each controller are, from a number on, and how many states there are."""
     found, at = [], start
@@ -90,7 +95,7 @@ def places_of(laws: Sequence[LinearLaw], start: int) -> tuple[list[Places], int]
         return slice(at - count, at)
 
     for law in laws:
-        late = int(np.ceil(law.controller.delay / law.controller.every - COMMON))
+        late = late_samples(law)
         count = law.controller.drive_count
         found.append(Places(taken(len(law.names)), taken(count), tuple(taken(count) for _ in range(late))))
     return found, at
@@ -103,8 +108,7 @@ def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int])
         every, delay = law.controller.every, law.controller.delay
         events += [(k * every, True, i, k) for k in range(count)]
         if delay > 0.0:
-            first = -int(np.ceil(delay / every - COMMON))
-            late = ((k * every + delay, k) for k in range(first, count))
+            late = ((k * every + delay, k) for k in range(-late_samples(law), count))
             events += [(max(t, 0.0), False, i, k) for t, k in late if -COMMON * every < t < period - COMMON * every]
     events.sort(key=lambda event: event[0])
     smallest = min(law.controller.every for law in laws)

@@ -9,17 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
 
 from kanefe.arguments import checked
 from kanefe.frames import Vector
-from kanefe.linear.followed_modes import STILL, AnyModes
+from kanefe.linear.followed_modes import DIGITS, STILL, AnyModes, root_of
 
 if TYPE_CHECKING:
     from kanefe.views.plots import Figure
-
-DIGITS = 1e-12
-"""Of a speed, to which a limit is solved for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +72,7 @@ def stability_onsets(of: Callable[[float], AnyModes], speeds: Vector) -> list[St
             continue
         ends = growth_of(of(a))[0], growth_of(of(b))[0]
         if ends[0] * ends[1] < 0.0:
-            size = max(abs(a), abs(b))
-            speed = float(brentq(lambda x: growth_of(of(x))[0], a, b, xtol=DIGITS * size, rtol=1e-15))
+            speed = root_of(lambda x: growth_of(of(x))[0], a, b)
         else:
             speed = _halved(grows, a, b, before)
         modes = of(speed)

@@ -11,15 +11,12 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from kanefe.errors import ModelError, SimulationError
-from kanefe.frames import Matrix, Vector, cross, numbers, skew
+from kanefe.frames import Matrix, Vector, cross, numbers
 from kanefe.kernels.force_elements.bearing import EDGE, bearing, watch_bearing
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
-from kanefe.loads.bushing import on_both, principal_tangent
+from kanefe.loads.bushing import check_damps, on_both, principal_tangent, relative_rows
 
 AXES = ("x", "y", "z")
-
-ROUND_OFF = 1e-12
-"""Eigenvalue of a damping matrix, of its largest entry, that is none."""
 
 
 class Held(NamedTuple):
@@ -139,9 +136,7 @@ class Bearing(Load):
                 f"{label} resists the turn about its axis {self.axis}: row and column r{self.axis} must be zero, but "
                 "for the drag in the damping. Remedy: a bushing, where nothing turns on and on"
             )
-        even = self.damping + np.swapaxes(self.damping, -1, -2)
-        if np.linalg.eigvalsh(even).min() < -ROUND_OFF * np.abs(even).max():
-            raise ModelError(f"damping of {label} drives: its symmetric part has negative eigenvalues. Remedy: signs")
+        check_damps(self.damping, label)
         if not self.stiffness.any() and not self.damping.any():
             raise ModelError(f"{label} does nothing. Remedy: give stiffness or damping")
 
@@ -224,11 +219,7 @@ class Bearing(Load):
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
         """Return stiffness and damping along their principal directions, without the skew parts."""
-        a, b = ends[:2]
-        back, none = a.A.T, np.zeros((3, 3))
-        of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
-        rows = np.vstack((of_d, np.hstack((none, -back, none, back))))
-        rows = np.hstack((rows, np.zeros((6, 6 * (len(ends) - 2)))))
+        rows = np.hstack((relative_rows(*ends[:2]), np.zeros((6, 6 * (len(ends) - 2)))))
         return principal_tangent(rows, *self.coefficients(self._speed(ends)))
 
     @property

@@ -16,6 +16,9 @@ from kanefe.loads.base import Action, End, Load, LoadKernel, Tangent
 
 ROTATION_VECTOR = slope_measure("rotation-vector")
 
+ROUND_OFF = 1e-12
+"""Eigenvalue of a damping matrix, of its largest entry, that is none."""
+
 
 class Offset(NamedTuple):
     """Where b is seen from a, in a's axes: d (3,) and the rotation vector (3,), m and rad, and their rates (6,)."""
@@ -114,11 +117,7 @@ class Bushing(Load):
 
         Without what turning the axes does under load, and without the skew parts.
         """
-        a, b = ends
-        back, none = a.A.T, np.zeros((3, 3))
-        of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
-        rows = np.vstack((of_d, np.hstack((none, -back, none, back))))
-        return principal_tangent(rows, self.stiffness, self.damping)
+        return principal_tangent(relative_rows(*ends), self.stiffness, self.damping)
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return offset (m, rad), and force and moment on b (N, N m), in the axes of a."""
@@ -155,6 +154,20 @@ def relative_rotation(A_ab: Matrix) -> Vector:
 def _on_axes(theta: Vector, forces: Vector) -> Vector:
     """Return force and moment of forces over d and the rotation vector, (6,)."""
     return np.append(forces[:3], np.linalg.solve(ROTATION_VECTOR.tangent(theta).T, forces[3:]))
+
+
+def relative_rows(a: End, b: End) -> Matrix:
+    """Return the rates of b seen from a, in the axes of a, over velocity and angular velocity of both in N, (6, 12)."""
+    back, none = a.A.T, np.zeros((3, 3))
+    of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
+    return np.vstack((of_d, np.hstack((none, -back, none, back))))
+
+
+def check_damps(damping: np.ndarray, label: str) -> None:
+    """Raise a ModelError if damping matrices, (..., n, n), drive a motion."""
+    even = damping + np.swapaxes(damping, -1, -2)
+    if np.linalg.eigvalsh(even).min() < -ROUND_OFF * np.abs(even).max():
+        raise ModelError(f"damping of {label} drives: its symmetric part has negative eigenvalues. Remedy: signs")
 
 
 def principal_tangent(rows: Matrix, stiffness: Matrix, damping: Matrix) -> Tangent:

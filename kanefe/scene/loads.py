@@ -17,9 +17,6 @@ from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 if TYPE_CHECKING:
     from kanefe.loads.point_load import PointLoad
 
-ROUND_OFF = 1e-12
-"""Eigenvalue of a damping matrix, of its largest entry, that is none."""
-
 LoadValue = Callable[..., Any] | Sequence[float] | float
 
 
@@ -292,7 +289,7 @@ class LoadMethods(Scene):
         >>> engine = scene.add_rigid_body("engine", 80.0, 2.0, joint=kf.Free())
         >>> scene.add_bushing("mount", scene.ground, engine, stiffness=(2e5, 2e5, 4e5), damping=(200, 200, 400))
         """
-        from kanefe.loads.bushing import Bushing
+        from kanefe.loads.bushing import Bushing, check_damps
 
         label = self._new_load(name, "bushing")
         wide = numbers(stiffness).size > 3 or numbers(damping).size > 3 or law is not None
@@ -302,8 +299,7 @@ class LoadMethods(Scene):
         constants = [
             _six_by_six(x, f"{what} of {label}") for x, what in ((stiffness, "stiffness"), (damping, "damping"))
         ]
-        if np.linalg.eigvalsh(constants[1] + constants[1].T).min() < -ROUND_OFF * np.abs(constants[1]).max():
-            raise ModelError(f"damping of {label} drives: its symmetric part has negative eigenvalues. Remedy: signs")
+        check_damps(constants[1], label)
         if law is not None and not callable(law):
             raise ModelError(f"law of {label} must be a function of displacement and rate, not {law!r}")
         if law is not None and constants[0].any():
