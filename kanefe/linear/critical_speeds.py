@@ -14,7 +14,7 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector
 from kanefe.linear.eigenvalues import GROWTH
 from kanefe.linear.floquet_modes import FloquetModes
-from kanefe.linear.followed_modes import THINNEST, AnyModes, Curves, root_of
+from kanefe.linear.followed_modes import DIGITS, THINNEST, AnyModes, Curves, root_of
 from kanefe.linear.modes import Modes
 from kanefe.linear.whirl import whirl_of
 
@@ -174,7 +174,16 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
                 continue
             speed = root_of(turns, a, b)
             if abs(turns(speed)) > FOUND * curves.height:
-                continue  # of a mode that moves on lines either sign is right, and may follow the other
+                # the sign jumps, by which either conjugate may be followed: the size tells whether it stands still
+                nearest = minimize_scalar(
+                    lambda x, turns=turns: abs(turns(x)),
+                    bounds=(a, b),
+                    method="bounded",
+                    options={"xatol": DIGITS * max(abs(a), abs(b))},
+                )
+                speed = float(nearest.x)
+                if nearest.fun > FOUND * curves.height:
+                    continue
             size = abs(curves.at(speed).values[column])
             if _determinant(curves.at(speed).modes)[0] < 0.0 and size > POINT * curves.height:
                 looked_at.add(speed)  # between two speeds at which it stands still it grows

@@ -52,6 +52,12 @@ def test_internal_damping_drives_the_forward_whirl_beyond_a_limit(build):
     assert onset.begins
 
 
+def test_a_damped_whirl_stands_still_in_the_frame_that_spins():
+    diagram = kf.campbell(jeffcott_seen_from_the_shaft, np.linspace(10.0, 600.0, 29))
+    (standing,) = diagram.critical_speeds(order=0)
+    assert standing.speed == pytest.approx(RATE, rel=1e-3)  # less by half the square of 3 % of damping
+
+
 def overhung(speed: float) -> kf.System:
     """Return a disc at the end of a cantilever without mass, by its stiffness at the end."""
     scene = kf.System()
