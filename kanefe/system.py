@@ -153,7 +153,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         step: float | None = None,
         output_step: float | None = None,
         output_times: Sequence[float] | None = None,
-        events: Sequence[Event] | Event = (),
+        events: Sequence[Event | str] | Event | str = (),
         checkpoint: str | Path | None = None,
         checkpoint_seconds: float = 30.0,
         resume: str | Path | None = None,
@@ -193,8 +193,9 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             whole steps.
         output_times : array_like, optional
             The times of the stored states themselves, ascending, s.
-        events : sequence of Event
-            Moments to be found: see `Event`.
+        events : sequence of Event or str
+            Moments to be found: see `Event`. A text is the name of an event of a load or contact that is looked for on
+            request: ``"hoist slack"``, ``"feet lift of point 2"``, ``"feet * of point *"``.
         checkpoint : path, optional
             File from which the run can go on. It is written at the start, every so many seconds, and at the end,
             whatever ends it, and is whole at any moment, also if the process is killed.
@@ -284,7 +285,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         rtol: float | None = None,
         atol: float | None = None,
         step: float | None = None,
-        events: Sequence[Event] | Event = (),
+        events: Sequence[Event | str] | Event | str = (),
     ) -> Simulation:
         """Return a simulation of the scene that goes on by steps: ``sim.step(0.01, {"motor hub": 3.0})``.
 

@@ -62,6 +62,8 @@ class Contact(Load):
         Of a contact that is looked at about a rest.
     slides : tuple of int
         Probes that slip or do not touch at the start.
+    tells_points : bool
+        Whether its events are those of each probe too.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Contact(Load):
     mass: float = 1.0
     rest: Rest | None = None
     slides: tuple[int, ...] = ()
+    tells_points: bool = False
 
     kind = "contact"
     columns = (
@@ -410,7 +413,8 @@ class Contact(Load):
                 for place, arm in enumerate(law.arms(probe.lever), self._turning(i).start):
                     decays[place] = k / c, 0.5 * k * arm**2
         factor = self.normal.stiffness
-        watched = (-1.0, -1.0, -factor, factor)[: len(self.events)]
+        of_each = (-1.0, -1.0, -factor, factor)[: 4 if isinstance(self.friction, Coulomb) else 2]
+        watched = of_each * (len(self.events) // len(of_each))
         balls = tuple((end, probe.point, probe.extent) for end, probe in self.probes)
         return LoadReach(balls, self.shape.bounds, decays, watched)
 
@@ -427,3 +431,11 @@ class Contact(Load):
     def events(self) -> tuple[LoadEvent, ...]:
         """When it touches and lifts, slips and sticks."""
         return Watched(self).events()
+
+    def in_detail(self) -> Contact | None:
+        """Return the contact with the events of each probe; None of one probe, and of boxes on boxes.
+
+        What touches of two boxes changes from corners to edges: it is no point that is known from before.
+        """
+        is_of_points = len(self.probes) > 1 and self.probes[0][1].ring >= 0.0
+        return replace(self, tells_points=True) if is_of_points else None

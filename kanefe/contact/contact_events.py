@@ -19,6 +19,11 @@ AT_THE_LIMIT = 1e-9
 """Of the normal force: probes this near to slipping or sticking do it with the first."""
 
 
+def of_point(what: str, i: int) -> str:
+    """Return the name of an event of one probe of a contact."""
+    return f"{what} of point {i}"
+
+
 class Touching(Protocol):
     """What is watched: see `kanefe.contact.contact.Contact`."""
 
@@ -35,6 +40,11 @@ class Touching(Protocol):
     @property
     def friction(self) -> Coulomb | LuGre | None:
         """Its friction."""
+        ...
+
+    @property
+    def tells_points(self) -> bool:
+        """Whether events of each probe are looked for."""
         ...
 
     @property
@@ -75,7 +85,23 @@ class Watched:
         if isinstance(friction, Coulomb):
             slip, stick = (partial(self.changed, to) if friction.has_memory else None for to in (0.0, 1.0))
             found += [LoadEvent("slip", self.above, 1, slip), LoadEvent("stick", self.below, -1, stick)]
+        for i in range(len(self.contact.probes) if self.contact.tells_points else 0):
+            found += self._events_of(i, isinstance(friction, Coulomb))
         return tuple(found)
+
+    def _events_of(self, i: int, can_stick: bool) -> list[LoadEvent]:
+        """Return those of a probe; what changes the states is done by those of the contact, which are found with it."""
+        depth = partial(self.depth_of, i)
+        found = [
+            LoadEvent(of_point("touch", i), depth, 1, ends_step=True),
+            LoadEvent(of_point("lift", i), depth, -1),
+        ]
+        if can_stick:
+            found += [
+                LoadEvent(of_point("slip", i), partial(self.above_of, i), 1),
+                LoadEvent(of_point("stick", i), partial(self.below_of, i), -1),
+            ]
+        return found
 
     def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
         """Return what each probe does."""
@@ -87,6 +113,24 @@ class Watched:
     def depth(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return the depth of the deepest probe, m."""
         return max(touch.depth for touch in self.touches(ends, states))
+
+    def depth_of(self, i: int, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return the depth of a probe, m."""
+        return self.touches(ends, states)[i].depth
+
+    def above_of(self, i: int, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return a number that rises above zero where a probe slips that was held."""
+        touch = self.touches(ends, states)[i]
+        if touch.depth > 0.0 and self._held(states)[i]:
+            return touch.reserve
+        return -abs(touch.depth) * self.contact.normal.stiffness
+
+    def below_of(self, i: int, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return a number that falls below zero where a probe sticks that slipped."""
+        touch = self.touches(ends, states)[i]
+        if touch.depth > 0.0 and not (self._held(states)[i] and self._has_memory):
+            return touch.reserve
+        return abs(touch.depth) * self.contact.normal.stiffness
 
     def above(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return a number that rises above zero where a probe slips that was held; below zero where none touches."""

@@ -57,6 +57,11 @@ class Numbered(Protocol):
         """What it is looked at about."""
         ...
 
+    @property
+    def tells_points(self) -> bool:
+        """Whether its events are those of each probe too."""
+        ...
+
 
 def kernel_of(contact: Numbered) -> LoadKernel:
     """Return the kernel of a contact, with its numbers."""
@@ -84,6 +89,7 @@ def kernel_of(contact: Numbered) -> LoadKernel:
         law.damping,
         *of_friction,
         *contact.belt,
+        contact.tells_points,
     ]
     parts = [np.array(head, dtype=float), np.ravel(probes)]
     if rest is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
 from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
+from kanefe.contact.contact_events import of_point
 from kanefe.contact.meeting import Meeting, meetings_with, turned
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from kanefe.contact.friction_laws import Coulomb
     from kanefe.contact.rigid import Rigid
     from kanefe.contact.shape import Probe, SurfaceShape
+
+TOLD_EVENTS = "touch", "lift", "slip", "stick", "rest"
+"""What a run tells of a contact; all but the last of a probe too."""
 
 TOLD, EACH = 2, 7
 """Internal states of a contact: the path slid and the work of friction; then of each probe its status; where on the
@@ -90,6 +94,8 @@ class RigidContact(Load):
     friction : Coulomb or None
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
+    tells_points : bool
+        Whether a run tells what each probe does too.
     """
 
     name: str
@@ -99,6 +105,7 @@ class RigidContact(Load):
     law: Rigid
     friction: Coulomb | None
     belt: np.ndarray
+    tells_points: bool = False
 
     kind = "rigid contact"
     columns = Contact.columns
@@ -119,6 +126,16 @@ class RigidContact(Load):
         scales = np.ones(len(self.initial_states))
         scales[:TOLD] = max(acceleration, 1e-3)
         return scales
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """What a run tells of it, after its name: of the contact, and where that is asked for of each probe."""
+        numbers = range(len(self.probes) if self.tells_points else 0)
+        return *TOLD_EVENTS, *(of_point(what, i) for i in numbers for what in TOLD_EVENTS[:4])
+
+    def in_detail(self) -> RigidContact | None:
+        """Return the contact with what each probe does; None of one probe."""
+        return replace(self, tells_points=True) if len(self.probes) > 1 else None
 
     @property
     def exchanges_energy(self) -> bool:

@@ -18,9 +18,6 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts import Margins
 
-TOLD = "touch", "lift", "slip", "stick", "rest"
-"""What a result tells of a rigid contact, after its name."""
-
 FAR = 1.0
 """Value of a function that looks at nothing."""
 
@@ -74,7 +71,7 @@ class ToldOfContact(Event):
 
     @property
     def acts(self) -> bool:
-        """It does nothing itself."""
+        """It does nothing itself; where it ends the run, the run looks at what a `ContactChange` has led to."""
         return False
 
 
@@ -118,8 +115,8 @@ def told_of_contacts(model: ModelData, method: str) -> tuple[Event, ...]:
     """Return the events that are told of rigid contacts."""
     if method == STEPS_OVER:
         return ()
-    names = (model.loads[load].name for load in model.rigid_contacts)
-    return tuple(ToldOfContact(f"{name} {what}", _never) for name in names for what in TOLD)
+    contacts = (model.loads[load] for load in model.rigid_contacts)
+    return tuple(ToldOfContact(f"{one.name} {what}", _never) for one in contacts for what in one.told)
 
 
 def taken(events: Sequence[Event]) -> list[tuple[str, float]]:

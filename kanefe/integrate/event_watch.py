@@ -291,7 +291,7 @@ def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -
 
 def ends_step_alone(event: Event) -> bool:
     """Return whether an event ends a step and changes nothing."""
-    return isinstance(event, EventOfLoad) and event.of.action is None
+    return isinstance(event, EventOfLoad) and event.ends_step_alone
 
 
 def _storm(event: Event, what: str) -> StepFailure:

@@ -28,9 +28,12 @@ class Event:
     ----------
     name : str
         Unique in a run.
-    function : callable
+    function : callable, optional
         ``f(t, state)`` -> number, with t in s and the `state` that functions of loads are given, which here also tells
-        forces: ``state.joint_reaction("arm")``, `driving_force` and `loop_force`.
+        forces: ``state.joint_reaction("arm")``, `driving_force` and `loop_force`. Without one, the name is that of an
+        event of a load or contact, such as ``"hoist breaks"``; ``*`` in it stands for anything. Some of these are
+        looked for only then: ``"hoist slack"`` and ``"hoist taut"`` of ropes and winches, and what single points of
+        contacts do, ``"feet lift of point 2"``.
     direction : -1, 0 or 1
         Only where the function falls, wherever it passes zero, or only where it rises.
     terminal : bool
@@ -62,10 +65,19 @@ class Event:
     >>> result = scene.simulate((0.0, 1.0), events=[kf.Event("floor", height, direction=-1, action=bounce)])
     >>> result.events["floor"].round(6)
     array([0.451524])
+
+    A weight that is thrown up, until its rope is taut again; ``events=["hoist taut"]`` would go on:
+
+    >>> scene = kf.System(gravity=(0, 0, -9.81))
+    >>> weight = scene.add_point("weight", 1.0, joint=kf.Prismatic("z", position=-1.0, speed=2.0))
+    >>> scene.add(kf.Rope("hoist", (scene.ground, weight), axial_stiffness=1e6, length=1.0))
+    >>> result = scene.simulate((0.0, 1.0), events=kf.Event("hoist taut", terminal=True))
+    >>> result.times[-1].round(6)  # s: 2 v / g
+    0.407747
     """
 
     name: str
-    function: Callable[[float, SceneState], float]
+    function: Callable[[float, SceneState], float] | None = None
     direction: int = 0
     terminal: bool = False
     action: Callable[[float, SceneState], Any] | None = None
@@ -73,10 +85,15 @@ class Event:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ModelError(f"the name of an event must be a text, not {self.name!r}")
-        if not callable(self.function):
+        if self.function is not None and not callable(self.function):
             raise ModelError(f"event {self.name!r} needs a function f(t, state) -> number, not {self.function!r}")
         if self.direction not in DIRECTIONS:
             raise ModelError(f"direction of event {self.name!r} must be -1, 0 or 1, not {self.direction!r}")
+        if self.function is None and self.direction != 0:
+            raise ModelError(
+                f"event {self.name!r} is one of a load or contact, which has its direction. Remedy: leave out "
+                "direction, or give a function f(t, state) -> number"
+            )
         if self.action is not None and not callable(self.action):
             raise ModelError(f"action of event {self.name!r} must be a function f(t, state), not {self.action!r}")
         if self.terminal and self.action is not None:
@@ -95,6 +112,8 @@ class Event:
 
     def value(self, t: float, state: SceneState) -> float:
         """Return the value of the function; a ModelError names the event if it is not one finite number."""
+        if self.function is None:
+            raise TypeError("an event of a load has the function of the load")
         value = self.function(t, state)
         try:
             number = float(value)
@@ -131,14 +150,17 @@ class MarginEvent(Event):
         """Return the value of the function up to which it has no sign where a run begins or goes on."""
 
 
-def checked_events(events: Sequence[Event] | Event, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:
-    """Return the events of loads and those of a call; a ModelError says what is wrong with them."""
-    if not isinstance(events, (Event, Sequence)) or isinstance(events, str):
+def checked_events(events: Sequence[Event | str] | Event | str, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:
+    """Return the events of loads and those of a call, names for events; a ModelError says what is wrong with them."""
+    if not isinstance(events, (Event, str, Sequence)):
         raise ModelError(f"events must be a list of kanefe.Event, not {type(events).__name__}")
-    found = (*of_loads, *((events,) if isinstance(events, Event) else events))
+    given = (events,) if isinstance(events, (Event, str)) else events
+    found = (*of_loads, *(Event(one) if isinstance(one, str) else one for one in given))
     for event in found:
         if not isinstance(event, Event):
-            raise ModelError(f"events must be a list of kanefe.Event, not of {type(event).__name__}")
+            raise ModelError(
+                f"events must be a list of kanefe.Event or of names of events of loads, not of {type(event).__name__}"
+            )
     names = [event.name for event in found]
     for name in names:
         if names.count(name) > 1:

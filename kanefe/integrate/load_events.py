@@ -27,21 +27,29 @@ class EventOfLoad(Event):
         Of the load's states in a state (q, u, z).
     index : int
         Of the event among those of its load.
+    asked : Event or None
+        By which the user has it end the run, or act after what the load does.
     """
 
     number: int = field(kw_only=True)
     of: LoadEvent = field(kw_only=True)
     where: slice = field(kw_only=True)
     index: int = field(kw_only=True)
+    asked: Event | None = field(default=None, kw_only=True)
 
     @property
     def acts(self) -> bool:
-        """Whether it changes the states of its load, or ends a step."""
-        return self.of.action is not None or self.of.ends_step
+        """Whether it changes the states of its load, ends a step, or does what the user asks for."""
+        return self.of.action is not None or self.of.ends_step or (self.asked is not None and self.asked.acts)
+
+    @property
+    def ends_step_alone(self) -> bool:
+        """Whether it ends a step and does nothing else."""
+        return self.of.action is None and not (self.asked is not None and self.asked.acts)
 
     def value(self, t: float, state: SceneState) -> float:
         """Return the value of the load's function."""
-        return self.function(t, state)
+        return float(self.of.function(t, state.load_ends(self.number), state.load_states(self.number)))
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state (q, u, z) with other states of the load; a ModelError says what is wrong with them."""

@@ -16,6 +16,7 @@ from kanefe.integrate.contact_changes import begun, taken
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
+from kanefe.integrate.load_events import EventOfLoad
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
@@ -304,13 +305,21 @@ class RunLoop:
             try:
                 for event in happened:
                     y = self._acted(event, acting, y)
+                    if isinstance(event, EventOfLoad) and event.asked is not None:
+                        y = self._acted(event.asked, acting, y)
             except SimulationError as refusal:
                 self._stand_at(acting, y)
                 if isinstance(refusal, StepFailure):
                     return RunStatus("failed", acting, refusal.reason, refusal.remedy)
                 return RunStatus.of_error(acting, refusal)
-            for name, t in taken(happened):
+            changes = taken(happened)
+            for name, t in changes:
                 watch.times[name].append(t)
+            told = {name for name, _ in changes}
+            terminal = next((event for event in watch.events if event.terminal and event.name in told), None)
+            if terminal is not None:
+                self._stand_at(acting, y)
+                return terminal.status(acting)
             if self._sampler is not None and acting == self._stepper.t_old and acting == self._times[self.stored - 1]:
                 self.states[self.stored - 1] = y  # what drives that jump let go at once is not told as held
             self._stepper.restart(acting, y)

@@ -32,7 +32,7 @@ class RunOptions:
     times : ndarray, shape (T,)
         Of the stored states, ascending, s.
     watched : tuple of Event
-        Without those of loads.
+        Those of the user; of loads only those that are asked for by name, which have no function.
 
     Raises
     ------
@@ -47,7 +47,7 @@ class RunOptions:
     step: float | None = None
     output_step: float | None = None
     output_times: Sequence[float] | np.ndarray | None = None
-    events: Sequence[Event] | Event = ()
+    events: Sequence[Event | str] | Event | str = ()
     checkpoint: str | Path | None = None
     checkpoint_seconds: float = 30.0
     resume: str | Path | None = None

@@ -12,6 +12,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning, outside
+from kanefe.integrate.asked_events import with_asked_events, with_what_is_asked
 from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contacts
@@ -65,6 +66,7 @@ def run(model: Model, options: RunOptions, poles: Poles | None = None) -> Trajec
     FileError
         If the checkpoint cannot be written at the start, or the one to go on from cannot be read or is of another run.
     """
+    model = with_asked_events(model, options.watched)
     with one_count(model, options):
         return _run(model, options, poles)
 
@@ -172,7 +174,9 @@ def check_motions(model: Model, start: float, stop: float, may_end: bool = False
 
 def told_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
     """Return the events that a run tells: those of the user, of loads and of contacts."""
-    return checked_events(options.watched, (*events_of_loads(model), *told_of_contacts(model, choice.name)))
+    of_loads = (*events_of_loads(model), *told_of_contacts(model, choice.name))
+    own = [event for event in options.watched if event.function is not None]
+    return checked_events(own, with_what_is_asked(of_loads, options.watched))
 
 
 def watch_of(model: Model, choice: Choice, options: RunOptions, told: Sequence[Event]) -> EventWatch | None:

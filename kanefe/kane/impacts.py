@@ -12,7 +12,8 @@ import numpy as np
 
 from kanefe.contact.cone import Cones, solved
 from kanefe.contact.rigid import POISSON
-from kanefe.contact.rigid_contact import AT_REST, OPEN, SLIPS, STICKS
+from kanefe.contact.contact_events import of_point
+from kanefe.contact.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.impulses import answers
@@ -243,11 +244,13 @@ class _Event(StickOrSlip):
             was = [self.before[key] for key in keys]
             now = [contact.status(self._own(key))[key[1]] for key in keys]
             struck = {key for key, is_struck in zip(self.keys, self.struck, strict=True) if is_struck}
-            if any(
-                key in struck or (key in self.concerned and self.kind == TOUCH and now[at] != OPEN)
+            touched = [
+                was[at] == OPEN and (key in struck or (key in self.concerned and self.kind == TOUCH and now[at] != OPEN))
                 for at, key in enumerate(keys)
-                if was[at] == OPEN
-            ):
+            ]
+            if contact.tells_points:
+                self._tell_points(contact, [key[1] for key in keys], was, now, touched)
+            if any(touched):
                 self.happened.append((f"{contact.name} touch", self.t))
             if max(was) != OPEN and max(now) == OPEN:
                 self.happened.append((f"{contact.name} lift", self.t))
@@ -258,3 +261,15 @@ class _Event(StickOrSlip):
                 self.happened.append((f"{contact.name} slip", self.t))
             if STICKS in now and not slips and (slipped or max(was) == OPEN):
                 self.happened.append((f"{contact.name} stick", self.t))
+
+    def _tell_points(
+        self, contact: RigidContact, points: list[int], was: list[int], now: list[int], touched: list[bool]
+    ) -> None:
+        """Note what the event is told as of each point."""
+        for i, before, after, has_touched in zip(points, was, now, touched, strict=True):
+            changes = [TOUCH] if has_touched else []
+            changes += [LIFT] if before != OPEN and after == OPEN else []
+            if contact.friction is not None:
+                changes += [SLIP] if before == STICKS and after == SLIPS else []
+                changes += [STICK] if before != STICKS and after == STICKS else []
+            self.happened += [(f"{contact.name} {of_point(what, i)}", self.t) for what in changes]

@@ -279,6 +279,15 @@ class Load(ABC):
         return ()
 
     @property
+    def told(self) -> tuple[str, ...]:
+        """Names of what a run tells of the load, after the name of its subject: those of its events."""
+        return tuple(event.name for event in self.events)
+
+    def in_detail(self) -> Self | None:
+        """Return the load with events that are looked for only where a run asks for them by name; None: it has none."""
+        return None
+
+    @property
     def reach(self) -> LoadReach | None:
         """Where it acts at all; None: it may always act."""
         return None

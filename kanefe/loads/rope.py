@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -53,6 +53,9 @@ class Rope(Load):
 
     so that it never pushes. Each point feels T times the sum of the directions to its neighbours (Eq. 11).
 
+    A run that asks for them tells when l falls below l0 and rises above it:
+    ``simulate(..., events=["<name> slack", "<name> taut"])``. Its steps then end where the rope becomes taut.
+
     Attributes
     ----------
     name : str
@@ -98,6 +101,7 @@ class Rope(Load):
     length: float | None = None
     preload: float | None = None
     breaking_load: float | None = None
+    looks_for_slack: bool = field(default=False, init=False, repr=False)
 
     kind = "rope"
     columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [1]")
@@ -145,11 +149,24 @@ class Rope(Load):
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """Its end, where it can break."""
+        """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
+        found: tuple[LoadEvent, ...] = slack_and_taut(self.stretch) if self.looks_for_slack else ()
         if self.breaking_load is None:
-            return ()
+            return found
         breaks = _RopeEnd(self, self.breaking_load)
-        return (LoadEvent("breaks", breaks.reserve, -1, breaks.broken),)
+        return (*found, LoadEvent("breaks", breaks.reserve, -1, breaks.broken))
+
+    def in_detail(self) -> Rope:
+        """Return the rope with what tells when it becomes slack and taut."""
+        other = replace(self)
+        object.__setattr__(other, "looks_for_slack", True)
+        return other
+
+    def stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return how much longer its way is than the rope, m; below zero it is slack, as where it is broken."""
+        if len(states) and states[0] <= 0.0:
+            return -self.slack_length
+        return self.path(t, ends).length - self.slack_length
 
     def path(self, t: float, ends: Sequence[End]) -> Path:
         """Return its way.
@@ -207,11 +224,17 @@ class Rope(Load):
     @property
     def kernel(self) -> LoadKernel:
         """Numbers: how many ends, stiffness and damping (N/m and N s/m), unstretched length, whether it can break."""
-        from kanefe.kernels.force_elements.rope import rope
+        from kanefe.kernels.force_elements.rope import rope, rope_watch
 
         l0 = self.slack_length
         constants = (len(self.ends), self.axial_stiffness / l0, self.damping / l0, l0)
-        return LoadKernel(rope, np.array((*constants, self.breaking_load is not None), dtype=float), rope)
+        numbers = np.array((*constants, self.breaking_load or 0.0), dtype=float)
+        return LoadKernel(rope, numbers, rope, rope_watch if self.looks_for_slack else None)
+
+
+def slack_and_taut(stretch: Callable[[float, Sequence[End], Vector], float]) -> tuple[LoadEvent, LoadEvent]:
+    """Return the events of a stretch that passes zero; where it becomes taut a force begins, and a step ends."""
+    return LoadEvent("slack", stretch, -1), LoadEvent("taut", stretch, 1, ends_step=True)
 
 
 class _RopeEnd(NamedTuple):

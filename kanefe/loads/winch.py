@@ -14,7 +14,7 @@ from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.periodic_load import checked_history
-from kanefe.loads.rope import Path, path_over
+from kanefe.loads.rope import Path, path_over, slack_and_taut
 
 
 @checked("name")
@@ -28,7 +28,8 @@ class Winch(Load):
 
     so that the tension is D dl/dt above or below what it is to be where the way changes slowly. Where the end runs away
     faster than the winch pays out, the cable stretches; where it comes faster than the winch draws in, it is slack. The
-    scene begins at the tension. What the winch does is booked as work of loads.
+    scene begins at the tension. What the winch does is booked as work of loads. When the cable becomes slack and taut,
+    a run tells that asks for it: ``simulate(..., events=["<name> slack", "<name> taut"])``.
 
     Parameters
     ----------
@@ -76,6 +77,7 @@ class Winch(Load):
     breaking_load: float | None = field(default=None, kw_only=True)
     length: float = field(default=math.nan, init=False, repr=False)
     is_settled: bool = field(default=False, init=False, repr=False)
+    looks_for_slack: bool = field(default=False, init=False, repr=False)
 
     kind = "winch"
     columns = ("length [m]", "paid out [m]", "rate [m/s]", "tension [N]")
@@ -112,11 +114,27 @@ class Winch(Load):
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """Its end, where it can break."""
-        if self.breaking_load is None or self.is_settled:
+        """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
+        if self.is_settled:
             return ()
+        found: tuple[LoadEvent, ...] = slack_and_taut(self.stretch) if self.looks_for_slack else ()
+        if self.breaking_load is None:
+            return found
         breaks = _CableEnd(self, self.breaking_load)
-        return (LoadEvent("breaks", breaks.reserve, -1, breaks.broken),)
+        return (*found, LoadEvent("breaks", breaks.reserve, -1, breaks.broken))
+
+    def in_detail(self) -> Winch:
+        """Return the winch with what tells when its cable becomes slack and taut."""
+        return self._with(looks_for_slack=True)
+
+    def stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return how far the cable is stretched, m; below zero it is slack, as where it is broken."""
+        if self._is_broken(states):
+            return -self.length
+        return self.path(t, ends).length - self.length - float(states[0])
+
+    def _is_broken(self, states: Vector) -> bool:
+        return len(states) > 1 and bool(states[1] <= 0.0)
 
     def wanted(self, t: float) -> float:
         """Return the tension that it is to hold at time t (s), N."""
@@ -130,8 +148,7 @@ class Winch(Load):
         """Return the tension, N."""
         if self.is_settled:
             return self.wanted(t)
-        is_broken = len(states) > 1 and states[1] <= 0.0
-        return 0.0 if is_broken else max(0.0, self.stiffness * (path.length - self.length - float(states[0])))
+        return 0.0 if self._is_broken(states) else max(0.0, self.stiffness * (path.length - self.length - float(states[0])))
 
     def rates(self, t: float, tension: float, states: Vector) -> Vector:
         """Return how fast cable is paid out at a tension, m/s, as rates of its states."""
@@ -139,7 +156,7 @@ class Winch(Load):
             return NO_STATES
         rate = (tension - self.wanted(t)) / self.damping
         found = np.zeros(len(states))
-        if not (len(states) > 1 and states[1] <= 0.0):
+        if not self._is_broken(states):
             found[0] = min(max(rate, -self.speed), self.speed)
         return found
 
@@ -173,7 +190,8 @@ class Winch(Load):
 
     def _with(self, **changes: Any) -> Winch:
         other = replace(self)
-        for name, value in {"length": self.length, "is_settled": self.is_settled, **changes}.items():
+        kept = {name: getattr(self, name) for name in ("length", "is_settled", "looks_for_slack")}
+        for name, value in {**kept, **changes}.items():
             object.__setattr__(other, name, value)
         return other
 
@@ -198,7 +216,7 @@ class Winch(Load):
     @property
     def kernel(self) -> LoadKernel:
         """Numbers: see `kanefe.kernels.force_elements.winch`."""
-        from kanefe.kernels.force_elements.winch import winch
+        from kanefe.kernels.force_elements.winch import winch, winch_watch
 
         times, tensions = self.tension
         head = (
@@ -208,10 +226,11 @@ class Winch(Load):
             self.speed,
             self.damping,
             self.is_settled,
-            self.breaking_load is not None,
+            self.breaking_load or 0.0,
             len(times),
         )
-        return LoadKernel(winch, np.concatenate((np.array(head, dtype=float), times, tensions)), winch)
+        numbers = np.concatenate((np.array(head, dtype=float), times, tensions))
+        return LoadKernel(winch, numbers, winch, winch_watch if self.looks_for_slack else None)
 
 
 class _CableEnd(NamedTuple):

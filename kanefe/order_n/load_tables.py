@@ -107,18 +107,22 @@ def loads_between(builder: Seats) -> LoadsBetween:
 
 def watched_loads(builder: Seats) -> tuple[LoadsBetween, list[int]]:
     """Return the same of those whose functions write what their events look at, and their numbers in the model."""
-    kernels = {}
+    kernels, most = {}, 0
     for number, load in enumerate(builder.model.loads):
         kernel = load.kernel
         if kernel is not None and kernel.watch is not None:
             kernels[number] = addresses(kernel.watch, None, WATCH_SIGNATURE), kernel.numbers
-    return _tables(builder, kernels)
+            most = max(most, len(load.events))
+    return _tables(builder, kernels, most)
 
 
 def _tables(
-    builder: Seats, kernels: Mapping[int, tuple[tuple[int, int], np.ndarray]]
+    builder: Seats, kernels: Mapping[int, tuple[tuple[int, int], np.ndarray]], values: int = 0
 ) -> tuple[LoadsBetween, list[int]]:
-    """Return the tables of loads by their numbers in the model, and these in the order of the tables."""
+    """Return the tables of loads by their numbers in the model, and these in the order of the tables.
+
+    `values` are what one of them writes at most, where that is not what it does.
+    """
     if not kernels:
         return no_loads_between(), []
     model = builder.model
@@ -158,7 +162,7 @@ def _tables(
         reach_size(reach),
         POINT_NUMBERS * max((int(count) for count in reach.teams[:, POINTS]), default=0),
     )
-    of_loads = max(load_workspace_size(row[1], row[5]) for row in integers)
+    of_loads = values + max(load_workspace_size(row[1], row[5]) for row in integers)
     return LoadsBetween(
         loads=np.array(integers, dtype=np.int64).reshape(-1, LOAD_INTEGERS),
         addresses=np.array([kernels[number][0] for number in order], dtype=np.int64).reshape(-1, 2),

@@ -18,6 +18,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
+from kanefe.integrate.asked_events import with_asked_events
 from kanefe.integrate.run import SilentBar, one_count, told_events, watch_of
 from kanefe.integrate.sampling import ControllerLog, Sampler
 from kanefe.integrate.status import RunStatus
@@ -104,7 +105,7 @@ def started(scene: Steppable, asked: Asked) -> Simulation:
     t, _ = asked.options.span
     own = scene.copy()
     held = own._hold_inputs(asked.inputs, t, asked.every)
-    model = own.freeze(t, asked.start)
+    model = with_asked_events(own.freeze(t, asked.start), asked.options.watched)
     if INPUTS in model.held:
         states = model.initial_states.copy()
         states[model.held[INPUTS]] = [one.start for one in held if one.course is None]

@@ -42,6 +42,7 @@ from kanefe.kernels.force_elements.contact_places import (
     STATIC_RATIO,
     STIFFNESS,
     STRIBECK_SPEED,
+    TELLS_POINTS,
     TORSIONAL,
     TURNED,
     VISCOUS,
@@ -145,12 +146,19 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
     is_any = has_held = has_slipping = False
     A_s, has_memory = nine(ends, A), numbers[HAS_MEMORY] > 0.0
     count, met = int(numbers[PROBES]), met_by(numbers, ends)
+    has_anchors, tells_points = numbers[HAS_FRICTION] == ANCHORED, numbers[TELLS_POINTS] > 0.0
+    each = 4 if has_anchors else 2
     for i in range(count):
         probe = PROBE + PROBE_NUMBERS * i
         depth, normal, point = located(numbers, probe, ends, met)
+        at = each * (i + 1)  # after those of the contact
         deepest = depth if i == 0 else max(deepest, depth)
         shallowest = depth if i == 0 else min(shallowest, depth)
-        if depth <= 0.0 or numbers[HAS_FRICTION] != ANCHORED:
+        if tells_points:
+            out[at] = out[at + 1] = depth
+            if has_anchors:
+                out[at + 2], out[at + 3] = -abs(depth) * numbers[STIFFNESS], abs(depth) * numbers[STIFFNESS]
+        if depth <= 0.0 or not has_anchors:
             continue
         is_any = True
         place, share = place_of(numbers, i), numbers[probe + SHARE]
@@ -163,6 +171,11 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
         pull = pulled(numbers, A_s, normal, v, rate, rotated(A_s, three(states, place)), k, c)[2]
         is_held = not has_memory or states[place + 3] > 0.5
         reserve = above_the_most(numbers, pull, normal, A_s, press, c, is_held)
+        if tells_points:
+            if is_held:
+                out[at + 2] = reserve
+            if not (is_held and has_memory):
+                out[at + 3] = reserve
         if is_held:
             first = reserve if not has_held else max(first, reserve)
             has_held = True
@@ -172,7 +185,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
             last = reserve if not has_slipping else min(last, reserve)
             has_slipping = True
     out[0] = out[1] = deepest
-    if numbers[HAS_FRICTION] == ANCHORED:
+    if has_anchors:
         out[2] = first if has_held else shallowest * numbers[STIFFNESS]
         out[3] = -deepest * numbers[STIFFNESS]
         if is_any:

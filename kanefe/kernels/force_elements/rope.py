@@ -8,10 +8,21 @@ import numpy as np
 
 from kanefe.kernels._numba import inlined
 from kanefe.kernels.addresses import called_by_address
-from kanefe.kernels.force_elements.places import END_NUMBERS, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
+from kanefe.kernels.force_elements.places import (
+    END_NUMBERS,
+    POTENTIAL,
+    SIGNATURE,
+    TAKEN,
+    WATCH_SIGNATURE,
+    WRENCH,
+    WRENCHES,
+    P,
+    V,
+)
 from kanefe.kernels.vectors import dot, minus, three, times
 
-ENDS, STIFFNESS, DAMPING, LENGTH, CAN_BREAK = range(5)
+ENDS, STIFFNESS, DAMPING, LENGTH, BREAKING_LOAD = range(5)
+"""The last is zero of one that does not break."""
 
 
 @called_by_address(*SIGNATURE)
@@ -19,18 +30,34 @@ def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) 
     """Write the pull on all points; `numbers` are those of `kanefe.loads.rope.Rope.kernel`."""
     count = int(numbers[ENDS])
     length, rate = put_gradient(count, ends, out)
-    stretch = length - numbers[LENGTH]
-    elastic = numbers[STIFFNESS] * stretch
-    if stretch.real <= 0.0 or (numbers[CAN_BREAK] > 0.0 and states[0].real <= 0.0):
-        elastic = 0.0 * elastic
-        tension = elastic
-    else:
-        tension = elastic + numbers[DAMPING] * rate
-        if tension.real < 0.0:
-            tension = 0.0 * tension
+    elastic, tension = tensions(numbers, length, rate, states)
     out[POTENTIAL] = 0.5 * elastic * elastic / numbers[STIFFNESS]
     out[TAKEN] = (tension - elastic) * rate
     pull(count, tension, out)
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def rope_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write twice how much longer its way is than the rope, and what its tension is below that at which it breaks."""
+    length, rate = put_gradient(int(numbers[ENDS]), ends, out)  # what that leaves behind is not read
+    is_broken = numbers[BREAKING_LOAD] > 0.0 and states[0] <= 0.0
+    out[0] = out[1] = -numbers[LENGTH] if is_broken else length - numbers[LENGTH]
+    if numbers[BREAKING_LOAD] > 0.0:
+        out[2] = numbers[BREAKING_LOAD] - tensions(numbers, length, rate, states)[1]
+
+
+@inlined
+def tensions(numbers: Any, length: Any, rate: Any, states: Any) -> tuple[Any, Any]:
+    """Return what the stretch pulls with, and with damping; nothing where the rope is slack or broken."""
+    stretch = length - numbers[LENGTH]
+    elastic = numbers[STIFFNESS] * stretch
+    if stretch.real <= 0.0 or (numbers[BREAKING_LOAD] > 0.0 and states[0].real <= 0.0):
+        elastic = 0.0 * elastic
+        return elastic, elastic
+    tension = elastic + numbers[DAMPING] * rate
+    if tension.real < 0.0:
+        tension = 0.0 * tension
+    return elastic, tension
 
 
 @inlined
