@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kanefe.contact.points_told import TOLD_OF_POINT
 from kanefe.contact.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross
@@ -130,6 +131,22 @@ def told(state: State, number: int) -> Vector:
     nearest = min(met, key=lambda one: one.gap)
     point = moved / normal if normal > 0.0 else nearest.point
     return np.array((*total, normal, np.linalg.norm(drag), -nearest.gap, z[0], *point, z[1], status))
+
+
+def points_told_of(state: State, number: int) -> Matrix:
+    """Return what each point of a rigid contact does, (points, 12): see `kanefe.results.contact_points`."""
+    contact, z = state.model.rigid_contact(number), state.load_states(state.model.rigid_contacts[number])
+    back = state.marker(contact.ends[0]).A_NF.T
+    met, statuses = meetings(state)[number], contact.status(z)
+    found = np.zeros((len(met), TOLD_OF_POINT))
+    found[:, 4], found[:, 11] = [-one.gap for one in met], statuses
+    for force in probe_forces(state):
+        if force.contact == number:
+            found[force.probe, 0], found[force.probe, 1:4] = force.normal, back @ force.friction
+    for i, (one, status) in enumerate(zip(met, statuses, strict=True)):
+        if status == SLIPS:
+            found[i, 8:11] = back @ (one.axes[1:].T @ one.rates[1:])
+    return found
 
 
 class Margins(NamedTuple):

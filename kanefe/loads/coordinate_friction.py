@@ -91,12 +91,20 @@ class CoordinateFriction(Load):
 
     @property
     def columns(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Forces on the body along the coordinates, stretch of the anchor's spring, 1 while it sticks, and the load."""
-        names = ["torque [N m]" if unit == "rad" else "force [N]" for unit in self.units]
-        if len(set(names)) < len(names):
-            names = [f"torque {axis} [N m]" for axis in "xyz"]
-        stretch = f"stretch [{self.units[0] if len(self.units) == 1 else 'm'}]"
-        return *names, stretch, "sticks [1]", *(("load [N]",) if self.bearing is not None else ())
+        """Forces on the body along the coordinates, stretch of the anchor's spring, 1 while it sticks, slip, and load.
+
+        Stretch and slip are along the coordinate, with its sign; of several coordinates at the surface that rubs.
+        """
+        forces = ["torque [N m]" if unit == "rad" else "force [N]" for unit in self.units]
+        along, unit = [""], self.units[0]
+        if self.count == MOST_DIRECTIONS:
+            along, unit = [f" {axis}" for axis in "xyz"], "m"
+            forces = [f"torque{axis} [N m]" for axis in along]
+        elif self.count > 1:
+            along, unit = [" turning" if unit == "rad" else " sliding" for unit in self.units], "m"
+        stretches, slips = ([f"{what}{one} [{unit}" for one in along] for what in ("stretch", "slip speed"))
+        load = () if self.bearing is None else ("load [N]",)
+        return *forces, *(f"{one}]" for one in stretches), "sticks [1]", *(f"{one}/s]" for one in slips), *load
 
     @property
     def subject(self) -> str:
@@ -183,12 +191,15 @@ class CoordinateFriction(Load):
         return Action(wrenches, 0.5 * k * float(w @ w), float(drag @ v - k * w @ stretching), 0.0, rates)
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the forces on the body, the stretch, whether it sticks, and the load."""
+        """Return the forces on the body, the stretch, whether it sticks, how fast the anchor slips, and the load."""
         sticks = self._slip_force(ends, states) <= 0.0
-        w = self._stretch(ends, states)
-        stretch = w[0] / self.arms[0] if self.count == 1 else np.linalg.norm(w)
+        w, drag = self._stretch(ends, states), self._drag(ends, states)
+        slip = self._slipping(ends) - (drag - self.stiffness * w) / self.damping
+        if sticks:
+            slip = np.zeros(self.count)  # but for round-off
+        scale = self.arms[0] if self.count == 1 else 1.0
         load = () if self.bearing is None else (self._felt(states),)
-        return np.array((*(-self._drag(ends, states) * self.arms), stretch, sticks, *load))
+        return np.array((*(-drag * self.arms), *(w / scale), sticks, *(slip / scale), *load))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""

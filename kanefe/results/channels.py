@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -22,12 +22,15 @@ from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.reactions import joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
+from kanefe.results.contact_history import is_contact
+from kanefe.results.contact_points import in_columns
 from kanefe.results.interface_forces import coupling_forces
 from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, reactions_of_states
 from kanefe.results.surface_outline import SurfaceOutline, outlines
 from kanefe.tree.route import RunSweeps
+from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
@@ -41,7 +44,8 @@ class Channels(Protocol):
     """Where a result reads from.
 
     `has_forces`: whether accelerations and all forces can be read; `loops`: the names of loop joints and other
-    constraints with two ends; `loads`: names of loads between frames, and of what each tells.
+    constraints with two ends; `loads`: names of loads between frames, and of what each tells; `points`: how many points
+    each contact has.
     """
 
     times: np.ndarray
@@ -52,6 +56,11 @@ class Channels(Protocol):
     loops: tuple[str, ...]
     loads: Mapping[str, tuple[str, ...]]
     has_forces: bool
+
+    @property
+    def points(self) -> Mapping[str, int]:
+        """How many points each contact has, by its name."""
+        ...
 
     @property
     def bodies(self) -> tuple[BodyShape, ...]:
@@ -90,6 +99,11 @@ class RunChannels:
         self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
         self._du = trajectory.accelerations
+
+    @cached_property
+    def points(self) -> Mapping[str, int]:
+        """How many points each contact has, by its name."""
+        return {load.name: len(load.probes) for load in self.model.loads if is_contact(load.columns)}  # type: ignore[attr-defined]
 
     @cached_property
     def bodies(self) -> tuple[BodyShape, ...]:
@@ -315,15 +329,35 @@ class RunChannels:
         forces = [loop_forces(state) for state, _ in self.acting_states()]
         return {("loop_force", name, ""): np.array([force[name] for force in forces]) for name in self.loops}
 
+    def _loaded_states(self) -> Iterable[SceneState]:
+        """Return the states as loads see them; those of scenes with rigid contacts also tell their forces."""
+        if self.swept is None or self.model.rigid_contacts:
+            return self.views()
+        return placed_states(self.model, self.trajectory, self.swept)
+
+    def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
+        from kanefe.contact.contact import Contact
+        from kanefe.contact.points_told import points_told
+        from kanefe.kane.rigid_contacts import points_told_of
+
+        number = next(i for i, load in enumerate(self.model.loads) if load.name == name)
+        load, found = self.model.loads[number], []
+        for state in self._loaded_states():
+            if isinstance(load, Contact):
+                told = points_told(load, state.load_ends(number), state.load_states(number))
+            elif isinstance(state, State):
+                told = points_told_of(state, self.model.rigid_contacts.index(number))
+            found.append(in_columns(told))
+        return {("contact_points", name, ""): np.array(found)}
+
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.kane.rigid_contacts import told as told_of_rigid
 
-        rigid, swept = self.model.rigid_contacts, self.swept
+        rigid = self.model.rigid_contacts
         kept: dict[Key, np.ndarray] = {
             ("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads
         }
-        placed = self.views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)
-        for row, state in enumerate(placed):
+        for row, state in enumerate(self._loaded_states()):
             for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
                 if i in rigid and isinstance(state, State):
                     told[row] = told_of_rigid(state, rigid.index(i))
@@ -371,4 +405,5 @@ _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = 
     "driving_force": RunChannels._drives,
     "loop_force": RunChannels._loop_forces,
     "load": RunChannels._loads,
+    "contact_points": RunChannels._points,
 }

@@ -27,6 +27,7 @@ from kanefe.results.quantities import (
     MODES,
     MOTIONS,
     OF_SCENE,
+    POINTS,
 )
 from kanefe.results.reader import Reader
 from kanefe.results.surface_outline import SurfaceOutline
@@ -35,8 +36,8 @@ from kanefe.storage.hdf5 import decode, encode
 from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
-VERSION = 7
-"""In 6 there was no digest, and coupling forces had no parts."""
+VERSION = 8
+"""In 6 there was no digest, and coupling forces had no parts; in 7 no points of contacts."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -56,11 +57,12 @@ PARTS = {
     "bodies": list,
     "loops": list,
     "loads": dict,
+    "points": dict,
     "surfaces": list,
 }
 """Attributes of a file that are json, and what each holds."""
 
-_SKIPPED_WITHOUT_FORCES = (*FORCES, "acceleration", "angular_acceleration")
+_SKIPPED_WITHOUT_FORCES = (*FORCES, *POINTS, "acceleration", "angular_acceleration")
 
 
 def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> None:
@@ -89,6 +91,7 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         "bodies": [_described(shape) for shape in shapes],
         "loops": list(result.loops),
         "loads": {name: list(columns) for name, columns in result.loads.items()},
+        "points": result.point_counts,
         "surfaces": [
             {"name": s.name, "body": s.body, "interface": s.interface, "is_endless": s.is_endless}
             for s in result.surfaces
@@ -177,6 +180,7 @@ class FileChannels:
         self.bodies = tuple(_shape(entry, arrays) for entry in told["bodies"])
         self.loops = tuple(told["loops"])
         self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in told["loads"].items()}
+        self.points: Mapping[str, int] = {name: int(count) for name, count in told["points"].items()}
         self.surfaces = tuple(
             SurfaceOutline(
                 **entry, vertices=arrays[f"surfaces/{i}/vertices"], triangles=arrays[f"surfaces/{i}/triangles"]
@@ -253,6 +257,7 @@ def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[
     keys = [(quantity, "", "") for quantity in (*OF_SCENE, *CENTRES)]
     keys += [(quantity, name, "") for name in result.loops for quantity in LOOPS]
     keys += [(quantity, name, "") for name in result.loads for quantity in LOADS]
+    keys += [(quantity, name, "") for name in result.contacts for quantity in POINTS]
     for shape in shapes:
         own = [*MOTIONS, *CENTRES, *JOINTS, *(DRIVES if shape.is_driven else ()), *(MODES if shape.is_flexible else ())]
         keys += [(quantity, shape.name, "") for quantity in own]
@@ -266,7 +271,7 @@ def _location(quantity: str, body: str, interface: str = "", part: str = "") -> 
         return f"{_folder(body)}/interfaces/{_safe(interface)}/parts of {quantity}/{_safe(part)}"
     if not body:
         return f"scene/{quantity}"
-    if quantity in LOOPS or quantity in LOADS:
+    if quantity in LOOPS or quantity in LOADS or quantity in POINTS:
         return f"{'loops' if quantity in LOOPS else 'loads'}/{_safe(body)}/{quantity}"
     return f"{_folder(body)}/" + (f"interfaces/{_safe(interface)}/{quantity}" if interface else quantity)
 

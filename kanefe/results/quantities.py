@@ -55,6 +55,7 @@ DRIVES = {
 }
 LOOPS = {"loop_force": Quantity("force of the loop joint on its end b, in the axes of that end", WRENCH)}
 LOADS = {"load": Quantity("load between frames", (("load", "by column", ()),))}
+POINTS = {"contact_points": Quantity("points of a contact", (("contact points", "by column", ()),))}
 MODES = {
     "modal_coordinates": Quantity("modal coordinates", (("modal coordinates", "kg^1/2 m (unreduced: m, rad)", ()),)),
     "modal_speeds": Quantity("modal speeds", (("modal speeds", "kg^1/2 m/s (unreduced: m/s, rad/s)", ()),)),
@@ -76,7 +77,9 @@ MOMENTA = {
 }
 CENTRES = {"center_of_mass": Quantity("centre of mass in N", (("position", "m", XYZ),))}
 OF_SCENE = ENERGIES | MOMENTA
-QUANTITIES: Mapping[str, Quantity] = MOTIONS | CENTRES | JOINTS | DRIVES | LOOPS | LOADS | MODES | INTERFACES | OF_SCENE
+QUANTITIES: Mapping[str, Quantity] = (
+    MOTIONS | CENTRES | JOINTS | DRIVES | LOOPS | LOADS | POINTS | MODES | INTERFACES | OF_SCENE
+)
 FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force")
 """Quantities that need the residuals of the equations."""
 
@@ -84,7 +87,7 @@ FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force")
 def resolved_parts(
     quantity: str, columns: Sequence[str] = (), count: int = 0, is_orthonormal: bool = True
 ) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
-    """Return (label, unit, column names) of a quantity of one body, columns of one unit together.
+    """Return (label, unit, column names) of a quantity of one body, in order, neighbours of one unit together.
 
     Parameters
     ----------
@@ -105,14 +108,16 @@ def resolved_parts(
         return ((label, reduced if is_orthonormal else full, tuple(f"{i}" for i in range(count))),)
     if quantity in DRIVES and len(columns) == 1:
         return ((label, _force_unit(columns[0]), ()),)
-    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES, *LOADS):
+    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES, *LOADS, *POINTS):
         return parts
-    groups: dict[str, list[str]] = {}
+    groups: list[tuple[str, list[str]]] = []
     for column in columns:
         name, _, bracket = column.partition(" [")
         of = _force_unit(column) if quantity in DRIVES else bracket.removesuffix("]") or "1"
-        groups.setdefault(of, []).append(name)
-    return tuple((label, unit, tuple(names)) for unit, names in groups.items())
+        if not groups or groups[-1][0] != of:
+            groups.append((of, []))
+        groups[-1][1].append(name)
+    return tuple((label, unit, tuple(names)) for unit, names in groups)
 
 
 def _force_unit(column: str) -> str:

@@ -16,6 +16,7 @@ from kanefe.integrate.status import RunStatus
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.channels import Channels, RunChannels
 from kanefe.results.contact_history import ContactHistory, contact_history, is_contact
+from kanefe.results.contact_points import ContactPoints, contact_points, point_columns
 from kanefe.results.contact_report import contact_report
 from kanefe.results.load_forces import load_forces, turned_into
 from kanefe.results.quantities import (
@@ -29,6 +30,7 @@ from kanefe.results.quantities import (
     MOMENTA,
     MOTIONS,
     OF_SCENE,
+    POINTS,
     QUANTITIES,
     Energy,
     Momentum,
@@ -47,7 +49,10 @@ class EventTimes(dict[str, np.ndarray]):
 
     def __missing__(self, name: str) -> np.ndarray:
         """Raise a ModelError that names the events there are."""
-        raise ModelError(f"the run has no event called {name!r}. It has: {', '.join(self) or 'none'}")
+        raise ModelError(
+            f"the run has no event called {name!r}. It has: {', '.join(self) or 'none'}. Remedy: one of these; slack and "
+            f"taut of ropes, and what single points of contacts do, are told on request, simulate(events=[{name!r}])"
+        )
 
 
 class Reader:
@@ -375,10 +380,41 @@ class Reader:
         """
         return contact_history(self.read("load", name), self.loads[name], name)
 
+    @checked
+    def contact_points(self, name: str) -> ContactPoints:
+        """Return what each point of a contact did: normal force, friction, depth, slip with its sign, and anchor.
+
+        Vectors are along the axes of the surface that is touched. The points are in the order of the frames, or of the
+        points of the patch; of a box, its corners; of a capsule, its ends.
+
+        Raises
+        ------
+        ModelError
+            If there is no such contact.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+        >>> sled = scene.add_rigid_body("sled", 2.0, 0.1, joint=kf.Free(velocity=(-3.0, 0, 0)))
+        >>> feet = [sled.frame(at=(x, y, 0)) for x in (-0.5, 0.5) for y in (-0.2, 0.2)]
+        >>> scene.add_contact("feet", feet, floor, normal=kf.HuntCrossley(1e6, damping=1.0), friction=kf.Coulomb(0.3))
+        >>> points = scene.simulate((0.0, 0.5)).contact_points("feet")
+        >>> points.slip_velocity[-1, :, 0].round(2)  # -3 m/s + 0.3 g t
+        array([-1.53, -1.53, -1.53, -1.53])
+        """
+        return contact_points(self.read("contact_points", name))
+
     @property
     def contacts(self) -> tuple[str, ...]:
         """Names of the contacts."""
         return tuple(name for name, columns in self.loads.items() if is_contact(columns))
+
+    @property
+    def point_counts(self) -> dict[str, int]:
+        """How many points each contact has."""
+        return dict(self._channels.points)
 
     def contact_report(self) -> str:
         """Return a table of the contacts: first touch, largest forces, how long it held, slip and work.
@@ -480,6 +516,8 @@ class Reader:
             return resolved_parts(quantity)
         if quantity in LOADS:
             return resolved_parts(quantity, self.loads[name])
+        if quantity in POINTS:
+            return resolved_parts(quantity, point_columns(self._channels.points[name]))
         shape = self.body(name)
         names = {"joint_coordinates": shape.coordinate_names, "driving_force": shape.driven_names}
         return resolved_parts(
@@ -513,6 +551,11 @@ class Reader:
             if name not in self.loads or interface is not None:
                 there = ", ".join(self.loads) or "none"
                 raise ModelError(f"the run has no load between frames called {name!r}. It has: {there}")
+            return self._channels.read(quantity, name)
+        if quantity in POINTS:
+            if name not in self.contacts or interface is not None:
+                there = ", ".join(self.contacts) or "none"
+                raise ModelError(f"the run has no contact called {name!r}. It has: {there}")
             return self._channels.read(quantity, name)
         shape = self.body(name)
         if quantity in MODES or quantity in INTERFACES:

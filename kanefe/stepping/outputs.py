@@ -15,12 +15,14 @@ from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
 from kanefe.integrate.sampling import reader
 from kanefe.loads.controller import Reading
+from kanefe.results.contact_points import COLUMNS as POINT_COLUMNS
+from kanefe.results.contact_points import point_columns
 from kanefe.results.quantities import QUANTITIES, resolved_parts
 from kanefe.scene.controllers import READS
 from kanefe.scene.targets import Named, asked_for
 from kanefe.stepping.steppable import Steppable
 
-FORCES = ("coupling_force", "joint_reaction", "driving_force", "loop_force", "load")
+FORCES = ("coupling_force", "joint_reaction", "driving_force", "loop_force", "load", "contact_points")
 """What an instant tells besides; each reads more than the motion of one frame."""
 
 WRENCH = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
@@ -123,7 +125,9 @@ def _start(model: Model) -> tuple[Vector, Vector, Vector]:
 
 def _columns(model: Model, what: str, of: str, count: int) -> list[tuple[str, str]]:
     """Return name and unit of each component of a force."""
-    if what == "load":
+    if what == "contact_points":
+        named = point_columns(count // sum(len(names) for _, names in POINT_COLUMNS))
+    elif what == "load":
         named = next(load.columns for load in model.loads if load.name == of)
     elif what == "driving_force":
         joint = model.bodies[model.index(of)].joint
@@ -134,7 +138,7 @@ def _columns(model: Model, what: str, of: str, count: int) -> list[tuple[str, st
         named = ()
     parts = resolved_parts(what, tuple(named)) if named else QUANTITIES[what].parts
     titles = [
-        (f"{label} {c}" if what not in ("load", "driving_force") else c, u)
+        (f"{label} {c}" if what not in ("load", "driving_force", "contact_points") else c, u)
         for label, u, cs in parts
         for c in cs or (label,)
     ]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from kanefe.errors import MissingDependency, ModelError
-from kanefe.results.quantities import DRIVES, ENERGIES, INTERFACES, LOADS, LOOPS, MODES, MOMENTA, QUANTITIES
+from kanefe.results.quantities import DRIVES, ENERGIES, INTERFACES, LOADS, LOOPS, MODES, MOMENTA, POINTS, QUANTITIES
 from kanefe.storage.files import ready_path, write_whole
 
 try:
@@ -164,6 +164,8 @@ def _targets(result: Reader, quantity: str, names: Sequence[str]) -> list[tuple[
     found: list[tuple[str, ...]]
     if quantity in LOOPS:
         found = [(name,) for name in result.loops]
+    elif quantity in POINTS:
+        found = [(name,) for name in result.contacts]
     elif quantity in LOADS:
         found = [(name,) for name in result.loads]
     elif quantity in INTERFACES:
