@@ -119,18 +119,18 @@ class Watched:
         return self.touches(ends, states)[i].depth
 
     def above_of(self, i: int, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return a number that rises above zero where a probe slips that was held."""
+        """Return a number that is above zero while a probe slips."""
         touch = self.touches(ends, states)[i]
         if touch.depth > 0.0 and self._held(states)[i]:
-            return touch.reserve
-        return -abs(touch.depth) * self.contact.normal.stiffness
+            return touch.reserve + self._nearness * touch.press
+        return touch.depth * self.contact.normal.stiffness
 
     def below_of(self, i: int, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return a number that falls below zero where a probe sticks that slipped."""
+        """Return a number that is below zero while a probe sticks."""
         touch = self.touches(ends, states)[i]
         if touch.depth > 0.0 and not (self._held(states)[i] and self._has_memory):
-            return touch.reserve
-        return abs(touch.depth) * self.contact.normal.stiffness
+            return touch.reserve - self._nearness * touch.press
+        return -touch.depth * self.contact.normal.stiffness
 
     def above(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return a number that rises above zero where a probe slips that was held; below zero where none touches."""
@@ -177,6 +177,11 @@ class Watched:
         if not self._has_memory:
             return [True] * len(self.contact.probes)
         return [bool(flag > 0.5) for flag in states[self.contact.begins + 3 :: self.contact.each]]
+
+    @property
+    def _nearness(self) -> float:
+        """How near to its limit a probe slips or sticks, of the normal force: that with which `changed` takes it in."""
+        return AT_THE_LIMIT if self._has_memory else 0.0
 
     @property
     def _has_memory(self) -> bool:

@@ -16,10 +16,14 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
+    from kanefe.kane.impacts import PointChange
     from kanefe.kane.rigid_contacts import Margins
 
 FAR = 1.0
 """Value of a function that looks at nothing."""
+
+AT_ONCE = 1e-9
+"""Share of a run: changes of a point within it are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,8 @@ class ContactChange(MarginEvent):
         Of the run.
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
+    points : list of PointChange
+        The same of single points.
     """
 
     model: ModelData = field(kw_only=True)
@@ -44,6 +50,7 @@ class ContactChange(MarginEvent):
     stop: float = field(kw_only=True)
     rtol: float = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
+    points: list[PointChange] = field(kw_only=True, default_factory=list)
 
     @property
     def acts(self) -> bool:
@@ -62,6 +69,7 @@ class ContactChange(MarginEvent):
 
         found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol)
         self.happened.extend(found.happened)
+        self.points.extend(found.points)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
 
@@ -119,14 +127,49 @@ def told_of_contacts(model: ModelData, method: str) -> tuple[Event, ...]:
     return tuple(ToldOfContact(f"{one.name} {what}", _never) for one in contacts for what in one.told)
 
 
-def taken(events: Sequence[Event]) -> list[tuple[str, float]]:
-    """Return what events of rigid contacts have led to, and forget it."""
-    found: list[tuple[str, float]] = []
-    for event in events:
-        if isinstance(event, ContactChange):
-            found += event.happened
+class Telling:
+    """What events of rigid contacts have led to, as times of events that are told.
+
+    Forces that several points share are decided in steps: one that is let go and held again at one moment stayed.
+
+    Parameters
+    ----------
+    times : dict of str to list of float
+        Of what happened so far.
+    span : float
+        Of the run, s.
+    """
+
+    def __init__(self, times: dict[str, list[float]], span: float) -> None:
+        self._times, self._moment = times, AT_ONCE * span
+        self._last: dict[tuple[str, int], PointChange] = {}
+
+    def take(self, events: Sequence[Event]) -> set[str]:
+        """Add what events have led to, and forget it there; return its names."""
+        names: set[str] = set()
+        for event in events:
+            if not isinstance(event, ContactChange):
+                continue
+            for name, t in event.happened:
+                self._times[name].append(t)
+                names.add(name)
+            for change in event.points:
+                names.update(self._told(change))
             event.happened.clear()
-    return found
+            event.points.clear()
+        return names
+
+    def _told(self, change: PointChange) -> list[str]:
+        key = change.contact, change.point
+        last = self._last.get(key)
+        if last is not None and change.t - last.t <= self._moment:
+            for name in last.names:
+                self._times[name].pop()
+            change = change._replace(before=last.before, is_struck=last.is_struck or change.is_struck)
+        self._last[key] = change
+        for name in change.names:
+            self._times[name].append(change.t)
+        return change.names
 
 
 def _never(t: float, state: SceneState) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
+from kanefe.integrate.contact_changes import Telling
 from kanefe.integrate.crossings import crossing_between
 from kanefe.integrate.events import Event, MarginEvent
 from kanefe.integrate.load_events import EventOfLoad
@@ -72,6 +73,8 @@ class EventWatch:
         Of what happened so far.
     acting : float or None
         Time of the first event of the last step that acts, s.
+    telling : Telling
+        Of rigid contacts.
     """
 
     def __init__(self, model: Model, events: Sequence[Event], span: float) -> None:
@@ -91,6 +94,7 @@ class EventWatch:
         self._actions: deque[float] = deque(maxlen=STORM)
         self.acting: float | None = None
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
+        self.telling = Telling(self.times, span)
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
         """Take in a state from which the run goes on, after what has just happened there."""

@@ -12,7 +12,7 @@ from kanefe.equations.forces_at import seen
 from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.clock import CONTROLLERS, Clock
-from kanefe.integrate.contact_changes import begun, taken
+from kanefe.integrate.contact_changes import begun
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
@@ -312,10 +312,7 @@ class RunLoop:
                 if isinstance(refusal, StepFailure):
                     return RunStatus("failed", acting, refusal.reason, refusal.remedy)
                 return RunStatus.of_error(acting, refusal)
-            changes = taken(happened)
-            for name, t in changes:
-                watch.times[name].append(t)
-            told = {name for name, _ in changes}
+            told = watch.telling.take(happened)
             terminal = next((event for event in watch.events if event.terminal and event.name in told), None)
             if terminal is not None:
                 self._stand_at(acting, y)

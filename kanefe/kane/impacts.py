@@ -7,12 +7,13 @@ once. What follows is decided by the forces: the same complementarity, of accele
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.contact.cone import Cones, solved
-from kanefe.contact.rigid import POISSON
 from kanefe.contact.contact_events import of_point
+from kanefe.contact.rigid import POISSON
 from kanefe.contact.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
@@ -45,6 +46,43 @@ friction that would hold it. Friction would draw it there the faster the slower 
 direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
 
 
+class PointChange(NamedTuple):
+    """What an event changes at a point of a contact.
+
+    Attributes
+    ----------
+    contact : str
+    point : int
+    t : float
+        s.
+    before, after : int
+        OPEN, STICKS or SLIPS.
+    is_struck : bool
+        Whether it took part in an impact, after which it may be open again.
+    has_friction : bool
+    """
+
+    contact: str
+    point: int
+    t: float
+    before: int
+    after: int
+    is_struck: bool
+    has_friction: bool
+
+    @property
+    def names(self) -> list[str]:
+        """What it is told as: what touches and slips at once is told as both."""
+        has_touched = self.before == OPEN and (self.after != OPEN or self.is_struck)
+        found = {
+            TOUCH: has_touched,
+            LIFT: self.before != OPEN and self.after == OPEN,
+            SLIP: self.has_friction and self.after == SLIPS != self.before,
+            STICK: self.has_friction and self.after == STICKS != self.before,
+        }
+        return [f"{self.contact} {of_point(what, self.point)}" for what, is_told in found.items() if is_told]
+
+
 @dataclass
 class Changed:
     """What an event leads to.
@@ -57,11 +95,14 @@ class Changed:
         Internal states after it.
     happened : list of (str, float)
         Names of what is told, "<contact> touch" and so on, and their times, s.
+    points : list of PointChange
+        What is told of single points, where that is asked for.
     """
 
     u: Vector
     z: Vector
     happened: list[tuple[str, float]] = field(default_factory=list)
+    points: list[PointChange] = field(default_factory=list)
 
 
 def resolved(
@@ -106,6 +147,7 @@ class _Event(StickOrSlip):
             if self.before[key] != OPEN or one.gap <= near or (kind == TOUCH and key in self.concerned)
         ]
         self.happened: list[tuple[str, float]] = []
+        self.points: list[PointChange] = []
 
     def _past(self, state: State) -> set[Key]:
         """Return the probes that the event is of."""
@@ -151,7 +193,7 @@ class _Event(StickOrSlip):
             closed &= [key not in self.concerned for key in self.keys]
         self._decide(J, G, rates, closed)
         self._tell()
-        return Changed(self.u, self.z, self.happened)
+        return Changed(self.u, self.z, self.happened, self.points)
 
     def _impulses(self, G: Matrix, rates: Vector) -> Vector:
         """Return the impulses of an impact, (3 k,)."""
@@ -244,13 +286,13 @@ class _Event(StickOrSlip):
             was = [self.before[key] for key in keys]
             now = [contact.status(self._own(key))[key[1]] for key in keys]
             struck = {key for key, is_struck in zip(self.keys, self.struck, strict=True) if is_struck}
-            touched = [
-                was[at] == OPEN and (key in struck or (key in self.concerned and self.kind == TOUCH and now[at] != OPEN))
-                for at, key in enumerate(keys)
-            ]
             if contact.tells_points:
-                self._tell_points(contact, [key[1] for key in keys], was, now, touched)
-            if any(touched):
+                self._tell_points(contact, keys, was, now)
+            if any(
+                key in struck or (key in self.concerned and self.kind == TOUCH and now[at] != OPEN)
+                for at, key in enumerate(keys)
+                if was[at] == OPEN
+            ):
                 self.happened.append((f"{contact.name} touch", self.t))
             if max(was) != OPEN and max(now) == OPEN:
                 self.happened.append((f"{contact.name} lift", self.t))
@@ -262,14 +304,11 @@ class _Event(StickOrSlip):
             if STICKS in now and not slips and (slipped or max(was) == OPEN):
                 self.happened.append((f"{contact.name} stick", self.t))
 
-    def _tell_points(
-        self, contact: RigidContact, points: list[int], was: list[int], now: list[int], touched: list[bool]
-    ) -> None:
+    def _tell_points(self, contact: RigidContact, keys: list[Key], was: list[int], now: list[int]) -> None:
         """Note what the event is told as of each point."""
-        for i, before, after, has_touched in zip(points, was, now, touched, strict=True):
-            changes = [TOUCH] if has_touched else []
-            changes += [LIFT] if before != OPEN and after == OPEN else []
-            if contact.friction is not None:
-                changes += [SLIP] if before == STICKS and after == SLIPS else []
-                changes += [STICK] if before != STICKS and after == STICKS else []
-            self.happened += [(f"{contact.name} {of_point(what, i)}", self.t) for what in changes]
+        struck = dict(zip(self.keys, self.struck.tolist(), strict=True))
+        self.points += [
+            PointChange(contact.name, key[1], self.t, before, after, struck[key], contact.friction is not None)
+            for key, before, after in zip(keys, was, now, strict=True)
+            if before != after or (struck[key] and before == OPEN)
+        ]

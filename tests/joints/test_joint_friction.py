@@ -34,7 +34,7 @@ def test_below_the_cap_a_block_moves_by_the_stretch_of_its_anchor_and_does_not_c
     assert x[-1] == pytest.approx(push / SPRING, rel=1e-12)
     assert abs(x[100:] - x[-1]).max() < 1e-15
     assert not len(result.events["block slip"])
-    assert result.load("friction of block")[-1] == pytest.approx((-push, push / SPRING, 1.0), rel=1e-12)
+    assert result.load("friction of block")[-1] == pytest.approx((-push, push / SPRING, 1.0, 0.0), rel=1e-12)
     assert result.statistics["method"] == "radau5"
     assert result.statistics["steps"] < 400
 
@@ -57,9 +57,9 @@ def test_above_the_cap_it_slides_with_what_is_left(method: str) -> None:
     v, t = result.joint_speeds("block")[:, 0], result.times
     late = t > 0.1
     assert np.diff(v[late]) / np.diff(t[late]) == pytest.approx((6.0 - CAP) / MASS, rel=1e-5)
-    assert result.load("friction of block")[late] == pytest.approx(
-        np.tile((-CAP, 1e-5, 0.0), (late.sum(), 1)), rel=1e-4
-    )
+    told = result.load("friction of block")[late]
+    assert told[:, :3] == pytest.approx(np.tile((-CAP, 1e-5, 0.0), (late.sum(), 1)), rel=1e-4)
+    assert told[:, 3] == pytest.approx(v[late], rel=1e-5)
     assert len(result.events["block slip"]) == 1
     assert result.events["block slip"][0] < math.pi * math.sqrt(MASS / SPRING)  # within half a swing on the anchor
     assert abs(result.energy.balance_error).max() < 1e-5
@@ -115,7 +115,7 @@ def test_a_hinge_holds_a_pendulum_aside() -> None:
     # it came down at once, so that it slipped by what twice its weight has above the cap
     angle = result.joint_coordinates("rod")[:, 0]
     assert abs(angle[-1] - angle[-100]) < 1e-14
-    torque, _, sticks = result.load("friction of rod")[-1]
+    torque, _, sticks, _ = result.load("friction of rod")[-1]
     assert -torque == pytest.approx(9.81 * m * lever * math.cos(angle[-1]), rel=1e-9)
     assert sticks
     assert 9.81 * m * lever < cap
@@ -208,7 +208,7 @@ def test_a_rest_hangs_on_friction_that_holds_what_it_has_to() -> None:
     result = again.simulate((0.0, 1.0), start=rest)
     assert abs(result.joint_coordinates("weight")[:, 0] - rest.joint_coordinates("weight")[0]).max() < 1e-14
     assert result.load("friction of weight")[0] == pytest.approx(
-        (MASS * 9.81, -MASS * 9.81 / stiffness, 1.0), rel=1e-12
+        (MASS * 9.81, -MASS * 9.81 / stiffness, 1.0, 0.0), rel=1e-12
     )
 
 
@@ -261,3 +261,36 @@ def test_joints_without_friction_from_their_load_say_so(kind, remedy):
     with pytest.raises(kf.ModelError, match=f"a {kind.__name__.lower()} joint has no friction.*Remedy: .*{remedy}"):
         kind(friction=kf.JointFriction(mu=0.1))
     assert pickle.loads(pickle.dumps(kind())) == kind()
+
+
+def test_slip_and_stretch_have_the_sign_of_the_motion() -> None:
+    """A mass that swings on a spring: where it slips its anchor goes with it, and friction is against both."""
+    scene = kf.System()
+    forces = kf.CoordinateForce(stiffness=100.0, friction=1.0)
+    scene.add_rigid_body("mass", 1.0, joint=kf.Prismatic("x", position=0.1, forces=forces))
+    result = scene.simulate((0.0, 1.5), rtol=1e-8)
+    names = "force", "stretch", "sticks", "slip speed"
+    force, stretch, sticks, slip = (result.load("friction of mass", name) for name in names)
+    v = result.joint_speeds("mass")[:, 0]
+    assert slip.min() < -0.1 and slip.max() > 0.1
+    assert np.all(slip[sticks == 1.0] == 0.0)
+    slips = sticks == 0.0
+    assert np.all(force[slips] * slip[slips] < 0.0) and np.all(force[slips] * stretch[slips] < 0.0)
+    # what the spring of the anchor takes up where the motion turns is over within milliseconds
+    assert np.median(np.abs(slip[slips] - v[slips])) < 1e-6
+    units = {one.partition(" [")[0]: one.partition(" [")[2][:-1] for one in result.loads["friction of mass"]}
+    assert units == {"force": "N", "stretch": "m", "sticks": "1", "slip speed": "m/s"}
+
+
+def test_joints_of_several_directions_tell_each() -> None:
+    friction = kf.JointFriction(0.2, 0.05)
+    scene = kf.System(gravity=(0, 0, -9.81))
+    scene.add_rigid_body("sleeve", 1.0, 0.1, joint=kf.Cylindrical("x", speed=(-0.3, 6.0), friction=friction))
+    scene.add_rigid_body("ball", 1.0, 0.1, joint=kf.Spherical(angular_velocity=(0, -2.0, 0), friction=friction))
+    result = scene.simulate((0.0, 0.05))
+    slid, turned = (result.load("friction of sleeve", f"slip speed {way}")[-1] for way in ("sliding", "turning"))
+    v, w = result.joint_speeds("sleeve")[-1]
+    # the anchor's spring still swings a little
+    assert (slid, turned) == pytest.approx((v, 0.05 * w), rel=2e-2)
+    assert result.load("friction of ball", "slip speed y")[-1] < 0.0
+    assert result.load("friction of ball", "stretch y [m]")[-1] < 0.0

@@ -112,6 +112,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
 
     class Renamed:
         times, statistics, has_forces, loops, loads, surfaces = result.times, result.statistics, True, (), {}, ()
+        points: ClassVar[dict[str, int]] = {}
         status, events = result.status, {"floor": np.array([0.5])}
         controllers: ClassVar[dict[str, object]] = {}
         neighbours: ClassVar[dict[str, Neighbours]] = {"a/b": Neighbours((".",), ("c/d",)), "..": Neighbours((), ())}
@@ -175,7 +176,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with changed(saved) as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 7"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 8"):
         kf.load_result(saved)
 
 

@@ -71,6 +71,9 @@ ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
 
 MOST_TRIALS = 60
 
+AT_THE_LIMIT = 1e-9
+"""That of `kanefe.contact.contact_events`."""
+
 
 @called_by_address(*SIGNATURE)
 def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
@@ -157,7 +160,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
         if tells_points:
             out[at] = out[at + 1] = depth
             if has_anchors:
-                out[at + 2], out[at + 3] = -abs(depth) * numbers[STIFFNESS], abs(depth) * numbers[STIFFNESS]
+                out[at + 2], out[at + 3] = depth * numbers[STIFFNESS], -depth * numbers[STIFFNESS]
         if depth <= 0.0 or not has_anchors:
             continue
         is_any = True
@@ -172,10 +175,11 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
         is_held = not has_memory or states[place + 3] > 0.5
         reserve = above_the_most(numbers, pull, normal, A_s, press, c, is_held)
         if tells_points:
+            near = AT_THE_LIMIT * press if has_memory else 0.0
             if is_held:
-                out[at + 2] = reserve
+                out[at + 2] = reserve + near
             if not (is_held and has_memory):
-                out[at + 3] = reserve
+                out[at + 3] = reserve - near
         if is_held:
             first = reserve if not has_held else max(first, reserve)
             has_held = True
