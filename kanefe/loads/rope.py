@@ -54,7 +54,7 @@ class Rope(Load):
     so that it never pushes. Each point feels T times the sum of the directions to its neighbours (Eq. 11).
 
     A run that asks for them tells when l falls below l0 and rises above it:
-    ``simulate(..., events=["<name> slack", "<name> taut"])``. Its steps then end where the rope becomes taut.
+    ``simulate(..., events=["<name> slack", "<name> taut"])``. Its steps then end there.
 
     Attributes
     ----------
@@ -233,8 +233,8 @@ class Rope(Load):
 
 
 def slack_and_taut(stretch: Callable[[float, Sequence[End], Vector], float]) -> tuple[LoadEvent, LoadEvent]:
-    """Return the events of a stretch that passes zero; where it becomes taut a force begins, and a step ends."""
-    return LoadEvent("slack", stretch, -1), LoadEvent("taut", stretch, 1, ends_step=True)
+    """Return the events of a stretch that passes zero; a force begins or ends there, and so does a step."""
+    return LoadEvent("slack", stretch, -1, ends_step=True), LoadEvent("taut", stretch, 1, ends_step=True)
 
 
 class _RopeEnd(NamedTuple):

@@ -33,7 +33,6 @@ def thrown(**rope: Any) -> kf.System:
         ("dopri5", {"rtol": 1e-9}, 1e-8),
         ("vern9", {"rtol": 1e-9}, 1e-8),
         ("radau5", {"rtol": 1e-9}, 1e-8),
-        ("extrapolation", {"rtol": 1e-9}, 1e-7),
         # of second order: (h omega)^2 / 12 of the time that it holds
         ("generalised-alpha", {"step": 1e-5}, 1e-6),
         ("energy-momentum", {"step": 1e-5}, 1e-6),
