@@ -16,6 +16,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.methods.table import serving
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsWorst
+from kanefe.integrate.stiff_contacts import stiffest_contact
 from kanefe.kernels._numba import seconds_compiling
 
 if TYPE_CHECKING:
@@ -28,6 +29,12 @@ SOME_STEPS = 20
 
 PATIENCE, LONGEST = 20.0, 600.0
 """Seconds after which a run is warned of that would take more than so many at its pace."""
+
+SOON, LONG = 2.0, 60.0
+"""The same of a run that follows a contact vibration by vibration, which is soon known."""
+
+MANY = 1e5
+"""Vibrations on a contact that are still to come: at several steps each they are what a run waits for."""
 
 LARGER = "a larger limit, or go on from a checkpoint with resume="
 """Remedy of a run that a limit ends."""
@@ -132,11 +139,15 @@ class Pace:
     def check_pace(self) -> None:
         """Warn once of a run that gets on too slowly to be waited for."""
         elapsed = self._elapsed()
+        if self._is_warned or elapsed < SOON:
+            return
+        t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
+        left = elapsed * (self._end - t) / max(t - self._from, 1e-300)
+        if left > LONG:
+            self._check_contacts(t, elapsed, left)
         if self._is_warned or elapsed < PATIENCE:
             return
         self._is_warned = True
-        t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
-        left = elapsed * (self._end - t) / max(t - self._from, 1e-300)
         if left > LONGEST:
             moved = ", motions" if self._model.drives else ""
             sampled = " and controllers" if self._model.controllers else ""
@@ -151,6 +162,22 @@ class Pace:
                 )
             )
             warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=outside())
+
+    def _check_contacts(self, t: float, elapsed: float, left: float) -> None:
+        """Warn of a contact whose vibrations the run follows one by one."""
+        contact = stiffest_contact(self._model)
+        step = (t - self._from) / max(int(self._stepper.statistics["steps"]), 1)
+        if contact is None or step >= contact.period or self._end - t < MANY * contact.period:
+            return
+        self._is_warned = True
+        warnings.warn(
+            f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long on "
+            f"average: they follow {contact}, on which {contact.mass:.3g} kg vibrates with a period of "
+            f"{contact.period:.2g} s. At this pace the run takes {_duration(left)} more. Remedy: a stiffness that lets "
+            "it yield as far as you allow (weight over depth), more damping, or kanefe.Rigid(), which does not yield",
+            SimulationWarning,
+            stacklevel=outside(),
+        )
 
     def check_drives(self) -> None:
         """Warn once of drives that grow from sample to sample; raise a StepFailure of a millionfold growth."""

@@ -26,6 +26,7 @@ from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.sampling import Sampler
+from kanefe.integrate.stiff_contacts import tell_of_stiff_contacts
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kernels.units import Unit, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
@@ -85,6 +86,7 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
 def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
     (start, stop), wanted = options.span, options.times
     check_motions(model, start, stop, may_end=any(event.terminal for event in options.watched))
+    tell_of_stiff_contacts(model)
     choice = choose(model, options)
     told = told_events(model, choice, options)
     model.route.check_outputs(len(wanted))

@@ -148,7 +148,8 @@ class Winch(Load):
         """Return the tension, N."""
         if self.is_settled:
             return self.wanted(t)
-        return 0.0 if self._is_broken(states) else max(0.0, self.stiffness * (path.length - self.length - float(states[0])))
+        stretch = path.length - self.length - float(states[0])
+        return 0.0 if self._is_broken(states) else max(0.0, self.stiffness * stretch)
 
     def rates(self, t: float, tension: float, states: Vector) -> Vector:
         """Return how fast cable is paid out at a tension, m/s, as rates of its states."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.joints import CoordinateForce, Joint
 
 
@@ -152,14 +153,23 @@ class Choices:
         Whether springs, dampers and friction of the file act.
     limit_stiffness, limit_damping : float
         Of stops at the limits, N/m and N s/m, or N m/rad and N m s/rad; without stiffness limits are not taken.
+    limited : list of str
+        Joints that have got stops.
     """
 
     positions: Mapping[str, float]
     forces: bool
     limit_stiffness: float | None
     limit_damping: float
+    limited: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        if self.limit_stiffness is not None and shaped_numbers(self.limit_stiffness, (), "limit_stiffness") <= 0.0:
+            raise ModelError(f"limit_stiffness must be > 0, or None for no stops, not {self.limit_stiffness!r}")
+        if shaped_numbers(self.limit_damping, (), "limit_damping") < 0.0:
+            raise ModelError(f"limit_damping must be >= 0, not {self.limit_damping!r}")
+        if self.limit_damping and self.limit_stiffness is None:
+            raise ModelError("limit_damping without limit_stiffness does nothing. Remedy: give limit_stiffness")
         if not isinstance(self.positions, Mapping):
             raise ModelError(
                 f"positions must be a dict of joints and numbers, such as {{'elbow': 0.5}}, not {self.positions!r}"
@@ -193,8 +203,14 @@ class Choices:
         if limits != (None, None) and self.limit_stiffness is None:
             not_taken.add_acting("limits of joints (limit_stiffness= takes them)", name)
         elif limits != (None, None):
+            self.limited.append(name)
             what |= {"limits": limits, "limit_stiffness": self.limit_stiffness, "limit_damping": self.limit_damping}
         try:
             return CoordinateForce(**what) if what else None  # type: ignore[arg-type]
         except ModelError as error:
             raise ModelError(f"joint {name!r}: {error}") from error
+
+    def check_limits(self, source: Path) -> None:
+        """Raise a ModelError if stops are asked for and no joint of a file has limits."""
+        if self.limit_stiffness is not None and not self.limited:
+            raise ModelError(f"limit_stiffness does nothing: no joint of {source} has limits. Remedy: leave it out")

@@ -91,6 +91,7 @@ def read_mjcf(
         raise ModelError(f"{source} has no bodies")
     for body in range(1, model.nbody):
         robot.links.append(_link(model, names, body, choices, robot.not_taken))
+    choices.check_limits(source)
     for number in range(model.neq):
         _add_equality(model, names, number, robot)
     falls = (0.0, 0.0, 0.0) if model.opt.disableflags & NO_GRAVITY else tuple(model.opt.gravity.tolist())

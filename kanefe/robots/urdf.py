@@ -104,6 +104,7 @@ def read_urdf(
     robot = Robot(found.name)
     _name_the_rest(elements, robot.not_taken)
     _add_links(robot, found, base or Fixed(), choices, source)
+    choices.check_limits(source)
     return scene_of(robot, gravity, flexible)
 
 

@@ -12,16 +12,17 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
+from kanefe.integrate.asked_events import with_asked_events
 from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
-from kanefe.integrate.asked_events import with_asked_events
 from kanefe.integrate.run import SilentBar, one_count, told_events, watch_of
 from kanefe.integrate.sampling import ControllerLog, Sampler
 from kanefe.integrate.status import RunStatus
+from kanefe.integrate.stiff_contacts import tell_of_stiff_contacts
 from kanefe.integrate.trajectory import is_finite_number
 from kanefe.loads.controller import INPUTS
 from kanefe.order_n.route import OrderN
@@ -110,6 +111,7 @@ def started(scene: Steppable, asked: Asked) -> Simulation:
         states = model.initial_states.copy()
         states[model.held[INPUTS]] = [one.start for one in held if one.course is None]
         model = replace(model, initial_states=states)
+    tell_of_stiff_contacts(model)
     return Simulation(scene, asked, own, model, held)
 
 

@@ -272,10 +272,12 @@ def test_slip_and_stretch_have_the_sign_of_the_motion() -> None:
     names = "force", "stretch", "sticks", "slip speed"
     force, stretch, sticks, slip = (result.load("friction of mass", name) for name in names)
     v = result.joint_speeds("mass")[:, 0]
-    assert slip.min() < -0.1 and slip.max() > 0.1
+    assert slip.min() < -0.1
+    assert slip.max() > 0.1
     assert np.all(slip[sticks == 1.0] == 0.0)
     slips = sticks == 0.0
-    assert np.all(force[slips] * slip[slips] < 0.0) and np.all(force[slips] * stretch[slips] < 0.0)
+    assert np.all(force[slips] * slip[slips] < 0.0)
+    assert np.all(force[slips] * stretch[slips] < 0.0)
     # what the spring of the anchor takes up where the motion turns is over within milliseconds
     assert np.median(np.abs(slip[slips] - v[slips])) < 1e-6
     units = {one.partition(" [")[0]: one.partition(" [")[2][:-1] for one in result.loads["friction of mass"]}

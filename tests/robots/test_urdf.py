@@ -239,3 +239,18 @@ def test_unknown_joints_and_links_of_the_caller_are_refused() -> None:
         read("arm", positions={"shoulder": np.nan})
     with pytest.raises(kf.ModelError, match="flexible must be a dict"):
         read("arm", flexible=["forearm"])
+
+
+@pytest.mark.parametrize(
+    ("choices", "message"),
+    [
+        ({"limit_stiffness": -1.0}, "limit_stiffness must be > 0, or None for no stops, not -1.0"),
+        ({"limit_stiffness": 1e4, "limit_damping": -1.0}, "limit_damping must be >= 0, not -1.0"),
+        ({"limit_damping": 1.0}, "limit_damping without limit_stiffness does nothing"),
+        ({"limit_stiffness": 1e4}, "limit_stiffness does nothing: no joint of .*robot.urdf has limits"),
+    ],
+)
+def test_stops_that_no_joint_takes_are_refused(choices: dict[str, float], message: str, tmp_path: Path) -> None:
+    path = write(tmp_path, link("a"), link("b"), joint("turns", "continuous", "a", "b"))
+    with pytest.raises(kf.ModelError, match=message):
+        kf.read_urdf(path, **choices)

@@ -1,0 +1,73 @@
+"""Contacts that are stiffer than numbers can follow, or than a run can wait for."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.errors import SimulationWarning, outside
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
+
+EPSILON = float(np.finfo(float).eps)
+
+SOFT_ENOUGH = 1e6
+"""Times round-off of places: by so much a contact should yield under the weight on it, for a force of six digits."""
+
+
+class StiffContact(NamedTuple):
+    """A contact whose law is a straight line.
+
+    Attributes
+    ----------
+    name : str
+    stiffness, mass : float
+        N/m, and of both bodies in series, kg.
+    """
+
+    name: str
+    stiffness: float
+    mass: float
+
+    @property
+    def period(self) -> float:
+        """Of what vibrates on it, s."""
+        return 2.0 * math.pi * math.sqrt(self.mass / self.stiffness)
+
+    def __str__(self) -> str:
+        return f"contact {self.name!r} of {self.stiffness:.3g} N/m"
+
+
+def stiffest_contact(model: ModelData) -> StiffContact | None:
+    """Return the contact with the shortest period; None without one whose law is a straight line."""
+    loads = [load for load in model.loads if load.kind == "contact"]
+    if not loads:
+        return None
+    from kanefe.contact.contact import Contact
+
+    found = [
+        StiffContact(load.name, load.normal.stiffness, load.mass)
+        for load in loads
+        if isinstance(load, Contact) and load.normal.exponent == 1.0
+    ]
+    return min(found, key=lambda one: one.period, default=None)
+
+
+def tell_of_stiff_contacts(model: ModelData) -> None:
+    """Warn of a contact that yields less under the weight on it than places are rounded by."""
+    contact, g = stiffest_contact(model), float(np.linalg.norm(model.gravity))
+    if contact is None or g == 0.0:
+        return
+    weight, rounding = contact.mass * g, EPSILON * scene_length(model)
+    depth = weight / contact.stiffness
+    if depth < rounding:
+        warnings.warn(
+            f"{contact} yields {depth:.2g} m under the weight on it, less than the {rounding:.2g} m by which numbers "
+            "round places in this scene: its force is noise, and the run may take very long. Remedy: a stiffness of at "
+            f"most {weight / (SOFT_ENOUGH * rounding):.1g} N/m, or kanefe.Rigid(), which does not yield",
+            SimulationWarning,
+            stacklevel=outside(),
+        )
