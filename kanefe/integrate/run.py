@@ -13,6 +13,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning, outside
 from kanefe.integrate.asked_events import with_asked_events, with_what_is_asked
+from kanefe.integrate.bushing_turns import of_bushings
 from kanefe.integrate.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contacts
@@ -116,6 +117,8 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         counted = int(loop.statistics["evaluations"])
         states, rtol = loop.states[:stored], choice.control.get("rtol")
         status = of_contacts(model, times[:stored], states, choice.name, counted, rtol) or status
+    if status.kind != "failed":
+        status = of_bushings(model, times[:stored], loop.states[:stored]) or status
     if status.kind == "failed" or loop.is_interrupted:
         warnings.warn(str(status), SimulationWarning, stacklevel=outside())
     states, rates = loop.states, loop.accelerations
