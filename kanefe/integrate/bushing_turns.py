@@ -25,8 +25,8 @@ FIT = 0.5
 def of_bushings(model: Model, times: Vector, states: Matrix) -> RunStatus | None:
     """Return the status of a run in which a bushing goes through half a turn; None if none does.
 
-    From one output time to the next a bushing is taken to turn the shorter way, where that fits its speeds; where output
-    times are too far apart for that nothing is told.
+    From one output time to the next a bushing is taken to turn the shorter way, where that fits its speeds. Where
+    output times are too far apart for that, nothing is told.
 
     Parameters
     ----------

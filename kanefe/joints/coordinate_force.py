@@ -22,7 +22,7 @@ class CoordinateForce:
     Dry friction hangs on a spring and damper from an anchor, which moves only when it slips: what acts against the
     motion is ``p = k_f w + c_f dq`` as far as that is not above `friction`, with w the stretch of the spring and
     ``dw/dt = (force - k_f w) / c_f``. So it holds for ever what it holds, without creep. In a scene it is a load of its
-    own, "friction of <body>": ``result.load`` tells force, stretch and whether it sticks, and
+    own, "friction of <body>": ``result.load`` tells force, stretch, whether it sticks and how fast it slips, and
     ``result.events["<body> slip"]`` and ``["<body> stick"]`` when that changed. Of a joint with several coordinates the
     name of the coordinate follows that of the body.
 

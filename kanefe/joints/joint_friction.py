@@ -34,7 +34,7 @@ class JointFriction:
 
     It sticks as `CoordinateForce` and `Coulomb` do: the surface hangs on the spring and damper of an anchor, which
     moves only when it slips, and nothing creeps. ``result.load("friction of <body>")`` tells force, stretch, whether it
-    sticks and n; ``result.events["<body> slip"]`` and ``["<body> stick"]`` when that changed.
+    sticks, how fast it slips and n; ``result.events["<body> slip"]`` and ``["<body> stick"]`` when that changed.
 
     The reaction depends on the accelerations, these on friction, and friction on the reaction. The load that friction
     feels therefore follows n through a filter of second order with the time T of `load_time`: it differs by

@@ -150,7 +150,7 @@ class Rope(Load):
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
-        found: tuple[LoadEvent, ...] = slack_and_taut(self.stretch) if self.looks_for_slack else ()
+        found: tuple[LoadEvent, ...] = slack_and_taut(self._stretch) if self.looks_for_slack else ()
         if self.breaking_load is None:
             return found
         breaks = _RopeEnd(self, self.breaking_load)
@@ -162,7 +162,7 @@ class Rope(Load):
         object.__setattr__(other, "looks_for_slack", True)
         return other
 
-    def stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
+    def _stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return how much longer its way is than the rope, m; below zero it is slack, as where it is broken."""
         if len(states) and states[0] <= 0.0:
             return -self.slack_length

@@ -117,7 +117,7 @@ class Winch(Load):
         """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
         if self.is_settled:
             return ()
-        found: tuple[LoadEvent, ...] = slack_and_taut(self.stretch) if self.looks_for_slack else ()
+        found: tuple[LoadEvent, ...] = slack_and_taut(self._stretch) if self.looks_for_slack else ()
         if self.breaking_load is None:
             return found
         breaks = _CableEnd(self, self.breaking_load)
@@ -127,7 +127,7 @@ class Winch(Load):
         """Return the winch with what tells when its cable becomes slack and taut."""
         return self._with(looks_for_slack=True)
 
-    def stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
+    def _stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return how far the cable is stretched, m; below zero it is slack, as where it is broken."""
         if self._is_broken(states):
             return -self.length

@@ -518,7 +518,7 @@ class Reader:
         if quantity in LOADS:
             return resolved_parts(quantity, self.loads[name])
         if quantity in POINTS:
-            return resolved_parts(quantity, point_columns(self._channels.points[name]))
+            return resolved_parts(quantity, point_columns(self._channels.points[self._contact(name)]))
         shape = self.body(name)
         names = {"joint_coordinates": shape.coordinate_names, "driving_force": shape.driven_names}
         return resolved_parts(
@@ -554,10 +554,9 @@ class Reader:
                 raise ModelError(f"the run has no load between frames called {name!r}. It has: {there}")
             return self._channels.read(quantity, name)
         if quantity in POINTS:
-            if name not in self.contacts or interface is not None:
-                there = ", ".join(self.contacts) or "none"
-                raise ModelError(f"the run has no contact called {name!r}. It has: {there}")
-            return self._channels.read(quantity, name)
+            if interface is not None:
+                raise ModelError(f"{quantity} takes a contact and no interface, {interface!r} was given")
+            return self._channels.read(quantity, self._contact(name))
         shape = self.body(name)
         if quantity in MODES or quantity in INTERFACES:
             self._flexible(name)
@@ -572,6 +571,11 @@ class Reader:
             shape.neighbours[interface].parts(of, f"{interface!r} of {name!r}")
             return self._channels.read(quantity, name, interface, of)
         return self._channels.read(quantity, name, interface or "")
+
+    def _contact(self, name: str) -> str:
+        if name not in self.contacts:
+            raise ModelError(f"the run has no contact called {name!r}. It has: {', '.join(self.contacts) or 'none'}")
+        return name
 
     def _interface(self, shape: BodyShape, quantity: str, interface: str | None) -> str:
         if interface is None:

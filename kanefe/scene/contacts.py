@@ -122,7 +122,9 @@ class ContactMethods(LoadMethods):
         """Have two things press on each other where they meet, and rub.
 
         The result has its forces in ``result.contact(name)``, and the times at which it touches, lifts, slips and
-        sticks in ``result.events["<name> touch"]`` and so on.
+        sticks in ``result.events["<name> touch"]`` and so on. As a whole it touches with its first point and lifts with
+        its last. What each point does, ``result.contact_points(name)`` tells; when, runs that ask for it:
+        ``simulate(..., events="<name> lift of point *")``.
 
         Parameters
         ----------

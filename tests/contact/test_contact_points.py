@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import kanefe as kf
 from kanefe.frames import rotation_matrix
+from kanefe.integrate.load_events import events_of_loads
 
 G = 9.81
 MASS = 2.0
@@ -191,3 +193,35 @@ def test_points_are_outputs_of_a_scene_that_is_stepped():
     told = sim.state.contact_points("feet")
     assert sim.outputs == pytest.approx({names[0]: told.slip_velocity[0, 0], names[1]: told.stretch[3, 0]})
     assert sim.units == {names[0]: "m/s", names[1]: "m"}
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [None, kf.Coulomb(0.3), kf.Coulomb(0.3, static=0.5), kf.LuGre(1e5, 300.0, 0.4, 0.3, 0.4, 1e-3)],
+    ids=["none", "one coefficient", "two", "bristles"],
+)
+def test_what_events_look_at_is_the_same_compiled_and_in_python(friction: object) -> None:
+    """Twenty points, more than a contact has ends and states for; in states in which some touch, and some slip."""
+    scene = kf.System(gravity=(0, 0, -G))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    body = scene.add_rigid_body("body", MASS, 0.02, joint=kf.Free(position=(0, 0, 0.1)))
+    places = [(0.1 * math.cos(i), 0.1 * math.sin(i), -0.1) for i in range(20)]
+    skin = scene.add_surface("skin", body, kf.shapes.Points(places))
+    scene.add_contact("c", skin, floor, normal=LAW, friction=friction)
+    model = scene.freeze()
+    model = replace(model, loads=(model.loads[0].in_detail(),))
+    rng = np.random.default_rng(3)
+    size, looked = len(model.initial_state), 0
+    spread = np.concatenate(([1e-5] * 3, [1e-3] * 4, [1e-2] * 6, [1e-5] * (size - 13)))
+    for _ in range(20):
+        y = model.initial_state + spread * rng.standard_normal(size)
+        if friction is not None and friction.has_memory:
+            first = size - len(model.initial_states) + 2
+            y[first + 3 :: 4] = rng.integers(0, 2, 20)
+        compiled = model.route.watching.values(np.zeros(1), np.append(y, (0.0, 0.0))[None])[0]
+        state = model.literal.state(0.0, y)
+        plain = [event.value(0.0, state) for event in events_of_loads(model)]
+        assert len(plain) == (2 if friction is None or isinstance(friction, kf.LuGre) else 4) * 21
+        assert compiled == pytest.approx(plain, rel=1e-9, abs=1e-12)
+        looked += len(set(np.sign(compiled[::2])))
+    assert looked > 30  # of both signs in most states

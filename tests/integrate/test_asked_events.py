@@ -66,7 +66,7 @@ def test_a_run_that_does_not_ask_looks_at_nothing() -> None:
 
 def test_what_ropes_do_is_looked_at_in_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
-    monkeypatch.setattr(kf.Rope, "stretch", lambda *given: asked.append(given))
+    monkeypatch.setattr(kf.Rope, "_stretch", lambda *given: asked.append(given))
     result = thrown(breaking_load=1e5).simulate((0.0, 1.0), events=["hoist slack", "hoist taut"])
     assert [len(times) for times in result.events.values()] == [2, 2, 0]
     assert not asked

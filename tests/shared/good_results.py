@@ -42,6 +42,7 @@ for reader, of in (("Result", result), ("Instant", instant)):
     for method in ("joint_coordinates", "joint_reaction", "joint_speeds", "center_of_mass"):
         on(f"kanefe.{reader}.{method}", of, name="rod")
     on(f"kanefe.{reader}.contact", of, name="stop")
+    on(f"kanefe.{reader}.contact_points", of, name="stop")
     on(f"kanefe.{reader}.driving_force", of, name="driven")
     on(f"kanefe.{reader}.loop_force", of, name="loop")
     on(f"kanefe.{reader}.load", of, name="spring", column="tension")
