@@ -63,6 +63,8 @@ class UnreducedBody(FlexibleBody):
         for array in frozen:
             array.flags.writeable = False
 
+    has_whole_mesh = True
+
     @property
     def is_exact(self) -> bool:
         """Whether the inertia is exact (a mass field), or the nodal approximation."""

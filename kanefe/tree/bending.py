@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
+from kanefe.bodies.flexible import FlexibleBody, is_unreduced
 from kanefe.bodies.inner_rotations import InnerRotations, inner_rotations
-from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.model_data import ModelData
@@ -124,7 +123,7 @@ def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotation
 
     Stiffened: on a hinge at the origin of G, about the axis of the rotation, a motion has kept `LEAST` of its inertia.
     """
-    if isinstance(body, UnreducedBody) or body.moments.quadratic_first is None or inner.of_displacements:
+    if is_unreduced(body) or body.moments.quadratic_first is None or inner.of_displacements:
         return FARTHEST
     rotation = float(np.linalg.norm(turned))
     moments, none = body.moments.leading(body.free_count), np.zeros(body.free_count)

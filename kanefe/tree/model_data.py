@@ -147,9 +147,9 @@ class ModelData(PickledByFields):
         flexible = [body.flexible.body for body in self.bodies if body.flexible]
         if not flexible:
             return False
-        from kanefe.bodies.unreduced import UnreducedBody
+        from kanefe.bodies.flexible import is_unreduced
 
-        return any(isinstance(body, UnreducedBody) for body in flexible)
+        return any(is_unreduced(body) for body in flexible)
 
     @cached_property
     def has_varying_tangents(self) -> bool:

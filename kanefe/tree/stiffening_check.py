@@ -66,9 +66,9 @@ def _stiffens(body: BodyTerms) -> bool:
     """Tell whether the inertia of a body stiffens it."""
     if body.flexible is None:
         return False
-    from kanefe.bodies.unreduced import UnreducedBody
+    from kanefe.bodies.flexible import is_unreduced
 
-    if isinstance(body.flexible.body, UnreducedBody):
+    if is_unreduced(body.flexible.body):
         return False
     return body.flexible.body.moments.quadratic_first is not None
 
