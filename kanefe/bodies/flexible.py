@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from kanefe.storage.scipy_later import scipy, sp
 
 if TYPE_CHECKING:
     from kanefe.bodies.nodal_moments import NodalMoments
-    from kanefe.bodies.unreduced import UnreducedBody
     from kanefe.fe_model.load_pattern import LoadPattern
     from kanefe.fe_model.node_shares import NodeShares
     from kanefe.report import Report
@@ -159,8 +158,6 @@ class FlexibleBody(PickledByFields):
     groups: tuple[NodeShares, ...] = ()
     units: str = UNITS
     provenance: Mapping[str, Any] = field(default_factory=dict, compare=False)
-
-    has_whole_mesh: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         frozen = [self.nodes, self.basis, self.stiffness, self.damping, self.inertia_points, self.inertia_basis]
@@ -324,8 +321,3 @@ def file_kind() -> FileKind:
     from kanefe.storage.object_file import FileKind
 
     return FileKind("kanefe flexible body", 4, FlexibleBody, "body", "flexible body", "FlexibleBody.save")
-
-
-def is_unreduced(body: FlexibleBody) -> TypeGuard[UnreducedBody]:
-    """Whether a body has all degrees of freedom of its mesh; where none has, the class need not be imported."""
-    return body.has_whole_mesh

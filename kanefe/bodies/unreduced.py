@@ -63,8 +63,6 @@ class UnreducedBody(FlexibleBody):
         for array in frozen:
             array.flags.writeable = False
 
-    has_whole_mesh = True
-
     @property
     def is_exact(self) -> bool:
         """Whether the inertia is exact (a mass field), or the nodal approximation."""

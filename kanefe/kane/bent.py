@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.bodies.flexible import is_unreduced
 from kanefe.bodies.inner_rotations import inner_rotations
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.bending import LEAST
-from kanefe.tree.body_terms import FlexibleTerms
+from kanefe.tree.body_terms import FlexibleTerms, is_unreduced
 from kanefe.tree.model_data import ModelData
 
 

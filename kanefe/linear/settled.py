@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.bodies.flexible import is_unreduced
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
+from kanefe.tree.body_terms import is_unreduced
 
 ITERATIONS = 12
 

@@ -12,10 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody, is_unreduced
+from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.inner_rotations import InnerRotations, inner_rotations
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.body_terms import is_unreduced
 from kanefe.tree.model_data import ModelData
 
 FARTHEST = 0.2
