@@ -143,5 +143,5 @@ class BodyTerms:
 
 
 def is_unreduced(body: FlexibleBody) -> TypeGuard[UnreducedBody]:
-    """Whether a body has all degrees of freedom of its mesh, in sparse matrices; scenes without import no class of it."""
+    """Whether a body has all degrees of freedom of its mesh, in sparse matrices; told without its class imported."""
     return not isinstance(body.stiffness, np.ndarray)
