@@ -92,6 +92,11 @@ class HeightField(SurfaceShape):
             is_found = bool(step @ step <= (CLOSE * finest) ** 2)  # what is left is its square
         return np.append(p, height), gradient, bends
 
+    def sampled_heights(self, x: Vector, y: Vector) -> Matrix:
+        """Return its heights at all pairs of places x (a,) and y (b,), shape (a, b), m."""
+        along, across = (_weight_rows(places, at) for places, at in ((self.x, x), (self.y, y)))
+        return np.asarray(along @ self.heights @ across.T)
+
     def _local(self, p: Vector) -> tuple[float, Vector, Matrix]:
         """Return the height at a place, and its first and second derivatives."""
         (i, a, da), (j, b, db) = _weights(self.x, p[0]), _weights(self.y, p[1])
@@ -155,6 +160,15 @@ def _weights(places: Vector, x: float) -> tuple[list[int], Vector, Vector]:
     weights = 0.5 * np.array((-f + 2 * f**2 - f**3, 2 - 5 * f**2 + 3 * f**3, f + 4 * f**2 - 3 * f**3, -(f**2) + f**3))
     slopes = 0.5 * rate * np.array((-1 + 4 * f - 3 * f**2, -10 * f + 9 * f**2, 1 + 8 * f - 9 * f**2, -2 * f + 3 * f**2))
     return [min(max(at + k, 0), n - 1) for k in (-1, 0, 1, 2)], weights, slopes
+
+
+def _weight_rows(places: Vector, at: Vector) -> Matrix:
+    """Return the weights of the heights at all places of the grid, (len(at), len(places))."""
+    rows = np.zeros((len(at), len(places)))
+    for row, x in zip(rows, at, strict=True):
+        near, weights, _ = _weights(places, x)
+        np.add.at(row, near, weights)
+    return rows
 
 
 def _bends(places: Vector, x: float) -> Vector:

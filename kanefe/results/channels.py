@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -28,6 +28,7 @@ from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, reactions_of_states
 from kanefe.results.surface_outline import SurfaceOutline, outlines
 from kanefe.tree.route import RunSweeps
+from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
@@ -138,6 +139,12 @@ class RunChannels:
     def _states(self) -> list[tuple[float, np.ndarray]]:
         """Return times and states."""
         return list(zip(self.times.tolist(), self.states, strict=True))
+
+    def placed(self, rows: Sequence[int] | np.ndarray) -> Iterator[SceneState]:
+        """Yield where all is at some output times, given by number, and how it moves."""
+        if self.swept is not None:
+            return placed_states(self.model, self.trajectory, self.swept, rows)
+        return (self.model.route.view(float(self.times[row]), self.states[row]) for row in rows)
 
     def views(self) -> Iterator[State]:
         """Yield a literal state at each time, in which all frames move as in the run."""
@@ -318,12 +325,11 @@ class RunChannels:
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.kane.rigid_contacts import told as told_of_rigid
 
-        rigid, swept = self.model.rigid_contacts, self.swept
+        rigid = self.model.rigid_contacts
         kept: dict[Key, np.ndarray] = {
             ("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads
         }
-        placed = self.views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)
-        for row, state in enumerate(placed):
+        for row, state in enumerate(self.views() if rigid else self.placed(range(len(self.times)))):
             for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
                 if i in rigid and isinstance(state, State):
                     told[row] = told_of_rigid(state, rigid.index(i))

@@ -35,8 +35,8 @@ from kanefe.storage.hdf5 import decode, encode
 from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
-VERSION = 7
-"""In 6 there was no digest, and coupling forces had no parts."""
+VERSION = 8
+"""In 7 surfaces had no lines."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -106,6 +106,7 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
     for i, surface in enumerate(result.surfaces):
         arrays[f"surfaces/{i}/vertices"] = (surface.vertices, "m")
         arrays[f"surfaces/{i}/triangles"] = (surface.triangles, "1")
+        arrays[f"surfaces/{i}/lines"] = (surface.lines, "1")
     for quantity, body, interface in _saved(shapes, result, forces and result.has_forces):
         unit = result.units(quantity, body) if body else result.units(quantity)
         arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
@@ -179,7 +180,7 @@ class FileChannels:
         self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in told["loads"].items()}
         self.surfaces = tuple(
             SurfaceOutline(
-                **entry, vertices=arrays[f"surfaces/{i}/vertices"], triangles=arrays[f"surfaces/{i}/triangles"]
+                **entry, **{part: arrays[f"surfaces/{i}/{part}"] for part in ("vertices", "triangles", "lines")}
             )
             for i, entry in enumerate(told["surfaces"])
         )
