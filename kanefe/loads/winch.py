@@ -191,7 +191,7 @@ class Winch(Load):
         return Tangent(rows.reshape(1, -1), np.array((held,)), np.zeros(1))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the way (m), what is paid out (m), the rate of the way (m/s), the tension (N), and 1 if it is slack."""
+        """Return way (m), what is paid out (m), rate of the way (m/s), tension (N), and whether it is slack (1)."""
         path = self.path(t, ends)
         out = 0.0 if self.is_settled else float(states[0])
         tension = self.pull(t, path, states)

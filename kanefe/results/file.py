@@ -180,7 +180,10 @@ class FileChannels:
         self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in told["loads"].items()}
         self.surfaces = tuple(
             SurfaceOutline(
-                **entry, **{part: arrays[f"surfaces/{i}/{part}"] for part in ("vertices", "triangles", "lines")}
+                **entry,
+                vertices=arrays[f"surfaces/{i}/vertices"],
+                triangles=arrays[f"surfaces/{i}/triangles"],
+                lines=arrays[f"surfaces/{i}/lines"],
             )
             for i, entry in enumerate(told["surfaces"])
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -66,7 +67,7 @@ def load_lines(result: Reader, frames: np.ndarray) -> list[LoadLine]:
 def dashes(points: np.ndarray, length: float) -> np.ndarray:
     """Return the ends of dashes along a line over points (n, 3), each and each gap about so long, (d, 2, 3) in m."""
     found = []
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in pairwise(points):
         count = max(1, round(0.5 * float(np.linalg.norm(b - a)) / length))
         shares = (np.arange(count)[:, None] + np.array((0.25, 0.75))) / count
         found.append(a + shares[:, :, None] * (b - a))

@@ -6,9 +6,15 @@ import numpy as np
 
 from kanefe.results.surface_outline import SurfaceOutline
 
+SHALLOW = 0.005
+"""Depth, of the root of the area, up to which low places are not wholly dark: flat ground is light."""
+
+DARK = 0.5
+"""Light of the lowest place in small pictures, of that of the highest."""
+
 
 def relief(surface: SurfaceOutline) -> np.ndarray:
-    """Return how high the vertices of a field of heights are above its mean slope, (n,), of 0 to 1.
+    """Return how high vertices of a field of heights are above its mean slope, (n,), from 0 to 1 of the highest.
 
     Examples
     --------
@@ -20,5 +26,8 @@ def relief(surface: SurfaceOutline) -> np.ndarray:
     1.0
     """
     a, b, c = (surface.vertices[surface.triangles[:, i]] for i in range(3))
-    heights = surface.vertices @ np.cross(b - a, c - a).sum(axis=0)
-    return np.asarray((heights - heights.min()) / (np.ptp(heights) or 1.0))
+    normal = np.cross(b - a, c - a).sum(axis=0)
+    heights = surface.vertices @ normal
+    area = np.linalg.norm(normal)
+    below = (heights.max() - heights) / area
+    return np.asarray(1.0 - below / max(below.max(), SHALLOW * np.sqrt(area)))

@@ -144,8 +144,8 @@ def test_surfaces_contacts_and_springs_are_told():
     (arrow,), (link,) = told["arrows"], told["links"]
     np.testing.assert_allclose(arrow["f"], result.contact("drop").force, rtol=1e-6, atol=1e-6)
     assert arrow["largest"] == pytest.approx(result.contact("drop").normal.max(), rel=1e-6)
-    np.testing.assert_allclose(link["b"] + told["origin"], result.position("ball"), atol=1e-6)
-    np.testing.assert_allclose(link["a"][3] + told["origin"], (0.0, 0.0, 1.0), atol=1e-6)
+    np.testing.assert_allclose(link["p"][:, 1] + told["origin"], result.position("ball"), atol=1e-6)
+    np.testing.assert_allclose(link["p"][3, 0] + told["origin"], (0.0, 0.0, 1.0), atol=1e-6)
 
 
 def test_a_surface_on_an_interface_stands_in_its_axes():
@@ -167,11 +167,13 @@ def test_a_surface_on_an_interface_stands_in_its_axes():
 def test_surfaces_come_back_from_a_file(tmp_path):
     result = ball_on_floor()
     result.save(tmp_path / "run.h5", forces=False)
-    loaded = kf.load_result(tmp_path / "run.h5")
+    loaded = kf.load_result(tmp_path / "run.h5")  # without the string: the scene has another middle, and another size
     first, second = told_of(result), told_of(loaded)
     for name in ("ball", "ground"):
         for one, two in zip(body_of(first, name)["parts"], body_of(second, name)["parts"], strict=True):
-            np.testing.assert_array_equal(placed(first, one, 7), placed(second, two, 7))
+            places = [placed(told, part, 7) for told, part in ((first, one), (second, two))]
+            axes = slice(2, None) if one["is_endless"] else slice(None)
+            np.testing.assert_allclose(places[0][:, axes], places[1][:, axes], atol=4 * FLOAT32)
     with pytest.raises(kf.ModelError, match=r"saved without forces.*forces=False"):
         loaded.to_html(tmp_path / "run.html", forces=True)
 

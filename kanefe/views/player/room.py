@@ -109,8 +109,8 @@ def room_of(result: Reader, tracks: Tracks, skins: Mapping[str, Skin], lines: Se
         if shape.mass > 0.0:
             points.append(shape.com[None])
             own = [surface for surface in result.surfaces if surface.body == name]
-            if not shape.is_flexible and (box := box_of(shape, own)) is not None:
-                points.append(box)
+            if not shape.is_flexible and (sides := box_of(shape, own)) is not None:
+                points.append(sides)
         frame = tracks.number(name)
         if see(_placed(tracks, frame, np.vstack(points), rows), moves=shape.is_flexible) and shape.mass > 0.0:
             mass, middle = mass + shape.mass, middle + shape.mass * tracks.tracked(frame, shape.com)

@@ -70,7 +70,8 @@ async function main() {
   const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches || last === first;
   play(options.has("play") ? options.get("play") !== "0" : !options.has("t") && !isStill);
   requestAnimationFrame(step);
-  window.kanefe = { positions: (name) => actors.positions(name), setTime, play, clock };
+  const target = () => stage.controls.target.toArray().map((x, i) => x + told.origin[i]);
+  window.kanefe = { positions: (name) => actors.positions(name), rods: () => actors.links.rods.count, target, setTime, play, clock };
 
   function step(now) {
     requestAnimationFrame(step);

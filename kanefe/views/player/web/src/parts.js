@@ -8,7 +8,7 @@ import { BARE } from "./colours.js";
 
 const INK = new LineBasicMaterial({ color: 0x2a3440, transparent: true, opacity: 0.55 });
 const FINE = new LineBasicMaterial({ color: 0x2a3440, transparent: true, opacity: 0.22 });
-const DARK = 0.35; // light of the lowest place of a field of heights, of that of the highest
+const DARK = 0.4; // light of the lowest place of a field of heights, of that of the highest
 
 export class Part {
   constructor(told, colour, frame) {
