@@ -1,7 +1,8 @@
 // Light, camera, ground: what the scene stands in.
 
 import {
-  DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Quaternion, Scene, Vector3, WebGLRenderer,
+  BufferGeometry, DirectionalLight, Float32BufferAttribute, HemisphereLight, LineBasicMaterial, LineSegments,
+  PerspectiveCamera, Quaternion, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -40,13 +41,23 @@ export class Stage {
     const rough = (1.6 * (this.travels ? this.told.size : this.told.reach)) / 20;
     const power = 10 ** Math.floor(Math.log10(rough));
     this.step = power * [1, 2, 5, 10].find((n) => n * power >= rough);
-    const count = this.travels ? 80 : 20;
-    const grid = new GridHelper(count * this.step, count, this.travels ? 0xdbe1e8 : 0xc2cad4, 0xdbe1e8);
+    const level = this.level();
+    const grid = lattice(this.travels ? 60 : 20, this.step, level === null ? 0xd3dae2 : 0xadb6c1);
     grid.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), this.up));
     const low = new Vector3(...this.told.low).dot(this.up) > new Vector3(...this.told.high).dot(this.up) ? "high" : "low";
-    this.floor = this.up.clone().multiplyScalar(new Vector3(...this.told[low]).dot(this.up) - 0.002 * this.told.size);
+    const below = new Vector3(...this.told[low]).dot(this.up) - 0.002 * this.told.size;
+    this.floor = this.up.clone().multiplyScalar(level === null ? below : level + 0.001 * this.told.size);
     grid.position.copy(this.floor);
     return grid;
+  }
+
+  // Height of a level plane without end, on which the grid lies; null: there is none.
+  level() {
+    for (const part of this.told.bodies.flatMap((body) => (body.kind === "ground" ? body.parts : []))) {
+      const heights = [0, 3, 6, 9].map((i) => new Vector3().fromArray(part.points, i).dot(this.up));
+      if (part.is_endless && Math.max(...heights) - Math.min(...heights) < 1e-4 * this.told.size) return heights[0];
+    }
+    return null;
   }
 
   // Keep the grid below the place that is looked at: its lines stay where they are.
@@ -101,4 +112,18 @@ export class Stage {
   draw() {
     this.renderer.render(this.scene, this.camera);
   }
+}
+
+// A square grid of so many cells about the origin, across y; each side of a cell is a line of its own, since lines that
+// reach behind the eye are not drawn everywhere.
+function lattice(count, step, colour) {
+  const places = [];
+  for (let i = 0; i <= count; i++) {
+    for (let j = 0; j < count; j++) {
+      const [fixed, from, to] = [i, j, j + 1].map((n) => (n - count / 2) * step);
+      places.push(fixed, 0, from, fixed, 0, to, from, 0, fixed, to, 0, fixed);
+    }
+  }
+  const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(places, 3));
+  return new LineSegments(geometry, new LineBasicMaterial({ color: colour }));
 }
