@@ -92,11 +92,6 @@ class HeightField(SurfaceShape):
             is_found = bool(step @ step <= (CLOSE * finest) ** 2)  # what is left is its square
         return np.append(p, height), gradient, bends
 
-    def sampled_heights(self, x: Vector, y: Vector) -> Matrix:
-        """Return its heights at all pairs of places x (a,) and y (b,), shape (a, b), m."""
-        along, across = (_weight_rows(places, at) for places, at in ((self.x, x), (self.y, y)))
-        return np.asarray(along @ self.heights @ across.T)
-
     def _local(self, p: Vector) -> tuple[float, Vector, Matrix]:
         """Return the height at a place, and its first and second derivatives."""
         (i, a, da), (j, b, db) = _weights(self.x, p[0]), _weights(self.y, p[1])
@@ -147,6 +142,12 @@ class HeightField(SurfaceShape):
         """First place and step of both directions, how many places, and heights."""
         dx, dy = self.x[1] - self.x[0], self.y[1] - self.y[0]
         return np.concatenate(((self.x[0], dx, len(self.x), self.y[0], dy, len(self.y)), self.heights.ravel()))
+
+
+def heights_at(field: HeightField, x: Vector, y: Vector) -> Matrix:
+    """Return the heights of a field at all pairs of places x (a,) and y (b,), shape (a, b), m."""
+    along, across = (_weight_rows(places, at) for places, at in ((field.x, x), (field.y, y)))
+    return np.asarray(along @ field.heights @ across.T)
 
 
 def _weights(places: Vector, x: float) -> tuple[list[int], Vector, Vector]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kanefe.contact.height_field import heights_at
 from kanefe.contact.shape import axes_about
 from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.frames import Matrix, Vector
@@ -122,7 +123,7 @@ def _heights(shape: HeightField) -> Outline:
     finer = min(max(int((MOST_VERTICES / shape.heights.size) ** 0.5), 1), FINEST)
     x, y = (np.interp(np.arange(finer * (len(p) - 1) + 1) / finer, np.arange(len(p)), p) for p in (shape.x, shape.y))
     m, n = len(x), len(y)
-    places = np.stack((*np.meshgrid(x, y, indexing="ij"), shape.sampled_heights(x, y)), axis=-1)
+    places = np.stack((*np.meshgrid(x, y, indexing="ij"), heights_at(shape, x, y)), axis=-1)
     numbers = np.arange(m * n).reshape(m, n)
     a = numbers[:-1, :-1].ravel()
     triangles = np.concatenate((np.column_stack((a, a + n, a + n + 1)), np.column_stack((a, a + n + 1, a + 1))))

@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.results.reader import Reader
 from kanefe.views.load_lines import GONE, SLACK, LoadLine, dashes, load_lines
-from kanefe.views.player.boxes import SMALLEST, TRIANGLES, box_of
+from kanefe.views.player.boxes import SMALLEST, TRIANGLES, box_of, is_inside
 from kanefe.views.player.creases import shaded
 from kanefe.views.player.room import room_of
 from kanefe.views.player.skins import skin_of
@@ -44,6 +44,7 @@ def picture_of_run(result: Reader, row: int = -1) -> bytes:
     shapes = [result.body(name) for name in result.bodies]
     room = room_of(result, tracks, {s.name: skin_of(s) for s in shapes if s.is_flexible}, lines)
     least = SMALLEST * room.size
+    middles = {s.name: tracks.placed(tracks.number(s.name), s.com[None])[0] for s in shapes if s.mass > 0.0}
     pieces = []
     for number, shape in enumerate(shapes):
         frame, colour = tracks.number(shape.name), COLOURS[number % len(COLOURS)]
@@ -54,7 +55,10 @@ def picture_of_run(result: Reader, row: int = -1) -> bytes:
             creases = shaded(skin.points, skin.triangles).creases if skin.creases is None else skin.creases
             pieces.append(Piece(tracks.placed(frame, moved), skin.triangles, creases, colour))
         elif shape.mass > 0.0 and (box := box_of(shape, own, least)) is not None:
-            pieces.append(Piece(tracks.placed(frame, box), TRIANGLES, shaded(box, TRIANGLES).creases, colour))
+            corners, creases = tracks.placed(frame, box), shaded(box, TRIANGLES).creases
+            others = np.array([middles[name] for name in middles if name != shape.name]).reshape(-1, 3)
+            sides = TRIANGLES[:0] if is_inside(corners, others) else TRIANGLES  # what is inside is seen
+            pieces.append(Piece(corners, sides, creases, colour))
     for surface in result.surfaces:
         if not surface.is_endless:
             place = tracks.placed(tracks.number(surface.body, surface.interface), surface.vertices)
