@@ -23,6 +23,7 @@ from kanefe.kane.reactions import joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.interface_forces import coupling_forces
+from kanefe.results.load_lines import LoadLine, lines_of_run
 from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, reactions_of_states
@@ -62,6 +63,10 @@ class Channels(Protocol):
     @property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:
         """What the surfaces of the scene look like."""
+        ...
+
+    def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
+        """Return the lines of loads that act along one, at output times given by number."""
         ...
 
     def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
@@ -139,6 +144,10 @@ class RunChannels:
     def _states(self) -> list[tuple[float, np.ndarray]]:
         """Return times and states."""
         return list(zip(self.times.tolist(), self.states, strict=True))
+
+    def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
+        """Return the lines of loads that act along one, at output times given by number."""
+        return lines_of_run(self, rows)
 
     def placed(self, rows: Sequence[int] | np.ndarray) -> Iterator[SceneState]:
         """Yield where all is at some output times, given by number, and how it moves."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
+from kanefe.results.load_lines import GONE, SLACK, LoadLine
 from kanefe.results.reader import Reader
-from kanefe.views.load_lines import GONE, SLACK, LoadLine, dashes, load_lines
+from kanefe.views.dashes import dashes
 from kanefe.views.player.boxes import SMALLEST, TRIANGLES, box_of, is_inside
 from kanefe.views.player.creases import shaded
 from kanefe.views.player.room import room_of
@@ -40,7 +41,7 @@ def picture_of_run(result: Reader, row: int = -1) -> bytes:
     row = range(len(result.times))[row]
     others = np.linspace(0, len(result.times) - 1, LOOKED_AT).round().astype(int)
     frames = np.append(row, others)  # the first is drawn, by the others what moves is known
-    tracks, lines = Tracks(result, frames), load_lines(result, frames)
+    tracks, lines = Tracks(result, frames), result.load_lines(frames)
     shapes = [result.body(name) for name in result.bodies]
     room = room_of(result, tracks, {s.name: skin_of(s) for s in shapes if s.is_flexible}, lines)
     least = SMALLEST * room.size

@@ -16,10 +16,10 @@ from kanefe.fe_model.model import CELL_TYPES
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
+from kanefe.results.load_lines import GONE, SLACK, LoadLine
 from kanefe.results.selection import spread_frames
 from kanefe.storage.files import ready_path
 from kanefe.views.cuboids import CORNERS, equivalent_cuboid
-from kanefe.views.load_lines import GONE, SLACK, LoadLine, load_lines
 
 try:
     from pyevtk.vtk import VtkFile, VtkGroup, VtkUnstructuredGrid
@@ -84,7 +84,7 @@ def write_series(
     cubes = _grid([("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))], [number for number, _, _ in boxes])
     contacts = [result.contact(name) for name in result.contacts]
     spots = _grid([("vertex", np.arange(len(contacts))[:, None])], range(len(contacts)))
-    lines = load_lines(result, frames)
+    lines = result.load_lines(frames)
     try:
         folder.mkdir(exist_ok=True)
         listed: list[tuple[Path, float, int, str]] = []

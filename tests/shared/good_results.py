@@ -58,6 +58,7 @@ for reader, of in (("Result", result), ("Instant", instant)):
     )
     for method in ("nodal_displacements", "nodal_positions"):
         on(f"kanefe.{reader}.{method}", of, name="beam", frames=None, nodes=[0, 1])
+    on(f"kanefe.{reader}.load_lines", of, frames=None)
     on(f"kanefe.{reader}.parts", of, quantity="position", name="rod")
     on(f"kanefe.{reader}.read", of, quantity="position", name="beam", interface="tip")
     on(f"kanefe.{reader}.units", of, quantity="position", name="rod")

@@ -3,9 +3,11 @@
 from functools import cache
 
 import numpy as np
+import pytest
 
 import kanefe as kf
-from kanefe.views.load_lines import GONE, SLACK, TAUT, dashes, load_lines
+from kanefe.results.load_lines import GONE, SLACK, TAUT
+from kanefe.views.dashes import dashes
 from kanefe.views.player.page import page_of
 from kanefe.views.still import picture_of_run
 from player_pages import read_page
@@ -45,7 +47,7 @@ def thrown() -> kf.Result:
 def test_a_rope_is_as_long_as_its_law_says_at_every_instant():
     result = hoist()
     rows = np.arange(0, len(result.times), 3)
-    lines = {line.name: line for line in load_lines(result, rows)}
+    lines = {line.name: line for line in result.load_lines(rows)}
     assert lines["hoist"].points.shape == (len(rows), 3, 3)
     for name in ("hoist", "cable"):
         lengths = np.linalg.norm(np.diff(lines[name].points, axis=1), axis=2).sum(axis=1)
@@ -56,7 +58,7 @@ def test_a_rope_is_as_long_as_its_law_says_at_every_instant():
 def test_a_slack_rope_is_told_and_a_broken_one_is_gone():
     result = thrown()
     rows = np.arange(len(result.times))
-    leash, spring = load_lines(result, rows)
+    leash, spring = result.load_lines(rows)
     (broke,) = result.events["leash breaks"]
     before = result.times < broke
     np.testing.assert_array_equal(leash.states[before], np.where(result.load("leash", "slack")[before], SLACK, TAUT))
@@ -74,7 +76,7 @@ def test_a_winch_tells_where_its_cable_is_slack():
     np.testing.assert_array_equal(slack, result.load("cable", "tension") == 0.0)
     assert slack[-1]
     assert not slack[0]
-    (line,) = load_lines(result, np.arange(len(result.times)))
+    (line,) = result.load_lines()
     np.testing.assert_array_equal(line.states == SLACK, slack)
 
 
@@ -101,17 +103,45 @@ def test_loads_of_three_ends_are_drawn_where_they_say_so():
     for load in (Pull("pull", *ends), Way("way", *ends), Pull("pair", *ends[:2])):
         scene.add(load)
     result = scene.simulate((0.0, 0.1))
-    assert [line.name for line in load_lines(result, np.array([0]))] == ["way", "pair"]
+    assert [line.name for line in result.load_lines([0])] == ["way", "pair"]
 
 
 def test_the_page_has_the_points_and_the_states():
     result = thrown()
     told = read_page(page_of(result).html)
     leash, spring = told["links"]
-    exact, _ = load_lines(result, np.arange(len(result.times)))
+    exact, _ = result.load_lines()
     np.testing.assert_allclose(leash["p"] + told["origin"], exact.points, atol=1e-6)  # single precision
     np.testing.assert_array_equal(leash["states"], exact.states)
     assert "states" not in spring
+
+
+def test_lines_come_back_from_a_file(tmp_path):
+    result = thrown()
+    result.save(tmp_path / "run.h5", forces=False)
+    loaded = kf.load_result(tmp_path / "run.h5")
+    for one, two in zip(result.load_lines(slice(5, 40, 5)), loaded.load_lines(slice(5, 40, 5)), strict=True):
+        assert one.name == two.name
+        np.testing.assert_array_equal(one.points, two.points)
+        np.testing.assert_array_equal(one.states, two.states)
+    first, second = (read_page(page_of(run).html)["links"] for run in (result, loaded))
+    np.testing.assert_array_equal(first[0]["p"], second[0]["p"])
+
+
+def test_an_instant_has_its_lines_without_the_axis_of_times():
+    result = hoist()
+    for one, two in zip(result.load_lines([20]), result.at(float(result.times[20])).load_lines(), strict=True):
+        np.testing.assert_array_equal(one.points[0], two.points)
+        assert one.states[0] == two.states
+
+
+def test_one_instant_may_be_asked_for_alone():
+    result = thrown()
+    leash, _ = result.load_lines(-1)
+    assert leash.points.shape == (1, 3, 3)
+    assert leash.states.tolist() == [GONE]
+    with pytest.raises(kf.ModelError, match="must be numbers of output times"):
+        result.load_lines(len(result.times))
 
 
 def test_paraview_gets_lines_that_say_what_is_slack(tmp_path):
@@ -119,7 +149,7 @@ def test_paraview_gets_lines_that_say_what_is_slack(tmp_path):
     entries = [
         one for one in read_series(result.to_vtk(tmp_path / "run.pvd", every=1)) if one[1] == "loads along lines"
     ]
-    exact, _ = load_lines(result, np.arange(len(result.times)))
+    exact, _ = result.load_lines()
     assert len(entries) == len(result.times)
     for row, (_, _, path) in enumerate(entries):
         grid, is_gone = read_grid(path), exact.states[row] == GONE
@@ -153,7 +183,7 @@ def test_stills_show_a_rope_until_it_breaks(monkeypatch):
     seen = []
     monkeypatch.setattr("kanefe.views.still.thumbnail", lambda pieces, up, around: seen.append(pieces) or b"")
     result = thrown()
-    states = load_lines(result, np.arange(len(result.times)))[0].states
+    states = result.load_lines()[0].states
     lengths = result.load("leash", "length")
     for state, share in ((TAUT, 1.0), (SLACK, 0.5), (GONE, None)):
         row = int(np.flatnonzero(states == state)[0])

@@ -5,7 +5,6 @@ import pytest
 
 import kanefe as kf
 from kanefe.views import thumbnail
-from kanefe.views.load_lines import load_lines
 from kanefe.views.player.page import page_of
 from kanefe.views.player.room import Room, room_of
 from kanefe.views.player.skins import skin_of
@@ -22,7 +21,7 @@ INERTIA = SIDE**2 / 6.0
 def room(result: kf.Result) -> Room:
     frames = np.arange(len(result.times))
     skins = {name: skin_of(result.body(name)) for name in result.bodies if result.body(name).is_flexible}
-    return room_of(result, Tracks(result, frames), skins, load_lines(result, frames))
+    return room_of(result, Tracks(result, frames), skins, result.load_lines(frames))
 
 
 def sleds(*speeds: float, road: float = 100.0, joint: str = "x") -> kf.Result:

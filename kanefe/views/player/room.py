@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import rotation_matrix
+from kanefe.results.load_lines import LoadLine
 from kanefe.results.reader import Reader
 from kanefe.views.cuboids import CORNERS
-from kanefe.views.load_lines import LoadLine
 from kanefe.views.player.boxes import box_of
 from kanefe.views.player.skins import Skin
 from kanefe.views.player.tracks import GROUND, Tracks

@@ -10,9 +10,9 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.results.body_shape import BodyShape
+from kanefe.results.load_lines import LoadLine
 from kanefe.results.reader import Reader
 from kanefe.results.surface_outline import SurfaceOutline
-from kanefe.views.load_lines import LoadLine, load_lines
 from kanefe.views.player.arrays import Arrays, quantised
 from kanefe.views.player.boxes import SMALLEST, TRIANGLES, box_of, is_inside
 from kanefe.views.player.creases import shaded
@@ -58,7 +58,7 @@ class SceneData:
         self.tracks = Tracks(result, frames)
         self._shapes = [result.body(name) for name in result.bodies]
         self._skins = {shape.name: skin_of(shape) for shape in self._shapes if shape.is_flexible}
-        lines = load_lines(result, frames)
+        lines = result.load_lines(frames)
         room = room_of(result, self.tracks, self._skins, lines)
         self.size, self.reach = room.size, room.box.size or 1.0
         self.origin = np.round(0.5 * (room.box.low + room.box.high), 6)

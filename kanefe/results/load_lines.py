@@ -1,16 +1,20 @@
-"""Lines of springs, ropes and other loads between frames, of a run in memory: where their laws have them."""
+"""Lines of springs, ropes and other loads between frames: where their laws have them."""
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
+from kanefe.frames import Vector
 from kanefe.loads.base import Load
 from kanefe.results.contact_history import is_contact
-from kanefe.results.reader import Reader
+
+if TYPE_CHECKING:
+    from kanefe.tree.model_data import ModelData
+    from kanefe.tree.scene_state import SceneState
 
 TAUT, SLACK, GONE = 0, 1, 2
 """How a line is: of a spring or a rope that pulls, of a rope that does not, of one that has broken."""
@@ -35,23 +39,36 @@ class LoadLine(NamedTuple):
     points: np.ndarray
     states: np.ndarray
 
+    def at(self, rows: np.ndarray | int) -> LoadLine:
+        """Return it at some of the times, or at one, without the axis of times."""
+        return LoadLine(self.name, self.points[rows], self.states[rows])
 
-def load_lines(result: Reader, frames: np.ndarray) -> list[LoadLine]:
+
+class PlacedRun(Protocol):
+    """What is asked of a run in memory: `kanefe.results.channels.RunChannels`."""
+
+    @property
+    def model(self) -> ModelData: ...  # noqa: D102
+    @property
+    def times(self) -> Vector: ...  # noqa: D102
+    @property
+    def events(self) -> Mapping[str, Vector]: ...  # noqa: D102
+    def placed(self, rows: np.ndarray) -> Iterator[SceneState]: ...  # noqa: D102
+
+
+def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
     """Return the lines of the loads that act along one, at output times given by number.
 
     They go through the ends that the law itself is given, so that a rope's line is as long as the law says.
     """
-    run = result.run
-    if run is None:
-        return []
     loads = {number: load for number, load in enumerate(run.model.loads) if _is_line(load)}
     if not loads:
-        return []
+        return ()
     lines = {
-        number: LoadLine(load.name, np.empty((len(frames), len(load.ends), 3)), np.zeros(len(frames), dtype=np.uint8))
+        number: LoadLine(load.name, np.empty((len(rows), len(load.ends), 3)), np.zeros(len(rows), dtype=np.uint8))
         for number, load in loads.items()
     }
-    for row, state in enumerate(run.placed(frames)):
+    for row, state in enumerate(run.placed(rows)):
         for number, load in loads.items():
             ends, line = state.load_ends(number), lines[number]
             line.points[row] = [end.p for end in ends]
@@ -59,19 +76,9 @@ def load_lines(result: Reader, frames: np.ndarray) -> list[LoadLine]:
                 told = load.tell(state.time, ends, state.load_states(number))
                 line.states[row] = SLACK if told[load.columns.index(SLACKNESS)] else TAUT
     for line in lines.values():
-        for time in result.events.get(f"{line.name} breaks", ()):
-            line.states[result.times[frames] >= time] = GONE
-    return list(lines.values())
-
-
-def dashes(points: np.ndarray, length: float) -> np.ndarray:
-    """Return the ends of dashes along a line over points (n, 3), each and each gap about so long, (d, 2, 3) in m."""
-    found = []
-    for a, b in pairwise(points):
-        count = max(1, round(0.5 * float(np.linalg.norm(b - a)) / length))
-        shares = (np.arange(count)[:, None] + np.array((0.25, 0.75))) / count
-        found.append(a + shares[:, :, None] * (b - a))
-    return np.concatenate(found)
+        for time in run.events.get(f"{line.name} breaks", ()):
+            line.states[run.times[rows] >= time] = GONE
+    return tuple(lines.values())
 
 
 def _is_line(load: Load) -> bool:
