@@ -238,7 +238,7 @@ class Reader:
         >>> scene.add_spring("rope", arm.interface("tip"), above, stiffness=100.0, rest_length=0.8)
         >>> rest = kf.equilibrium(scene)
         >>> rest.coupling_force("arm", "tip", of="rope")[2].round(1)
-        19.9
+        19.8
         >>> rest.neighbours("arm", "root")
         Neighbours(unknown=('ground',), known=())
         """
