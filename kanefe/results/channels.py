@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -23,11 +23,13 @@ from kanefe.kane.reactions import joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.interface_forces import coupling_forces
+from kanefe.results.load_lines import LoadLine, lines_of_run
 from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, reactions_of_states
 from kanefe.results.surface_outline import SurfaceOutline, outlines
 from kanefe.tree.route import RunSweeps
+from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
@@ -61,6 +63,10 @@ class Channels(Protocol):
     @property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:
         """What the surfaces of the scene look like."""
+        ...
+
+    def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
+        """Return the lines of loads that act along one, at output times given by number."""
         ...
 
     def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
@@ -138,6 +144,16 @@ class RunChannels:
     def _states(self) -> list[tuple[float, np.ndarray]]:
         """Return times and states."""
         return list(zip(self.times.tolist(), self.states, strict=True))
+
+    def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
+        """Return the lines of loads that act along one, at output times given by number."""
+        return lines_of_run(self, rows)
+
+    def placed(self, rows: Sequence[int] | np.ndarray) -> Iterator[SceneState]:
+        """Yield where all is at some output times, given by number, and how it moves."""
+        if self.swept is not None:
+            return placed_states(self.model, self.trajectory, self.swept, rows)
+        return (self.model.route.view(float(self.times[row]), self.states[row]) for row in rows)
 
     def views(self) -> Iterator[State]:
         """Yield a literal state at each time, in which all frames move as in the run."""
@@ -318,12 +334,11 @@ class RunChannels:
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.kane.rigid_contacts import told as told_of_rigid
 
-        rigid, swept = self.model.rigid_contacts, self.swept
+        rigid = self.model.rigid_contacts
         kept: dict[Key, np.ndarray] = {
             ("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads
         }
-        placed = self.views() if swept is None or rigid else placed_states(self.model, self.trajectory, swept)
-        for row, state in enumerate(placed):
+        for row, state in enumerate(self.views() if rigid else self.placed(range(len(self.times)))):
             for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
                 if i in rigid and isinstance(state, State):
                     told[row] = told_of_rigid(state, rigid.index(i))
