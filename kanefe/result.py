@@ -164,6 +164,7 @@ class Result(Reader):
         """Write the moving scene for ParaView: a .pvd file, and a folder of .vtu files beside it.
 
         Contacts are points with their force (draw them as glyphs) and their status: 0 open, 1 sticks, 2 slips.
+        Springs, ropes and other loads along a line are lines, which say whether they are slack.
 
         Parameters
         ----------

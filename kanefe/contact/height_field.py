@@ -144,6 +144,12 @@ class HeightField(SurfaceShape):
         return np.concatenate(((self.x[0], dx, len(self.x), self.y[0], dy, len(self.y)), self.heights.ravel()))
 
 
+def heights_at(field: HeightField, x: Vector, y: Vector) -> Matrix:
+    """Return the heights of a field at all pairs of places x (a,) and y (b,), shape (a, b), m."""
+    along, across = (_weight_rows(places, at) for places, at in ((field.x, x), (field.y, y)))
+    return np.asarray(along @ field.heights @ across.T)
+
+
 def _weights(places: Vector, x: float) -> tuple[list[int], Vector, Vector]:
     """Return four places about x and the weights of values and slopes there, of cubic convolution (Keys 1981)."""
     n, step = len(places), places[1] - places[0]
@@ -155,6 +161,15 @@ def _weights(places: Vector, x: float) -> tuple[list[int], Vector, Vector]:
     weights = 0.5 * np.array((-f + 2 * f**2 - f**3, 2 - 5 * f**2 + 3 * f**3, f + 4 * f**2 - 3 * f**3, -(f**2) + f**3))
     slopes = 0.5 * rate * np.array((-1 + 4 * f - 3 * f**2, -10 * f + 9 * f**2, 1 + 8 * f - 9 * f**2, -2 * f + 3 * f**2))
     return [min(max(at + k, 0), n - 1) for k in (-1, 0, 1, 2)], weights, slopes
+
+
+def _weight_rows(places: Vector, at: Vector) -> Matrix:
+    """Return the weights of the heights at all places of the grid, (len(at), len(places))."""
+    rows = np.zeros((len(at), len(places)))
+    for row, x in zip(rows, at, strict=True):
+        near, weights, _ = _weights(places, x)
+        np.add.at(row, near, weights)
+    return rows
 
 
 def _bends(places: Vector, x: float) -> Vector:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kanefe.contact.height_field import heights_at
 from kanefe.contact.shape import axes_about
 from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.frames import Matrix, Vector
@@ -19,8 +20,15 @@ AROUND = 40
 AROUND_POINTS = 12
 """Sides of balls of which there are many."""
 
+MOST_VERTICES = 20_000
+"""Of a field of heights, up to which it is drawn finer than its grid, and how much finer at most."""
+
+FINEST = 4
+
 POINT = 1e-3
 """Radius of what stands for a point, m."""
+
+NO_LINES = np.zeros((0, 2), dtype=int)
 
 
 class Outline(NamedTuple):
@@ -33,11 +41,14 @@ class Outline(NamedTuple):
     triangles : ndarray of int, shape (m, 3)
     is_endless : bool
         Whether it is a square of 1 m cut out of a plane.
+    lines : ndarray of int, shape (e, 2)
+        Of vertices, drawn upon it: the grid of a field of heights.
     """
 
     vertices: np.ndarray
     triangles: np.ndarray
     is_endless: bool = False
+    lines: np.ndarray = NO_LINES
 
 
 def outline(shape: SurfaceShape) -> Outline | None:
@@ -108,11 +119,17 @@ def _box(half: Vector) -> Outline:
 
 
 def _heights(shape: HeightField) -> Outline:
-    m, n = np.shape(shape.heights)
-    places = np.stack((*np.meshgrid(shape.x, shape.y, indexing="ij"), shape.heights), axis=-1)
-    a = (np.arange(m - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    """Return the surface at the places of its grid, and between them where the grid is coarse."""
+    finer = min(max(int((MOST_VERTICES / shape.heights.size) ** 0.5), 1), FINEST)
+    x, y = (np.interp(np.arange(finer * (len(p) - 1) + 1) / finer, np.arange(len(p)), p) for p in (shape.x, shape.y))
+    m, n = len(x), len(y)
+    places = np.stack((*np.meshgrid(x, y, indexing="ij"), heights_at(shape, x, y)), axis=-1)
+    numbers = np.arange(m * n).reshape(m, n)
+    a = numbers[:-1, :-1].ravel()
     triangles = np.concatenate((np.column_stack((a, a + n, a + n + 1)), np.column_stack((a, a + n + 1, a + 1))))
-    return Outline(places.reshape(-1, 3), triangles)
+    along, across = numbers[:, ::finer].T, numbers[::finer]
+    lines = [np.column_stack((rows[:, :-1].ravel(), rows[:, 1:].ravel())) for rows in (along, across)]
+    return Outline(places.reshape(-1, 3), triangles, lines=np.concatenate(lines))
 
 
 def _spots(centres: Matrix, radius: float) -> Outline:

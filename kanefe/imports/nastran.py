@@ -36,7 +36,7 @@ NAMES = {
 """Names under which Nastran writes the matrices, first come first served."""
 
 
-@checked("expected_mass", "expected_center", "expected_inertia")
+@checked("bulk", "matrices", "expected_mass", "expected_center", "expected_inertia")
 def read_nastran(
     bulk: str | Path,
     matrices: str | Path | Sequence[str | Path],

@@ -16,6 +16,7 @@ from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.impulses import struck_speeds
 from kanefe.kane.state import State
 from kanefe.results.channels import RunChannels
+from kanefe.results.load_lines import LoadLine
 from kanefe.results.reader import Reader
 from kanefe.results.selection import Frames
 from kanefe.scene.scene import three
@@ -75,6 +76,11 @@ class Instant(Reader):
         """Return force and moment of a load on one of its ends, shape (6,): see `Reader.load_force`."""
         found: np.ndarray = self.history.load_force(name, end)[0]
         return found
+
+    @checked
+    def load_lines(self, frames: Frames | None = None) -> tuple[LoadLine, ...]:
+        """Return the lines of springs, ropes and their like, ``points`` (ends, 3), m; `frames` is of runs."""
+        return tuple(line.at(0) for line in self.history.load_lines(_only(frames)))
 
     @checked
     def nodal_displacements(

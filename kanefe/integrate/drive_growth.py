@@ -30,23 +30,23 @@ class DriveGrowth:
 
     def __init__(self, drives: int) -> None:
         self._count = 0
-        self._last: Vector | None = None
-        self._first = np.zeros(drives)
+        self._last: list[float] = []
+        self._first = [0.0] * drives
         self._largest: list[list[float]] = [[] for _ in range(drives)]
         self._when: list[list[int]] = [[] for _ in range(drives)]
 
     def add(self, values: Vector) -> None:
         """Take the drives of a sample."""
-        if self._last is not None:
-            changes = np.abs(values - self._last)
-            if self._count <= FEW_SAMPLES:
-                self._first = np.maximum(self._first, changes)
-            for largest, when, change in zip(self._largest, self._when, changes.tolist(), strict=True):
-                if change > 0.0 and (not largest or change > largest[-1]):
-                    largest.append(change)
-                    when.append(self._count)
+        given = values.tolist()  # of few numbers, each by itself is quicker
+        for drive, last in enumerate(self._last):
+            change, largest = abs(given[drive] - last), self._largest[drive]
+            if self._count <= FEW_SAMPLES and change > self._first[drive]:
+                self._first[drive] = change
+            if change > (largest[-1] if largest else 0.0):
+                largest.append(change)
+                self._when[drive].append(self._count)
         self._count += 1
-        self._last = values
+        self._last = given
 
     def grown(self, times: float) -> Grown | None:
         """Return a drive whose changes have grown so many times, lately by one factor from sample to sample.
@@ -54,7 +54,7 @@ class DriveGrowth:
         The times in which they grew by each third of that, in powers, must be alike.
         """
         for drive, (largest, when) in enumerate(zip(self._largest, self._when, strict=True)):
-            first = max(float(self._first[drive]), largest[0]) if largest else 0.0
+            first = max(self._first[drive], largest[0]) if largest else 0.0
             if not first or largest[-1] < times * first:
                 continue
             for factor in (times, largest[-1] / first):

@@ -268,7 +268,7 @@ class RunLoop:
             else:
                 rows = np.empty((last - first + 1, self.states.shape[1]))
                 try:
-                    passed = stepper.integrate_through(np.append(self._times[first:last], target), rows, left)
+                    passed = stepper.integrate_through(np.concatenate((self._times[first:last], (target,))), rows, left)
                 finally:
                     self.states[first:last] = rows[:-1]
                 self.stored += min(passed, last - first)

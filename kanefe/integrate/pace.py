@@ -139,7 +139,7 @@ class Pace:
     def check_pace(self) -> None:
         """Warn once of a run that gets on too slowly to be waited for."""
         elapsed = self._elapsed()
-        if self._is_warned or elapsed < SOON:
+        if self._is_warned or elapsed < min(SOON, PATIENCE):
             return
         t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
         left = elapsed * (self._end - t) / max(t - self._from, 1e-300)

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,8 +84,8 @@ class Sampler:
 
     def sampled(self, t: float, y: Vector) -> Vector:
         """Return the state with the drives as they are from time t (s) on, after what is to be sampled there."""
-        route, before, y = self._model.route, y, y.copy()
-        state = cache(lambda: route.state(t, before))  # joints are read without it
+        before, y = y, y.copy()
+        state = _SeenOnce(self._model, t, before)
         for one in self._controllers:
             values = one.at(t, self._stop, before, state)  # all read what was before any of them drove
             if values is not None:
@@ -119,6 +119,20 @@ class Sampler:
     def logs(self) -> dict[str, ControllerLog]:
         """Return all samples so far, by the names of the controllers."""
         return {one.controller.name: one.log() for one in self._controllers}
+
+
+class _SeenOnce:
+    """The state of a scene at a time, made where it is asked for: joints are read without it."""
+
+    def __init__(self, model: Model, t: float, y: Vector) -> None:
+        self._given = model, t, y
+        self._state: SceneState | None = None
+
+    def __call__(self) -> SceneState:
+        if self._state is None:
+            model, t, y = self._given
+            self._state = model.route.state(t, y)
+        return self._state
 
 
 class _Sampled:

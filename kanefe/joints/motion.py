@@ -11,7 +11,6 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, numbers, shaped_numbers
-from kanefe.joints.rates_over_time import contradiction, refuse
 
 LEAST_POINTS = 4
 
@@ -287,6 +286,8 @@ class Motion:
         has no speed, and a speed that jumps takes an impulse: both are refused.
         """
         if self.pieces is None and self.velocity is not None and self.acceleration is not None:
+            from kanefe.joints.rates_over_time import contradiction, refuse
+
             functions = (self.position, self.velocity, self.acceleration)
             refuse(contradiction(functions, times, accelerations), ("position", "velocity", "acceleration"), what)
 

@@ -15,7 +15,6 @@ from kanefe.frames import Matrix, Vector, axial, orientation_parameters, rotatio
 from kanefe.joints.given_pose import GivenPose, PoseRates
 from kanefe.joints.motion import Motion, check_span
 from kanefe.joints.pose_table import PoseTable
-from kanefe.joints.rates_over_time import contradiction, refuse
 
 LINEAR = ("position", "velocity", "acceleration")
 ANGULAR = ("orientation", "angular_velocity", "angular_acceleration")
@@ -171,6 +170,8 @@ class PoseMotion(GivenPose):
 
     def check_over(self, times: Vector, what: str) -> None:
         """Raise a ModelError that names what it is the motion of, if rates do not fit the pose in a run, times (T,)."""
+        from kanefe.joints.rates_over_time import contradiction, refuse
+
         position, velocity, acceleration = self.position, self.velocity, self.acceleration
         if position is not None and velocity is not None and acceleration is not None:
             refuse(contradiction((position, velocity, acceleration), times), LINEAR, what)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.bodies.inner_rotations import inner_rotations
-from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.bending import LEAST
-from kanefe.tree.body_terms import FlexibleTerms
+from kanefe.tree.body_terms import FlexibleTerms, is_unreduced
 from kanefe.tree.model_data import ModelData
 
 
@@ -23,7 +22,7 @@ def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     on there is a motion, of the body and its joints together, whose kinetic energy vanishes.
     """
     flexible = [(body.name, body.flexible) for body in model.bodies if body.flexible is not None]
-    if any(isinstance(terms.body, UnreducedBody) for _, terms in flexible):
+    if any(is_unreduced(terms.body) for _, terms in flexible):
         return ""  # no dense mass matrix
     stiffened = [(name, terms) for name, terms in flexible if terms.free_moments.quadratic_first is not None]
     straight = q.copy()

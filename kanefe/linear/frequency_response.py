@@ -85,6 +85,7 @@ class FrequencyResponse:
         given = self.input_names[0] if input is None else input
         return self.receptance(output, given) / self.receptance(over, given)
 
+    @checked
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw magnitudes and phases over the frequency, and write the picture to `path` if given.
 

@@ -24,6 +24,9 @@ BALANCED = 1e-9
 FLOOR = 1e-6
 """Of the largest forces: by these is measured what nothing acts on."""
 
+ROUNDED = float(np.finfo(float).eps)
+"""Displacement of a body, of its size (1), that is round-off."""
+
 
 @dataclass(frozen=True)
 class Imbalance:
@@ -124,7 +127,10 @@ def force_sizes(state: State) -> Vector:
             own = np.abs(F[terms.speeds]) + np.abs(elastic_forces(terms, eta, deta))
             sizes[terms.speeds] += own + np.abs(terms.body.stiffness[:k, :k]) @ np.abs(eta)
             # what the field of a mode may feel of it (Cauchy and Schwarz), also one that by symmetry feels nothing
-            sizes[terms.speeds] += np.sqrt(mass * np.diag(M)[terms.speeds]) * (pull + spin * lever)
+            moved = np.sqrt(np.diag(M)[terms.speeds] / mass)
+            sizes[terms.speeds] += mass * moved * (pull + spin * lever)
+            # elastic forces of a shape that differs by round-off from what it was made of: these are none
+            sizes[terms.speeds] += np.diag(terms.body.stiffness)[:k] * ROUNDED / BALANCED * lever / moved
         force = mass * (pull + spin * lever)
         sizes += np.linalg.norm(frame.V, axis=0) * force + np.linalg.norm(frame.W, axis=0) * force * lever
         if body.has_coordinate_forces:

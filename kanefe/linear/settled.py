@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
+from kanefe.tree.body_terms import is_unreduced
 
 ITERATIONS = 12
 
@@ -24,9 +24,7 @@ def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
     """
     bodies = [body.flexible for body in model.bodies if body.flexible is not None]
     bodies = [
-        terms
-        for terms in bodies
-        if not isinstance(terms.body, UnreducedBody) and terms.body.moments.quadratic_first is not None
+        terms for terms in bodies if not is_unreduced(terms.body) and terms.body.moments.quadratic_first is not None
     ]
     if not bodies:
         return q

@@ -214,6 +214,9 @@ class Load(ABC):
         Whether it may become stiff in the middle of a run, as a contact does: its tangent at the start does not tell.
     may_part : bool
         Whether it acts only where its ends meet, so that a search for a balance has to bring them together.
+    runs_over_ends : bool
+        Whether it is a line from end to end in their order, as a rope is: views draw it. A load of two ends they draw
+        as a line anyway.
 
     Examples
     --------
@@ -244,6 +247,7 @@ class Load(ABC):
     needs_rotation: ClassVar[bool] = True
     acts_at_once: ClassVar[bool] = False
     may_part: ClassVar[bool] = False
+    runs_over_ends: ClassVar[bool] = False
 
     @abstractmethod
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:

@@ -106,6 +106,7 @@ class Rope(Load):
     kind = "rope"
     columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [1]")
     needs_rotation = False
+    runs_over_ends = True
 
     def __post_init__(self) -> None:
         label = f"rope {self.name!r}"

@@ -80,8 +80,9 @@ class Winch(Load):
     looks_for_slack: bool = field(default=False, init=False, repr=False)
 
     kind = "winch"
-    columns = ("length [m]", "paid out [m]", "rate [m/s]", "tension [N]")
+    columns = ("length [m]", "paid out [m]", "rate [m/s]", "tension [N]", "slack [1]")
     needs_rotation = False
+    runs_over_ends = True
 
     def __post_init__(self) -> None:
         label = f"winch {self.name!r}"
@@ -209,10 +210,11 @@ class Winch(Load):
         return Tangent(rows.reshape(1, -1), np.array((held,)), np.zeros(1))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the way (m), what is paid out (m), the rate of the way (m/s) and the tension (N)."""
+        """Return way (m), what is paid out (m), rate of the way (m/s), tension (N), and whether it is slack (1)."""
         path = self.path(t, ends)
         out = 0.0 if self.is_settled else float(states[0])
-        return np.array((path.length, out, path.rate, self.pull(t, path, states)))
+        tension = self.pull(t, path, states)
+        return np.array((path.length, out, path.rate, tension, float(tension == 0.0)))
 
     @property
     def kernel(self) -> LoadKernel:

@@ -50,10 +50,12 @@ def new_project(where: str) -> list[Path]:
             target = folder / source.name.removesuffix(".txt")
             target.write_text(source.read_text(encoding="utf-8").replace(WORD, folder.name), encoding="utf-8")
             written.append(target)
-    except FileNotFoundError as error:
-        raise FileError(
-            f"there is no folder {folder.parent} to make {folder.name!r} in. Remedy: make it first"
-        ) from error
     except OSError as error:
-        raise FileError(f"cannot make {folder}: {error.strerror}. Remedy: another place") from error
+        if not folder.parent.exists():
+            raise FileError(
+                f"there is no folder {folder.parent} to make {folder.name!r} in. Remedy: make it first"
+            ) from error
+        # of a folder of the system, such as /proc, the error says that the new one is not there
+        reason = "nothing can be made there" if isinstance(error, FileNotFoundError) else error.strerror
+        raise FileError(f"cannot make {folder}: {reason}. Remedy: another place") from error
     return written

@@ -7,7 +7,7 @@ proportional to the number of bodies. Objects are read-only after they are made:
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, 
 from kanefe.kernels.tolerances import NEAR_SINGULAR
 from kanefe.kernels.units import expect
 from kanefe.loads.functions import SPENT
-from kanefe.order_n.compiled_run import CompiledRun
 from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.drive_tables import drive_tables
@@ -41,6 +40,9 @@ from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 from kanefe.tree.told import MechanicalEnergy
+
+if TYPE_CHECKING:
+    from kanefe.order_n.compiled_run import CompiledRun
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow: there is no scene left to explain."""
@@ -338,6 +340,8 @@ class OrderN(LiteralRoute):
         `is_implicit`, `is_balanced`: whether the method asks for linearly implicit evaluations, and for energy and
         momenta.
         """
+        from kanefe.order_n.compiled_run import CompiledRun  # a run's alone
+
         return CompiledRun(self, self._rates_kernel(is_implicit, is_balanced), integers, reals, vectors, is_balanced)
 
     @property

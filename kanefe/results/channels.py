@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -25,6 +25,7 @@ from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.contact_history import is_contact
 from kanefe.results.contact_points import in_columns
 from kanefe.results.interface_forces import coupling_forces
+from kanefe.results.load_lines import LoadLine, lines_of_run
 from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.reactions import are_alone, reactions_of_states
@@ -70,6 +71,10 @@ class Channels(Protocol):
     @property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:
         """What the surfaces of the scene look like."""
+        ...
+
+    def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
+        """Return the lines of loads that act along one, at output times given by number."""
         ...
 
     def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
@@ -152,6 +157,16 @@ class RunChannels:
     def _states(self) -> list[tuple[float, np.ndarray]]:
         """Return times and states."""
         return list(zip(self.times.tolist(), self.states, strict=True))
+
+    def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
+        """Return the lines of loads that act along one, at output times given by number."""
+        return lines_of_run(self, rows)
+
+    def placed(self, rows: Sequence[int] | np.ndarray) -> Iterator[SceneState]:
+        """Yield where all is at some output times, given by number, and how it moves."""
+        if self.swept is not None:
+            return placed_states(self.model, self.trajectory, self.swept, rows)
+        return (self.model.route.view(float(self.times[row]), self.states[row]) for row in rows)
 
     def views(self) -> Iterator[State]:
         """Yield a literal state at each time, in which all frames move as in the run."""
@@ -331,9 +346,7 @@ class RunChannels:
 
     def _loaded_states(self) -> Iterable[SceneState]:
         """Return the states as loads see them; those of scenes with rigid contacts also tell their forces."""
-        if self.swept is None or self.model.rigid_contacts:
-            return self.views()
-        return placed_states(self.model, self.trajectory, self.swept)
+        return self.views() if self.model.rigid_contacts else self.placed(range(len(self.times)))
 
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.contact.contact import Contact

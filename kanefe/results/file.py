@@ -16,6 +16,7 @@ from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus, summary
 from kanefe.results.body_shape import BodyShape
+from kanefe.results.load_lines import LoadLine
 from kanefe.results.quantities import (
     CENTRES,
     DRIVES,
@@ -36,8 +37,8 @@ from kanefe.storage.hdf5 import decode, encode
 from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
-VERSION = 8
-"""In 6 there was no digest, and coupling forces had no parts; in 7 no points of contacts."""
+VERSION = 9
+"""In 7 there were no lines of loads, and surfaces had none; in 8 no points of contacts."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -59,6 +60,7 @@ PARTS = {
     "loads": dict,
     "points": dict,
     "surfaces": list,
+    "lines": list,
 }
 """Attributes of a file that are json, and what each holds."""
 
@@ -97,6 +99,8 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
             for s in result.surfaces
         ],
     }
+    lines = result.load_lines()
+    header["lines"] = [line.name for line in lines]
     header["controllers"] = {
         name: {"read_names": log.read_names, "drive_names": log.drive_names} for name, log in result.controllers.items()
     }
@@ -109,6 +113,10 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
     for i, surface in enumerate(result.surfaces):
         arrays[f"surfaces/{i}/vertices"] = (surface.vertices, "m")
         arrays[f"surfaces/{i}/triangles"] = (surface.triangles, "1")
+        arrays[f"surfaces/{i}/lines"] = (surface.lines, "1")
+    for i, line in enumerate(lines):
+        arrays[f"lines/{i}/points"] = (line.points, "m")
+        arrays[f"lines/{i}/states"] = (line.states, "1")
     for quantity, body, interface in _saved(shapes, result, forces and result.has_forces):
         unit = result.units(quantity, body) if body else result.units(quantity)
         arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
@@ -183,13 +191,24 @@ class FileChannels:
         self.points: Mapping[str, int] = {name: int(count) for name, count in told["points"].items()}
         self.surfaces = tuple(
             SurfaceOutline(
-                **entry, vertices=arrays[f"surfaces/{i}/vertices"], triangles=arrays[f"surfaces/{i}/triangles"]
+                **entry,
+                vertices=arrays[f"surfaces/{i}/vertices"],
+                triangles=arrays[f"surfaces/{i}/triangles"],
+                lines=arrays[f"surfaces/{i}/lines"],
             )
             for i, entry in enumerate(told["surfaces"])
+        )
+        self._lines = tuple(
+            LoadLine(str(name), arrays[f"lines/{i}/points"], arrays[f"lines/{i}/states"])
+            for i, name in enumerate(told["lines"])
         )
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
         self._check_arrays()
+
+    def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
+        """Return the lines of loads that act along one, at output times given by number."""
+        return tuple(line.at(rows) for line in self._lines)
 
     def _check_arrays(self) -> None:
         """Raise a ValueError unless the times rise and each channel has a row of its numbers for each of them."""
@@ -197,6 +216,10 @@ class FileChannels:
             raise ValueError(f"times are not finite numbers in a row, but {self.times.dtype} {self.times.shape}")
         if not len(self.times) or np.any(np.diff(self.times) < 0.0):
             raise ValueError("times do not rise")
+        for line in self._lines:
+            count = len(self.times)
+            if line.points.shape[:1] != (count,) or line.points.shape[2:] != (3,) or line.states.shape != (count,):
+                raise ValueError(f"the line of {line.name!r} has not a row for each of {count} times")
         reader = Reader(self)
         for quantity, body, interface in _saved(list(self.bodies), reader, True):
             where = _location(quantity, body, interface)

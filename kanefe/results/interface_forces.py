@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
@@ -11,16 +11,13 @@ from kanefe.frames import Matrix, Vector, cross, rotation_matrix
 from kanefe.kane.coupling import unit_wrenches
 from kanefe.kane.reactions import held_wrenches
 from kanefe.kane.state import State
-from kanefe.results.placed_states import placed_states
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, Source, sources_of
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
-    from kanefe.integrate.trajectory import Trajectory
     from kanefe.tree.body_terms import BodyTerms
     from kanefe.tree.model_data import ModelData
-    from kanefe.tree.route import RunSweeps
 
 PartKey = tuple[str, str, str, str]
 """Quantity, body, interface and name of the part."""
@@ -45,15 +42,11 @@ class RunStates(Protocol):
     @property
     def model(self) -> ModelData: ...  # noqa: D102
     @property
-    def trajectory(self) -> Trajectory: ...  # noqa: D102
-    @property
     def times(self) -> Vector: ...  # noqa: D102
-    @property
-    def swept(self) -> RunSweeps | None: ...  # noqa: D102
     @property
     def residual_forces(self) -> Matrix: ...  # noqa: D102
     def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> Matrix: ...  # noqa: D102
-    def views(self) -> Iterator[State]: ...  # noqa: D102
+    def placed(self, rows: Sequence[int]) -> Iterator[SceneState]: ...  # noqa: D102
     def acting_states(self) -> Iterator[tuple[State, Vector]]: ...  # noqa: D102
 
 
@@ -131,9 +124,7 @@ def _states(run: RunStates, is_held: bool) -> Iterator[SceneState]:
     """Return the states, as cheap as will do: forces that hold need partial velocities, loads need places."""
     if is_held:
         return (state for state, _ in run.acting_states())
-    if run.swept is not None:
-        return placed_states(run.model, run.trajectory, run.swept)
-    return run.views()
+    return run.placed(range(len(run.times)))
 
 
 def _interface(body: BodyTerms, name: str) -> InterfaceFrame:

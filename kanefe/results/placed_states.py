@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.model_data import ModelData
@@ -11,12 +13,14 @@ from kanefe.tree.route import RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 
-def placed_states(model: ModelData, run: Trajectory, swept: RunSweeps) -> Iterator[SceneState]:
-    """Yield the state at each output time."""
+def placed_states(
+    model: ModelData, run: Trajectory, swept: RunSweeps, rows: Sequence[int] | np.ndarray
+) -> Iterator[SceneState]:
+    """Yield the states at some output times, given by number."""
     frames = [swept.frame(number, None) for number in range(len(model.bodies))]
-    for row, t in enumerate(run.times.tolist()):
+    for row in rows:
         placed = []
         for frame in frames:
             A = frame.axes[row]
             placed.append(Placed(A, frame.position[row], frame.velocity[row] @ A, frame.angular_velocity[row] @ A))
-        yield SceneState(model, t, run.coordinates[row], run.speeds[row], run.internal[row], placed)
+        yield SceneState(model, float(run.times[row]), run.coordinates[row], run.speeds[row], run.internal[row], placed)

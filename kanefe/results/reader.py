@@ -19,6 +19,7 @@ from kanefe.results.contact_history import ContactHistory, contact_history, is_c
 from kanefe.results.contact_points import ContactPoints, contact_points, point_columns
 from kanefe.results.contact_report import contact_report
 from kanefe.results.load_forces import load_forces, turned_into
+from kanefe.results.load_lines import LoadLine
 from kanefe.results.quantities import (
     CENTRES,
     DRIVES,
@@ -243,7 +244,7 @@ class Reader:
         >>> scene.add_spring("rope", arm.interface("tip"), above, stiffness=100.0, rest_length=0.8)
         >>> rest = kf.equilibrium(scene)
         >>> rest.coupling_force("arm", "tip", of="rope")[2].round(1)
-        19.9
+        19.8
         >>> rest.neighbours("arm", "root")
         Neighbours(unknown=('ground',), known=())
         """
@@ -313,6 +314,38 @@ class Reader:
         if not places:
             raise ModelError(f"load {name!r} has no column {column!r}. It has: {', '.join(columns)}")
         return np.asarray(found[..., places[0]])
+
+    @checked
+    def load_lines(self, frames: Frames | None = None) -> tuple[LoadLine, ...]:
+        """Return where springs, ropes and other loads along a line go, and when they are slack.
+
+        The line of a rope or winch goes over all its points, as its law has it; those of other loads join two ends.
+        Contacts have none.
+
+        Parameters
+        ----------
+        frames : int, slice or ints, optional
+            Which output times, by number; default: all, S = T.
+
+        Returns
+        -------
+        tuple of LoadLine
+            Each with its ``name``, its ``points`` (S, ends, 3) in N in m, and its ``states`` (S,): 0 where it is taut,
+            1 where it is slack, 2 where it has broken.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 2.0, at=(1, 0, -1), joint=kf.Prismatic("z"))
+        >>> over = scene.ground.frame(at=(1, 0, 0))
+        >>> scene.add(kf.Rope("hoist", (scene.ground, over, ball), axial_stiffness=1e6, damping=1e3, preload=19.62))
+        >>> (hoist,) = scene.simulate((0.0, 0.1)).load_lines()
+        >>> hoist.points[0].tolist()
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, -1.0]]
+        """
+        rows = np.arange(len(self.times))[frame_index(frames, len(self.times))]
+        return self._channels.load_lines(np.atleast_1d(rows))
 
     @checked
     def load_force(self, name: str, end: int = -1) -> np.ndarray:

@@ -27,6 +27,8 @@ class SurfaceOutline:
     triangles : ndarray of int, shape (m, 3)
     is_endless : bool
         Whether it is a square of 1 m cut out of a plane.
+    lines : ndarray of int, shape (e, 2)
+        Of vertices, drawn upon it: the grid of a field of heights.
     """
 
     name: str
@@ -35,6 +37,7 @@ class SurfaceOutline:
     vertices: np.ndarray
     triangles: np.ndarray
     is_endless: bool
+    lines: np.ndarray
 
 
 def outlines(model: ModelData) -> tuple[SurfaceOutline, ...]:
@@ -55,4 +58,4 @@ def _on_frame(model: ModelData, surface: Surface) -> SurfaceOutline | None:
     if carrier is not None:
         vertices = vertices @ carrier.axes
     name, interface = body.name if body is not None else "", carrier.name if carrier is not None else ""
-    return SurfaceOutline(surface.name, name, interface, vertices, drawn.triangles, drawn.is_endless)
+    return SurfaceOutline(surface.name, name, interface, vertices, drawn.triangles, drawn.is_endless, drawn.lines)

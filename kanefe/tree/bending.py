@@ -14,9 +14,9 @@ import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.inner_rotations import InnerRotations, inner_rotations
-from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.body_terms import is_unreduced
 from kanefe.tree.model_data import ModelData
 
 FARTHEST = 0.2
@@ -124,7 +124,7 @@ def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotation
 
     Stiffened: on a hinge at the origin of G, about the axis of the rotation, a motion has kept `LEAST` of its inertia.
     """
-    if isinstance(body, UnreducedBody) or body.moments.quadratic_first is None or inner.of_displacements:
+    if is_unreduced(body) or body.moments.quadratic_first is None or inner.of_displacements:
         return FARTHEST
     rotation = float(np.linalg.norm(turned))
     moments, none = body.moments.leading(body.free_count), np.zeros(body.free_count)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
     from kanefe.bodies.mass_moments import MassMoments
     from kanefe.bodies.nodal_moments import NodalMoments
+    from kanefe.bodies.unreduced import UnreducedBody
     from kanefe.loads.field_load import FieldLoad
     from kanefe.loads.joint_load import JointLoad
     from kanefe.loads.point_load import PointLoad
@@ -139,3 +140,8 @@ class BodyTerms:
             return self.coordinates, self.speeds
         is_free = self.coordinates >= 0
         return self.coordinates[is_free], self.speeds[is_free]
+
+
+def is_unreduced(body: FlexibleBody) -> TypeGuard[UnreducedBody]:
+    """Whether a body has all degrees of freedom of its mesh, in sparse matrices; told without its class imported."""
+    return not isinstance(body.stiffness, np.ndarray)

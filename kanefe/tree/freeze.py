@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.scene.scene import BodyEntry
-from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
@@ -120,17 +120,13 @@ def _free_joint_speeds(entry: BodyEntry) -> int:
 
 def _centred(body: FlexibleBody) -> Callable[[np.ndarray], np.ndarray]:
     """Return what takes the mean motion that G has out of a start of an unreduced body; of others nothing."""
-    from kanefe.bodies.unreduced import UnreducedBody
-
-    return body.centred if isinstance(body, UnreducedBody) else np.asarray
+    return body.centred if is_unreduced(body) else np.asarray
 
 
 def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
     """Return C over all rows of the body, (K, k), or None if undamped: no damping code runs then."""
-    from kanefe.bodies.unreduced import UnreducedBody
-
     k = body.free_count
-    if isinstance(body, UnreducedBody):
+    if is_unreduced(body):
         return body.damping if body.is_damped else None
     if not np.any(body.damping):
         return None
@@ -140,7 +136,6 @@ def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
 
 def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
     """Return the motion of G and of the coordinates with each fixed component: see `FlexibleTerms`."""
-    from kanefe.bodies.unreduced import UnreducedBody
     from kanefe.fe_model.model import COMPONENTS, rigid_motion
 
     k, fixed = body.free_count, body.fixed_count
@@ -154,7 +149,7 @@ def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
         rows = (rows @ np.kron(np.eye(2), frame.axes.T))[list(frame.fixed_components)]
         held[[column - k for column in frame.fixed_columns]] = rows
     rigid = np.linalg.pinv(held)
-    if isinstance(body, UnreducedBody):  # the rows of the fixed components alone: no static solve of a large body
+    if is_unreduced(body):  # the rows of the fixed components alone: no static solve of a large body
         elastic = np.eye(fixed) - held @ rigid
     else:
         elastic = np.zeros((k + fixed, fixed))

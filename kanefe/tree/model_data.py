@@ -21,7 +21,7 @@ from kanefe.frames import Matrix
 from kanefe.joints import Motion
 from kanefe.loads.base import Load
 from kanefe.storage.pickled import PickledByFields
-from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
 
 if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint
@@ -147,9 +147,7 @@ class ModelData(PickledByFields):
         flexible = [body.flexible.body for body in self.bodies if body.flexible]
         if not flexible:
             return False
-        from kanefe.bodies.unreduced import UnreducedBody
-
-        return any(isinstance(body, UnreducedBody) for body in flexible)
+        return any(is_unreduced(body) for body in flexible)
 
     @cached_property
     def has_varying_tangents(self) -> bool:

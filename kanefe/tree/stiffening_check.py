@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.errors import outside
-from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.body_terms import BodyTerms, is_unreduced
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
@@ -66,9 +66,7 @@ def _stiffens(body: BodyTerms) -> bool:
     """Tell whether the inertia of a body stiffens it."""
     if body.flexible is None:
         return False
-    from kanefe.bodies.unreduced import UnreducedBody
-
-    if isinstance(body.flexible.body, UnreducedBody):
+    if is_unreduced(body.flexible.body):
         return False
     return body.flexible.body.moments.quadratic_first is not None
 

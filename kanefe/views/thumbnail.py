@@ -44,19 +44,33 @@ class Piece(NamedTuple):
         Edges that are drawn as lines.
     colour : tuple of float
         Red, green, blue, of 255.
+    shades : ndarray, shape (p,), or None
+        Light of the points, of 1; None: all have it.
     """
 
     points: np.ndarray
     triangles: np.ndarray
     creases: np.ndarray
     colour: Sequence[float]
+    shades: np.ndarray | None = None
 
 
-def thumbnail(pieces: Sequence[Piece], up: Sequence[float] = (0.0, 0.0, 1.0)) -> bytes:
-    """Return a picture (.png, transparent where nothing is) of some surfaces together."""
+def thumbnail(
+    pieces: Sequence[Piece], up: Sequence[float] = (0.0, 0.0, 1.0), around: np.ndarray | None = None
+) -> bytes:
+    """Return a picture (.png, transparent where nothing is) of some surfaces together.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    up : sequence of float
+        The axis that points up, (3,).
+    around : ndarray, shape (n, 3), optional
+        Points that the picture is fitted to, m; default: all.
+    """
     axes = _axes(np.asarray(up, dtype=float))
     seen = [piece.points @ axes for piece in pieces]  # right, up, towards the eye
-    every = np.vstack([points for points in seen if len(points)])
+    every = np.vstack([points for points in seen if len(points)]) if around is None else around @ axes
     low, high = every.min(axis=0), every.max(axis=0)
     wide, tall = SIZE[0] * FINE, SIZE[1] * FINE
     extent = np.maximum(high - low, 1e-12 * max(float((high - low).max()), 1e-300))
@@ -66,9 +80,13 @@ def thumbnail(pieces: Sequence[Piece], up: Sequence[float] = (0.0, 0.0, 1.0)) ->
     drawn = [
         samples
         for piece, points in zip(pieces, seen, strict=True)
-        for samples in _samples(piece, scale * (points - middle) + shift)
+        for samples in _samples(piece, scale * (points - middle) + shift, np.array((wide, tall)))
     ]
-    places, depths, colours = (np.concatenate(arrays) for arrays in zip(*drawn, strict=True))
+    inside = [((places >= 0.0) & (places < (wide, tall))).all(axis=1) for places, _, _ in drawn]
+    if not any(map(np.any, inside)):  # what there is to see is elsewhere
+        return thumbnail(pieces, up)
+    kept = ([array[rows] for array in arrays] for rows, arrays in zip(inside, drawn, strict=True))
+    places, depths, colours = (np.concatenate(arrays) for arrays in zip(*kept, strict=True))
     pixels = (tall - 1 - places[:, 1].astype(int)) * wide + places[:, 0].astype(int)
     order = np.argsort(depths, kind="stable")  # what is written last is nearest
     nearest = np.full(tall * wide, -1)
@@ -78,8 +96,8 @@ def thumbnail(pieces: Sequence[Piece], up: Sequence[float] = (0.0, 0.0, 1.0)) ->
     image[drawn_at, :3] = colours[nearest[drawn_at]]
     image[drawn_at, 3] = 255.0
     small = _smaller(image.reshape(tall, wide, 4))
-    kept = np.flatnonzero(small[..., 3].any(axis=1))
-    return png(small[max(kept[0] - BORDER, 0) : kept[-1] + BORDER + 1])
+    used = np.flatnonzero(small[..., 3].any(axis=1))
+    return png(small[max(used[0] - BORDER, 0) : used[-1] + BORDER + 1])
 
 
 def png(image: np.ndarray) -> bytes:
@@ -115,10 +133,12 @@ def _axes(up: np.ndarray) -> np.ndarray:
     return np.column_stack((right, np.cross(eye, right), eye))
 
 
-def _samples(piece: Piece, points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _samples(piece: Piece, points: np.ndarray, limits: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return places (s, 2), depths (s,) and colours (s, 3) of points on a surface and its edges, in pixels."""
     found = []
-    a, b, c = (points[piece.triangles[:, i]] for i in range(3))
+    shades = np.ones(len(points)) if piece.shades is None else piece.shades
+    corners = _in_view(np.column_stack((points, shades))[piece.triangles], limits)
+    a, b, c = (corners[:, i, :3] for i in range(3))
     if len(a):
         normals = np.cross(b - a, c - a)
         normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
@@ -134,9 +154,12 @@ def _samples(piece: Piece, points: np.ndarray) -> list[tuple[np.ndarray, np.ndar
         s = row / steps[owner]
         t = (number - row * (row + 1) // 2) / steps[owner]
         spots = a[owner] + s[:, None] * (b - a)[owner] + t[:, None] * (c - b)[owner]
-        found.append((spots[:, :2], spots[:, 2], bright[owner, None] * np.asarray(piece.colour, dtype=float)))
-    if len(piece.creases):
-        start, end = (points[piece.creases[:, i]] for i in (0, 1))
+        one, two, three = corners[owner, :, 3].T
+        light = bright[owner] * (one + s * (two - one) + t * (three - two))
+        found.append((spots[:, :2], spots[:, 2], light[:, None] * np.asarray(piece.colour, dtype=float)))
+    pairs = points[piece.creases]
+    start, end = pairs[_touches(pairs, limits)].swapaxes(0, 1)
+    if len(start):
         steps = np.ceil(np.linalg.norm((end - start)[:, :2], axis=1)).astype(int) + 1
         owner = np.repeat(np.arange(len(start)), steps + 1)
         share = (np.arange(len(owner)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)) / steps[owner]
@@ -144,6 +167,25 @@ def _samples(piece: Piece, points: np.ndarray) -> list[tuple[np.ndarray, np.ndar
         colour = 0.5 * (INK + 0.6 * np.asarray(piece.colour, dtype=float))
         found.append((spots[:, :2], spots[:, 2] + 1.5, np.tile(colour, (len(spots), 1))))
     return found
+
+
+def _touches(places: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Return which lines or triangles (m, corners, ...) may touch the picture, (m,) of bool."""
+    flat = places[..., :2]
+    return np.asarray(((flat.max(axis=1) >= 0.0) & (flat.min(axis=1) <= limits)).all(axis=1))
+
+
+def _in_view(corners: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Return the triangles (m, 3, 4) that the picture may show a part of, cut in four where larger than it."""
+    while True:
+        corners = corners[_touches(corners, limits)]
+        is_large = np.ptp(corners[..., :2], axis=1).max(axis=1, initial=0.0) > limits.max()
+        if not is_large.any():
+            return corners
+        a, b, c = corners[is_large].swapaxes(0, 1)
+        d, e, f = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+        cut = [np.stack(three, axis=1) for three in ((a, d, f), (d, b, e), (f, e, c), (d, e, f))]
+        corners = np.concatenate((corners[~is_large], *cut))
 
 
 def _smaller(image: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from kanefe.fe_model.model import CELL_TYPES
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
+from kanefe.results.load_lines import GONE, SLACK, LoadLine
 from kanefe.results.selection import spread_frames
 from kanefe.storage.files import ready_path
 from kanefe.views.cuboids import CORNERS, equivalent_cuboid
@@ -34,7 +35,7 @@ MOST_FRAMES = 200
 SMALLEST_SIDE = 0.02
 """Side of the box that stands for a point, as a share of the scene's size."""
 
-_FRAME = re.compile(r"(body\d+|rigid|contacts)_\d{4,}\.vtu")
+_FRAME = re.compile(r"(body\d+|rigid|contacts|lines)_\d{4,}\.vtu")
 
 _QUOTES = {'"': "&quot;"}
 
@@ -57,7 +58,8 @@ def write_series(
 
     Each flexible body has one .vtu a frame: its deformed mesh in N, with the elastic displacement in the axes of N
     as point data. The rigid bodies share one: boxes of their mass and inertia, with the body's number as cell data.
-    A body without mass is not shown. Contacts share one more: points with force, normal force, slip and status.
+    A body without mass is not shown. Contacts share one more: points with force, normal force, slip and status; and so
+    do springs, ropes and other loads along a line: lines with the number of the load, and whether it is slack.
     """
     target = Path(path)
     if not target.name or target.suffix.lower() not in ("", ".pvd"):
@@ -82,6 +84,7 @@ def write_series(
     cubes = _grid([("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))], [number for number, _, _ in boxes])
     contacts = [result.contact(name) for name in result.contacts]
     spots = _grid([("vertex", np.arange(len(contacts))[:, None])], range(len(contacts)))
+    lines = result.load_lines(frames)
     try:
         folder.mkdir(exist_ok=True)
         listed: list[tuple[Path, float, int, str]] = []
@@ -98,6 +101,9 @@ def write_series(
             if contacts:
                 file = _write_contacts(folder / f"contacts_{number:04d}", contacts, int(frame), spots)
                 listed.append((file, time, len(shapes) + 1, "contacts"))
+            if any(line.states[number] != GONE for line in lines):
+                file = _write_lines(folder / f"lines_{number:04d}", lines, number)
+                listed.append((file, time, len(shapes) + 2, "loads along lines"))
         _write_collection(target, listed)
         _remove_other_frames(folder, {file for file, _, _, _ in listed})
     except OSError as error:
@@ -191,6 +197,20 @@ def _write_contacts(path: Path, contacts: Sequence[ContactHistory], frame: int, 
         "status": np.array([STATUS.index(contact.status[frame]) for contact in contacts], dtype=np.int32),
     }
     return _write_grid(path, np.array([contact.point[frame] for contact in contacts]), grid, fields, {})
+
+
+def _write_lines(path: Path, lines: Sequence[LoadLine], row: int) -> Path:
+    """Write the lines at one of the times shown; what has broken has none."""
+    shown = [(i, line) for i, line in enumerate(lines) if line.states[row] != GONE]
+    points = np.vstack([line.points[row] for _, line in shown])
+    starts = np.cumsum([0, *(len(line.points[row]) for _, line in shown)])
+    cells = [start + np.arange(len(line.points[row]) - 1) for start, (_, line) in zip(starts, shown, strict=False)]
+    first = np.concatenate(cells)
+    counts = [len(own) for own in cells]
+    slack = np.repeat(np.array([line.states[row] == SLACK for _, line in shown], dtype=np.int32), counts)
+    grid = _grid([("line", np.column_stack((first, first + 1)))], -1)
+    number = np.repeat(np.array([i for i, _ in shown], dtype=np.int32), counts)
+    return _write_grid(path, points, grid, {}, {"load": number, "slack": slack})
 
 
 def _write_grid(

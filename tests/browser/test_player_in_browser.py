@@ -46,6 +46,20 @@ def arm_on_a_floor() -> kf.Result:
     return scene.simulate((0.0, 0.4), output_step=0.01)
 
 
+@cache
+def sled_on_a_road() -> kf.Result:
+    """A sled that slides 60 m along a road with low waves, with a loose rope of 1 m behind it."""
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    x, y = np.linspace(-2.0, 98.0, 101), np.linspace(-2.0, 2.0, 5)
+    heights = 0.05 * np.sin(x)[:, None] * np.ones(5)
+    scene.add_surface("road", scene.ground, kf.shapes.HeightField(x, y, heights), at=(0, 0, -0.6))
+    sled = scene.add_rigid_body("sled", 1.0, 1 / 6, joint=kf.Prismatic("x", speed=60.0))
+    log = scene.add_rigid_body("log", 1.0, 0.01, at=(-1.5, 0, -0.3), joint=kf.Prismatic("x", speed=60.0))
+    eye = sled.frame(at=(0, 0, -0.3))
+    scene.add(kf.Rope("rope", (sled, eye, log), axial_stiffness=1e4, length=2.0))
+    return scene.simulate((0.0, 1.0), output_step=0.02)
+
+
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
@@ -62,14 +76,14 @@ def page(chromium: Any, tmp_path: Path) -> Iterator[Any]:
     yield from opened(chromium, tmp_path)
 
 
-def opened(chromium: Any, folder: Path) -> Iterator[Any]:
-    path = arm_on_a_floor().to_html(folder / "run.html")
+def opened(chromium: Any, folder: Path, result: kf.Result | None = None, address: str = "") -> Iterator[Any]:
+    path = (result or arm_on_a_floor()).to_html(folder / "run.html")
     tab = chromium.new_page(viewport=SIZE)
     faults: list[str] = []
     tab.on("pageerror", lambda error: faults.append(str(error)))
     tab.on("console", lambda said: faults.append(said.text) if said.type == "error" else None)
     tab.on("request", lambda request: None if request.url.startswith("file:") else faults.append(request.url))
-    tab.goto(f"{path.as_uri()}#t={MIDDLE}")
+    tab.goto(f"{path.as_uri()}#t={MIDDLE}{address}")
     tab.wait_for_selector("html[data-drawn]", state="attached", timeout=20_000)
     yield tab
     assert faults == []
@@ -144,6 +158,41 @@ def test_bodies_and_colours_come_and_go(page: Any) -> None:
     page.get_by_label("arm", exact=True).check()
     page.wait_for_timeout(100)
     assert changed(shown) < 1e-3
+
+
+def at(tab: Any, t: float) -> np.ndarray:
+    """Return what the eye looks at, at a time."""
+    tab.evaluate(f"kanefe.setTime({t})")
+    tab.wait_for_selector(f"html[data-time='{t}']", state="attached")
+    return np.array(tab.evaluate("kanefe.target()"))
+
+
+def test_the_eye_goes_with_what_travels_until_it_is_told_not_to(chromium: Any, tmp_path: Path) -> None:
+    for tab in opened(chromium, tmp_path, sled_on_a_road()):
+        clip = {"x": 0, "y": 60, "width": 420, "height": 320}
+        sled = (np.ptp(pixels(tab.screenshot(clip=clip)), axis=2) > 0.1).mean()
+        assert sled > 0.1  # of all the road it was a speck
+        np.testing.assert_allclose(at(tab, 0.75) - at(tab, 0.25), (30.0, 0.0, 0.0), atol=1e-4)
+        tab.locator("#follow").select_option(label="nothing")
+        np.testing.assert_array_equal(at(tab, 0.75), at(tab, 0.25))
+        assert (np.ptp(pixels(tab.screenshot(clip=clip)), axis=2) > 0.1).mean() < 0.1 * sled
+        tab.locator("#follow").select_option(label="sled")
+        np.testing.assert_allclose(at(tab, 0.75) - at(tab, 0.25), (30.0, 0.0, 0.0), atol=1e-4)
+        tab.locator("#follow").select_option(label="what travels")
+        tab.evaluate("document.querySelector('[data-view=y]').click()")
+        np.testing.assert_allclose(at(tab, 0.75) - at(tab, 0.25), (30.0, 0.0, 0.0), atol=1e-4)
+
+
+def test_the_address_says_what_is_followed(chromium: Any, tmp_path: Path) -> None:
+    for tab in opened(chromium, tmp_path, sled_on_a_road(), "&follow=nothing"):
+        assert tab.locator("#follow option:checked").inner_text() == "nothing"
+        np.testing.assert_array_equal(at(tab, 0.75), at(tab, 0.25))
+
+
+def test_a_loose_rope_is_dashed(chromium: Any, tmp_path: Path) -> None:
+    for tab in opened(chromium, tmp_path, sled_on_a_road()):
+        assert tab.evaluate("kanefe.rods()") > 2  # of one that pulls a rod for each of its two parts
+        tab.get_by_label("springs, ropes").uncheck()
 
 
 def test_it_looks_as_it_did(page: Any) -> None:

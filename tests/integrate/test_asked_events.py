@@ -32,7 +32,7 @@ def thrown(speed: float = SPEED, **rope: Any) -> kf.System:
         ("vern9", {"rtol": 1e-9}, 1e-8),
         ("radau5", {"rtol": 1e-9}, 1e-8),
         # of second order: (h omega)^2 / 12 of the time that it holds
-        ("generalised-alpha", {"step": 4e-5}, 1e-6),
+        ("generalised-alpha", {"step": 2e-5}, 1e-6),
         ("energy-momentum", {"step": 1e-5}, 1e-6),
         ("rk4", {"step": 1e-5}, 1e-6),
     ],

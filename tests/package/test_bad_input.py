@@ -31,7 +31,7 @@ RUN_IN_STEPS = (
 
 MADE_BY_KANEFE = (
     "Action|Buckling|Campbell|End|Equilibrium|FiniteElementModel|FlexibleBody|FloquetModes|FloquetModes.harmonics|Frame|FrequencyResponse|"
-    "FrequencyResponse.plot|Held|Instant|Joint|Linearisation|Link|Link.given|Link.sliding|Link.turning|Link.winding|LinkKernel|LoadEvent|"
+    "Held|Instant|Joint|Linearisation|Link|Link.given|Link.sliding|Link.turning|Link.winding|LinkKernel|LoadEvent|"
     "LoadKernel|Model|Modes|MotionRao|NodalPattern|RaoConvention|RaoConvention.of|Result|Result.from_channels|RunStatus|SceneState|"
     "ScreenedRun|Simulation|Simulation.drive_of|StabilityLimit|Tangent|studies.GumbelFit|studies.Operability|Mesh|StiffnessSection|"
     "StiffnessSection.of|AxisJoint|Sea|MissingDependency|SampledLoop|StabilityMap"

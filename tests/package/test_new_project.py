@@ -94,6 +94,12 @@ def test_what_cannot_be_made_is_refused(name: str, message: str, tmp_path: Path)
     assert not list((tmp_path / "there").iterdir())
 
 
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="a folder in which none is made is Linux's")
+def test_where_the_system_makes_no_folders_it_says_so() -> None:
+    with pytest.raises(kf.FileError, match="cannot make /proc/project1: nothing can be made there"):
+        new_project("/proc/project1")
+
+
 def test_the_command_says_what_is_next(tmp_path: Path) -> None:
     told = run(tmp_path, "-m", "kanefe", "new", "wobble")
     assert told.splitlines() == ["made wobble with README.md, mesh.py, run.py", "next: cd wobble && python run.py"]

@@ -118,6 +118,9 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
         neighbours: ClassVar[dict[str, Neighbours]] = {"a/b": Neighbours((".",), ("c/d",)), "..": Neighbours((), ())}
         bodies = (dataclasses.replace(shape, name="50 % öl & <b>", interfaces=("a/b", ".."), neighbours=neighbours),)
 
+        def load_lines(self, rows: np.ndarray) -> tuple[()]:
+            return ()
+
         def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
             name = {"a/b": "root", "..": "tip"}.get(interface, "")
             values = result._channels.read(quantity, "arm" if body else "", name)
@@ -176,7 +179,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with changed(saved) as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 8"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 9"):
         kf.load_result(saved)
 
 
@@ -193,6 +196,18 @@ def test_rows_that_do_not_match_the_times_are_named(saved):
         file["times"] = times
     with pytest.raises(kf.FileError, match=r"run.h5 lacks parts .* rows for"):
         kf.load_result(saved)
+
+
+def test_a_line_without_a_point_for_each_time_is_named(tmp_path):
+    scene = kf.System()
+    scene.add_spring("string", scene.ground, scene.add_point("ball", 1.0, at=(1, 0, 0)), stiffness=1.0)
+    scene.simulate((0.0, 0.1)).save(tmp_path / "run.h5")
+    with changed(tmp_path / "run.h5") as file:
+        points = file["lines/0/points"][:-2]
+        del file["lines/0/points"]
+        file["lines/0/points"] = points
+    with pytest.raises(kf.FileError, match=r"run.h5 lacks parts .*line of 'string' has not a row"):
+        kf.load_result(tmp_path / "run.h5")
 
 
 def test_an_array_that_the_file_does_not_hold_is_not_made(saved):

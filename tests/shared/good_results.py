@@ -59,6 +59,7 @@ for reader, of in (("Result", result), ("Instant", instant)):
     )
     for method in ("nodal_displacements", "nodal_positions"):
         on(f"kanefe.{reader}.{method}", of, name="beam", frames=None, nodes=[0, 1])
+    on(f"kanefe.{reader}.load_lines", of, frames=None)
     on(f"kanefe.{reader}.parts", of, quantity="position", name="rod")
     on(f"kanefe.{reader}.read", of, quantity="position", name="beam", interface="tip")
     on(f"kanefe.{reader}.units", of, quantity="position", name="rod")
@@ -143,6 +144,7 @@ def response() -> kf.FrequencyResponse:
 on("kanefe.SampledLoop.frequency_response", loop, frequencies=[1.0, 2.0])
 on("kanefe.FrequencyResponse.receptance", response, output="position cart x", input="force cart x")
 on("kanefe.FrequencyResponse.transmissibility", response, output="velocity cart x", over="position cart x", input=None)
+on("kanefe.FrequencyResponse.plot", response, path="r.png")
 on("kanefe.StabilityMap.plot", lambda: kf.stability_map(turning, [0.0, 1.0], [0.0]), path="s.png", name="stiffness")
 on("kanefe.Campbell.plot", diagram, path="c.png", orders=(1.0,))
 for kind, of in (("Modes", modes), ("Buckling", buckled)):

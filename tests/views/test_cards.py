@@ -1,12 +1,10 @@
 """What notebooks show: cards that are well-formed, true to what they show, and quick to make."""
 
 import re
-import struct
 import subprocess
 import sys
 import types
 import xml.etree.ElementTree as ET
-import zlib
 
 import numpy as np
 import pytest
@@ -16,6 +14,7 @@ from kanefe.linear.linearisation import linearise
 from kanefe.storage import watched
 from kanefe.views import thumbnail
 from kanefe.views.still import picture_of_body, picture_of_run
+from png_files import read_png
 from result_scenes import beam_arm, four_bar, pendulum, robot
 
 
@@ -23,16 +22,6 @@ def read_card(html: str) -> list[list[str]]:
     """Return the rows of all tables of a card, which must be well-formed."""
     root = ET.fromstring(re.sub(r"(<img [^>]*)>", r"\1/>", html))  # HTML leaves pictures open
     return [["".join(cell.itertext()) for cell in row] for row in root.iter("tr")]
-
-
-def read_png(png: bytes) -> np.ndarray:
-    """Return the pixels of a .png that the house wrote: no filters, 8 bits, four channels."""
-    columns, rows = struct.unpack(">II", png[16:24])
-    start = png.index(b"IDAT")
-    (length,) = struct.unpack(">I", png[start - 4 : start])
-    lines = np.frombuffer(zlib.decompress(png[start + 4 : start + 4 + length]), np.uint8).reshape(rows, -1)
-    assert not lines[:, 0].any()
-    return lines[:, 1:].reshape(rows, columns, 4)
 
 
 def test_a_scene_lists_its_bodies_and_what_acts():

@@ -144,8 +144,8 @@ def test_surfaces_contacts_and_springs_are_told():
     (arrow,), (link,) = told["arrows"], told["links"]
     np.testing.assert_allclose(arrow["f"], result.contact("drop").force, rtol=1e-6, atol=1e-6)
     assert arrow["largest"] == pytest.approx(result.contact("drop").normal.max(), rel=1e-6)
-    np.testing.assert_allclose(link["b"] + told["origin"], result.position("ball"), atol=1e-6)
-    np.testing.assert_allclose(link["a"][3] + told["origin"], (0.0, 0.0, 1.0), atol=1e-6)
+    np.testing.assert_allclose(link["p"][:, 1] + told["origin"], result.position("ball"), atol=1e-6)
+    np.testing.assert_allclose(link["p"][3, 0] + told["origin"], (0.0, 0.0, 1.0), atol=1e-6)
 
 
 def test_a_surface_on_an_interface_stands_in_its_axes():

@@ -1,7 +1,7 @@
 """Whether a .msh file is whole: looked at before gmsh reads it, which may crash on one that is not.
 
 gmsh goes by what a file of format 4.1 says of itself: how many blocks, nodes and elements there are, and which numbers
-they have. These are its places in memory, whatever they are.
+they have. These are its places in memory, whatever they are. Of format 2.2 it trusts the numbers of the nodes.
 """
 
 from __future__ import annotations
@@ -122,9 +122,11 @@ def check_complete(path: Path) -> None:
         if re.search(rb"\$End\w+\s*\Z", tail) is None:
             raise FileError(f"{path.name} is truncated: it ends inside a section. {REMEDY}")
         _check_names(path, data)
-        if version == "4.1":
-            one = re.match(rb"\$MeshFormat\s+4\.1\s+1[^\n]*\n(.{4})", data[:200], re.DOTALL)  # if it is binary
-            order = "" if one is None else "<" if one[1] == b"\1\0\0\0" else ">"
+        one = re.match(rb"\$MeshFormat\s+[0-9.]+\s+1[^\n]*\n(.{4})", data[:200], re.DOTALL)  # if it is binary
+        order = "" if one is None else "<" if one[1] == b"\1\0\0\0" else ">"
+        if version != "4.1":
+            _check_references(path, data[contents[1]], data[contents[2]], order)
+        else:
             nodes, elements = (_Binary(data[at], order) if order else _Text(data[at]) for at in contents[1:])
             _check_numbers(path, nodes, elements)
 
@@ -144,6 +146,52 @@ def _check_names(path: Path, data: mmap.mmap) -> None:
             raise FileError(
                 f"{path.name}: a line of $PhysicalNames is not of dimension, number and name: {line[:80]!r}. {REMEDY}"
             )
+
+
+def _check_references(path: Path, nodes: bytes, elements: bytes, order: str) -> None:
+    """Hold the numbers of nodes of a file of format 2 to be above 0 and different, and elements to name these alone."""
+    what = "nodes"
+    try:
+        head, _, rows = nodes.partition(b"\n")
+        count = int(head)
+        if order:
+            record = np.dtype([("number", f"{order}i4"), ("at", f"{order}f8", 3)])
+            numbers = np.frombuffer(rows, record, count)["number"]
+        else:
+            numbers = np.array([row.split(None, 1)[0] for row in rows.split(b"\n", count)[:count]], dtype=np.int64)
+        known = np.unique(numbers)
+        _demand(len(known) == count and (not count or known[0] > 0))
+        what = "elements"
+        head, _, rows = elements.partition(b"\n")
+        for named in _named_in_binary(rows, int(head), order) if order else _named_in_text(rows, int(head)):
+            _demand(bool(np.isin(named, known).all()))
+    except (ValueError, OverflowError, IndexError) as problem:
+        raise FileError(
+            f"{path.name} is damaged: its {what} are not as many, or have other numbers, than it says. {REMEDY}"
+        ) from problem
+
+
+def _named_in_binary(rows: bytes, count: int, order: str) -> Iterator[np.ndarray]:
+    """Yield the numbers of nodes that the blocks of elements name, as far as their types are known."""
+    at = 0
+    while count > 0:
+        kind, size, tags = np.frombuffer(rows, f"{order}i4", 3, at).tolist()
+        if kind not in NODES_OF:
+            return
+        _demand(size > 0 and tags >= 0)
+        columns = 1 + tags + NODES_OF[kind]
+        yield np.frombuffer(rows, f"{order}i4", size * columns, at + 12).reshape(size, columns)[:, 1 + tags :]
+        at += 12 + 4 * size * columns
+        count -= size
+
+
+def _named_in_text(rows: bytes, count: int) -> Iterator[np.ndarray]:
+    """Yield the numbers of nodes that the rows of elements name."""
+    named = []
+    for row in rows.split(b"\n", count)[:count]:
+        words = row.split()
+        named += words[3 + int(words[2]) :]
+    yield np.array(named, dtype=np.int64)
 
 
 def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:

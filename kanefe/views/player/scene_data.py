@@ -10,18 +10,20 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.results.body_shape import BodyShape
+from kanefe.results.load_lines import LoadLine
 from kanefe.results.reader import Reader
 from kanefe.results.surface_outline import SurfaceOutline
 from kanefe.views.player.arrays import Arrays, quantised
 from kanefe.views.player.boxes import SMALLEST, TRIANGLES, box_of, is_inside
 from kanefe.views.player.creases import shaded
 from kanefe.views.player.drawn_modes import StressField, drawn_modes, largest_values
-from kanefe.views.player.links import links
+from kanefe.views.player.room import room_of
 from kanefe.views.player.skins import Skin, skin_of
 from kanefe.views.player.tracks import GROUND, Tracks, up_axis
+from kanefe.views.relief import relief
 
 BEYOND = 1.3
-"""Side of the square that stands for a plane, as a share of the scene's size."""
+"""Side of the square that stands for a plane, as a share of the size of the room that a run takes."""
 
 ON_BODY = 1.5
 """The same of a plane on a body with a box, as a share of the size of the box."""
@@ -56,9 +58,10 @@ class SceneData:
         self.tracks = Tracks(result, frames)
         self._shapes = [result.body(name) for name in result.bodies]
         self._skins = {shape.name: skin_of(shape) for shape in self._shapes if shape.is_flexible}
-        self._see()
-        low, high = self.tracks.room
-        self.size, self.origin = self.tracks.size, np.round(0.5 * (low + high), 6)
+        lines = result.load_lines(frames)
+        room = room_of(result, self.tracks, self._skins, lines)
+        self.size, self.reach = room.size, room.box.size or 1.0
+        self.origin = np.round(0.5 * (room.box.low + room.box.high), 6)
         self._boxes = {
             shape.name: box_of(shape, self._on(shape.name), SMALLEST * self.size)
             for shape in self._shapes
@@ -71,7 +74,6 @@ class SceneData:
         if fixed := [self._surface(surface) for surface in self._on("")]:
             bodies.append({"name": "ground", "frame": GROUND, "kind": "ground", "parts": fixed})
         arrows = [*self._contacts(), *(self._reactions() if forces else ())]
-        lines = [{"name": name, "a": self._places(a), "b": self._places(b)} for name, a, b in links(result, frames)]
         self.told: dict[str, Any] = {
             "times": self.arrays.add(result.times[frames].astype(np.float64)),
             "frames": [
@@ -80,34 +82,29 @@ class SceneData:
             ],
             "bodies": bodies,
             "arrows": arrows,
-            "links": lines,
+            "links": [self._line(line) for line in lines],
             "largest": self.largest,
             "size": self.size,
+            "reach": self.reach,
             "origin": self.origin.tolist(),
-            "low": (low - self.origin).tolist(),
-            "high": (high - self.origin).tolist(),
+            "low": (room.box.low - self.origin).tolist(),
+            "high": (room.box.high - self.origin).tolist(),
             "up": up_axis(result),
         }
+        if room.path is not None and room.about is not None:
+            about = {"low": room.about.low.tolist(), "high": room.about.high.tolist()}
+            self.told["travel"] = about | {"p": self._places(room.path)}
 
-    def _see(self) -> None:
-        """Take everything that has an end into the room of the picture."""
-        for shape in self._shapes:
-            points = [np.zeros((1, 3)), shape.com[None]]
-            if shape.is_flexible:
-                points.append(self._skins[shape.name].points)
-            elif shape.mass > 0.0 and (box := box_of(shape, self._on(shape.name))) is not None:
-                points.append(box)
-            self.tracks.see(self.tracks.number(shape.name), np.vstack(points))
-        for surface in self.result.surfaces:
-            if not surface.is_endless:
-                self.tracks.see(self.tracks.number(surface.body, surface.interface), surface.vertices)
+    def _line(self, line: LoadLine) -> dict[str, Any]:
+        told = {"name": line.name, "p": self._places(line.points.reshape(len(line.points), -1, 3))}
+        return told | ({"states": self.arrays.add(line.states)} if line.states.any() else {})
 
     def _on(self, body: str) -> list[SurfaceOutline]:
         """Return the surfaces of a body; "" is the ground."""
         return [surface for surface in self.result.surfaces if surface.body == body]
 
     def _places(self, places: np.ndarray) -> dict[str, Any]:
-        """Return where points (S, 3) in N stand, from the middle of the scene: small numbers keep their digits."""
+        """Return where points (S, ..., 3) in N stand, from the middle of the scene: small numbers keep their digits."""
         return self.arrays.add((places - self.origin).astype(np.float32))
 
     def _body(self, shape: BodyShape, stress: StressField | None) -> dict[str, Any]:
@@ -140,6 +137,9 @@ class SceneData:
         vertices = self._square(surface, frame) if surface.is_endless else surface.vertices
         offset = self.origin if frame == GROUND else np.zeros(3)
         part = self._part(frame, vertices - offset, surface.triangles)
+        if len(surface.lines):
+            shades = np.round(255.0 * relief(surface)).astype(np.uint8)
+            part |= {"grid": self.arrays.add(surface.lines.astype(np.uint32)), "shades": self.arrays.add(shades)}
         return part | {"surface": surface.name, "is_endless": surface.is_endless}
 
     def _square(self, surface: SurfaceOutline, frame: int) -> np.ndarray:
@@ -150,11 +150,11 @@ class SceneData:
         if box is not None:
             seen, side = box.mean(axis=0), ON_BODY * float(np.linalg.norm(np.ptp(box, axis=0)))
         elif frame == GROUND:
-            seen, side = self.origin, BEYOND * self.size
+            seen, side = self.origin, BEYOND * self.reach
         else:
             place, turn = self.tracks.poses[frame]
             others = np.mean([poses[0][0] for poses in self.tracks.poses], axis=0)
-            seen, side = rotation_matrix(turn[0]).T @ (others - place[0]), BEYOND * self.size
+            seen, side = rotation_matrix(turn[0]).T @ (others - place[0]), BEYOND * self.reach
         return np.asarray(seen - normal * (normal @ (seen - middle)) + side * (vertices - middle))
 
     def _part(

@@ -1,4 +1,4 @@
-"""Where the frames of a run are at the times shown, and what room everything takes."""
+"""Where the frames of a run are at the times shown."""
 
 from __future__ import annotations
 
@@ -7,13 +7,9 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.results.reader import Reader
-from kanefe.views.cuboids import CORNERS
 
 GROUND = -1
 """Number of the frame that does not move."""
-
-LOOKED_AT = 100
-"""Instants from which the room is taken."""
 
 
 class Tracks:
@@ -35,7 +31,6 @@ class Tracks:
         self.result, self.frames = result, frames
         self.poses: list[tuple[np.ndarray, np.ndarray]] = []
         self._numbers: dict[tuple[str, str], int] = {}
-        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
 
     def number(self, body: str, interface: str = "") -> int:
         """Return the number of a frame; "" is the ground.
@@ -69,25 +64,14 @@ class Tracks:
         place, turn = self.poses[frame]
         return np.asarray(place[row] + points @ rotation_matrix(turn[row]).T)
 
-    def see(self, frame: int, points: np.ndarray) -> None:
-        """Take points (p, 3) that are fixed in a frame into the room."""
-        low, high = points.min(axis=0), points.max(axis=0)
-        corners = 0.5 * (low + high) + 0.5 * CORNERS * (high - low)
-        some = np.unique(np.linspace(0, len(self.frames) - 1, LOOKED_AT).round().astype(int))
-        for row in some if frame != GROUND else [0]:
-            places = self.placed(frame, corners, int(row))
-            self._low = np.minimum(self._low, places.min(axis=0))
-            self._high = np.maximum(self._high, places.max(axis=0))
-
-    @property
-    def room(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of what was seen, (3,) each, m."""
-        return self._low, self._high
-
-    @property
-    def size(self) -> float:
-        """Diagonal of the room, m; 1 of a single point."""
-        return float(np.linalg.norm(self._high - self._low)) or 1.0
+    def tracked(self, frame: int, point: np.ndarray) -> np.ndarray:
+        """Return where a point (3,) of a frame is in N at all times shown, (S, 3)."""
+        if frame == GROUND:
+            return np.tile(point, (len(self.frames), 1))
+        place, turn = self.poses[frame]
+        if not point.any():
+            return place
+        return place + np.array([rotation_matrix(e) @ point for e in turn])
 
 
 def up_axis(result: Reader) -> list[float]:

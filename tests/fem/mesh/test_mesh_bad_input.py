@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import struct
 import subprocess
 import sys
 from dataclasses import replace
@@ -373,7 +374,7 @@ class TestMissing:
     @pytest.mark.parametrize(("name", "remedy"), [("gmsh", "python3-gmsh"), ("meshio", "pip install meshio")])
     def test_readers(self, tmp_path, monkeypatch, name, remedy):
         path = tmp_path / {"gmsh": "a.msh", "meshio": "a.vtu"}[name]
-        path.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n$EndNodes\n$Elements\n$EndElements\n")
+        path.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n$Elements\n0\n$EndElements\n")
         monkeypatch.setitem(sys.modules, name, None)
         with pytest.raises(MissingDependency) as error:
             read_mesh(path)
@@ -471,6 +472,31 @@ def test_numbers_of_a_binary_file_are_compared_too(tmp_path: Path) -> None:
         path.write_bytes(content)
         with pytest.raises(FileError, match=r"is damaged: its (nodes|elements) are not as many"):
             read_mesh(path)
+
+
+@pytest.mark.gmsh
+@pytest.mark.parametrize("binary", [0, 1])
+@pytest.mark.parametrize("damage", ["number of a node", "node of an element"])
+def test_numbers_of_format_2_are_compared(tmp_path: Path, binary: int, damage: str) -> None:
+    """Gmsh ended Python by a last node 0, and by an element that names the node after the last."""
+    path = tmp_path / "part.msh"
+    head = f"$MeshFormat\n2.2 {binary} 8\n".encode() + b"\1\0\0\0\n" * binary + b"$EndMeshFormat\n"
+
+    def content(last: int, named: int) -> bytes:
+        nodes = [(n, float(n == 2), float(n == 3), float(n > 3 or n < 1)) for n in (1, 2, 3, last)]
+        if binary:
+            rows = b"".join(struct.pack("<i3d", *node) for node in nodes) + b"\n"
+            cells = struct.pack("<10i", 4, 1, 2, 1, 1, 1, 1, 2, 3, named) + b"\n"
+        else:
+            rows = "".join("{} {} {} {}\n".format(*node) for node in nodes).encode()
+            cells = f"1 4 2 1 1 1 2 3 {named}\n".encode()
+        return head + b"$Nodes\n4\n" + rows + b"$EndNodes\n$Elements\n1\n" + cells + b"$EndElements\n"
+
+    path.write_bytes(content(4, 4))
+    assert len(read_mesh(path).nodes) == 4
+    path.write_bytes(content(0, 4) if "number" in damage else content(4, 5))
+    with pytest.raises(FileError, match=r"is damaged: its (nodes|elements) are not as many"):
+        read_mesh(path)
 
 
 ENDS = {

@@ -28,7 +28,7 @@ export class Actors {
     root.add(this.groundAxes);
     const largest = Math.max(0, ...told.arrows.map((arrow) => arrow.largest));
     this.forces = told.arrows.map((arrow) => new Force(arrow, told.size, largest, root));
-    this.links = new Links(told.links, root);
+    this.links = new Links(told.links, told.size, root);
   }
 
   group(frame) {
@@ -62,6 +62,7 @@ export class Actors {
         part.mesh.visible = isShown;
         part.creases.visible = isShown && !(part.lines && view.mesh);
         if (part.lines) part.lines.visible = isShown && view.mesh;
+        if (part.grid) part.grid.visible = isShown;
         if (part.deforms && isShown) {
           part.deform(instant, view.scale);
           part.colour(field, this.told.largest[field] ?? 0, TABLES[field]);
@@ -73,7 +74,12 @@ export class Actors {
     this.groundAxes.visible = view.axes;
     for (const force of this.forces) force.update(instant, view.force, view[force.told.kind]);
     this.links.update(instant);
-    this.links.lines.visible = view.links;
+    this.links.rods.visible = view.links;
+  }
+
+  // Where the middle of what travels is at time t, from the middle of the scene.
+  travelled(t) {
+    return new Vector3(...between(this.told.travel.p, instantAt(this.told.times, t), [0, 0, 0]));
   }
 
   // Where the name of a body stands.

@@ -1,12 +1,14 @@
-// Forces as arrows, axes of frames, and lines between two moving points.
+// Forces as arrows, axes of frames, and lines over moving points.
 
 import {
-  BufferAttribute, BufferGeometry, ConeGeometry, CylinderGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
-  MeshStandardMaterial, Vector3,
+  ConeGeometry, CylinderGeometry, Group, InstancedMesh, Matrix4, Mesh, MeshStandardMaterial, Quaternion, Vector3,
 } from "three";
 import { between } from "./data.js";
 
 export const FORCES = { contact: "#b03a2e", reaction: "#6c3483" };
+export const LINK = "#7a4b1e";
+const [TAUT, SLACK, GONE] = [0, 1, 2]; // states of a line
+const MOST_DASHES = 60; // of a line between two points
 const AXES = ["#c0392b", "#2e8b57", "#2c5fa8"];
 const UP = new Vector3(0, 1, 0);
 const SHAFT = new CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0);
@@ -66,21 +68,42 @@ export class Force {
   }
 }
 
+// Springs, ropes and the like: a thin rod from each end to the next; of what is slack dashes, of what has broken nothing.
 export class Links {
-  constructor(told, root) {
+  constructor(told, size, root) {
     this.told = told;
-    const geometry = new BufferGeometry();
-    this.places = new BufferAttribute(new Float32Array(6 * told.length), 3);
-    geometry.setAttribute("position", this.places);
-    this.lines = new LineSegments(geometry, new LineBasicMaterial({ color: 0x7a4b1e }));
-    this.lines.frustumCulled = false;
-    root.add(this.lines);
+    this.width = 0.0022 * size;
+    this.dash = 0.02 * size;
+    this.points = told.map((link) => new Float32Array(3 * link.p.shape[1]));
+    const most = told.reduce((sum, link) => sum + MOST_DASHES * (link.p.shape[1] - 1), 0);
+    this.rods = new InstancedMesh(SHAFT, new MeshStandardMaterial({ color: LINK, roughness: 0.7 }), Math.max(most, 1));
+    this.rods.frustumCulled = false;
+    root.add(this.rods);
   }
 
   update(instant) {
+    let count = 0;
+    const [from, to, turn, place] = [new Vector3(), new Vector3(), new Quaternion(), new Matrix4()];
     this.told.forEach((link, i) => {
-      [link.a, link.b].forEach((end, j) => this.places.array.set(between(end, instant, [0, 0, 0]), 6 * i + 3 * j));
+      const points = between(link.p, instant, this.points[i]);
+      const state = link.states ? link.states[instant.row] : TAUT;
+      if (state === GONE) return;
+      for (let k = 3; k < points.length; k += 3) {
+        from.fromArray(points, k - 3);
+        to.fromArray(points, k).sub(from);
+        const length = to.length();
+        if (!(length > 0)) continue;
+        turn.setFromUnitVectors(UP, to.divideScalar(length));
+        const dashes = state === SLACK ? Math.min(Math.max(Math.round((0.5 * length) / this.dash), 1), MOST_DASHES) : 1;
+        const share = state === SLACK ? 0.5 : 1;
+        for (let j = 0; j < dashes; j++) {
+          const start = from.clone().addScaledVector(to, ((j + 0.5 * (1 - share)) * length) / dashes);
+          place.compose(start, turn, new Vector3(this.width, (share * length) / dashes, this.width));
+          this.rods.setMatrixAt(count++, place);
+        }
+      }
     });
-    this.places.needsUpdate = true;
+    this.rods.count = count;
+    this.rods.instanceMatrix.needsUpdate = true;
   }
 }

@@ -2,7 +2,7 @@
 
 import { Vector3 } from "three";
 import { Actors } from "./actors.js";
-import { FORCES } from "./arrows.js";
+import { FORCES, LINK } from "./arrows.js";
 import { drawBar, GROUND, withUnit } from "./colours.js";
 import { readScene } from "./data.js";
 import { Stage } from "./stage.js";
@@ -29,7 +29,7 @@ async function main() {
     names: told.bodies.length <= FEW,
     axes: false,
     mesh: false,
-    grid: !told.bodies.some((body) => body.parts.some((part) => part.is_endless)),
+    grid: Boolean(told.travel) || !told.bodies.some((body) => body.parts.some((part) => part.is_endless)),
     surfaces: true,
     contact: true,
     reaction: true,
@@ -42,7 +42,13 @@ async function main() {
   const stage = new Stage($("canvas"), told, touch);
   const actors = new Actors(told, stage.scene);
   const names = actors.bodies.filter((body) => body.kind !== "ground").map((body) => nameTag(body));
-  let followed = null;
+  const TRAVEL = { place: () => actors.travelled(clock.t) };
+  const NOTHING = { place: () => new Vector3() };
+  const followable = [
+    ["nothing", NOTHING], ...(told.travel ? [["what travels", TRAVEL]] : []),
+    ...actors.bodies.filter((body) => body.frame >= 0).map((body) => [body.name, { place: () => actors.anchor(body) }]),
+  ];
+  let followed = told.travel ? TRAVEL : NOTHING;
   let was = new Vector3();
 
   $("title").textContent = told.title === "kanefe" ? "" : told.title;
@@ -56,14 +62,16 @@ async function main() {
   new ResizeObserver(fit).observe($("canvas"));
   $("panel").addEventListener("toggle", fit);
   fit();
-  stage.look(options.get("view") ?? "all");
   for (const name of (options.get("hide") ?? "").split(",").filter(Boolean)) hide(name);
   for (const name of (options.get("show") ?? "").split(",").filter((key) => key in view)) view[name] = true;
   setTime(options.has("t") ? Number(options.get("t")) : first);
+  follow(followable.find(([name]) => name === options.get("follow"))?.[1] ?? followed);
+  look(options.get("view") ?? "all");
   const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches || last === first;
   play(options.has("play") ? options.get("play") !== "0" : !options.has("t") && !isStill);
   requestAnimationFrame(step);
-  window.kanefe = { positions: (name) => actors.positions(name), setTime, play, clock };
+  const target = () => stage.controls.target.toArray().map((x, i) => x + told.origin[i]);
+  window.kanefe = { positions: (name) => actors.positions(name), rods: () => actors.links.rods.count, target, setTime, play, clock };
 
   function step(now) {
     requestAnimationFrame(step);
@@ -80,17 +88,32 @@ async function main() {
 
   function draw() {
     actors.update(clock.t, view);
-    stage.grid.visible = view.grid;
-    if (followed) {
-      const place = actors.anchor(followed);
+    if (followed !== NOTHING) {
+      const place = followed.place();
       stage.shift(place.clone().sub(was));
       was = place;
       isDirty = clock.isPlaying;
     }
+    stage.keepGrid();
+    stage.grid.visible = view.grid;
     stage.draw();
     placeNames();
     document.documentElement.dataset.drawn = "1";
     document.documentElement.dataset.time = String(clock.t);
+  }
+
+  // From now on the eye goes with something.
+  function follow(chosen) {
+    followed = chosen;
+    $("follow").value = String(followable.findIndex(([, one]) => one === chosen));
+    stage.go(Boolean(told.travel) && chosen !== NOTHING);
+  }
+
+  function look(name) {
+    actors.update(clock.t, view);
+    was = followed.place();
+    stage.look(name, stage.travels ? actors.travelled(clock.t) : undefined);
+    touch();
   }
 
   function setTime(t) {
@@ -146,7 +169,7 @@ async function main() {
     if (!colours.includes(view.colour)) view.colour = "none";
     select($("colour"), [...colours, "none"].map((name) => [name, name]), view.colour);
     $("colour").parentElement.hidden = colours.length === 0;
-    select($("follow"), [["", "nothing"], ...actors.bodies.filter((b) => b.frame >= 0).map((b) => [b.name, b.name])], "");
+    select($("follow"), followable.map(([name], i) => [String(i), name]), "0");
     const length = last - first || 1;
     const asIs = length >= GOOD_LENGTH[0] && length <= GOOD_LENGTH[1];
     const nearest = SPEEDS.reduce((a, b) => (far(b) < far(a) ? b : a));
@@ -164,7 +187,7 @@ async function main() {
       ["surfaces", "surfaces", told.bodies.some((body) => body.parts.some((part) => part.surface))],
       ["contact", "contact forces", has("contact"), FORCES.contact],
       ["reaction", "joint reactions", has("reaction"), FORCES.reaction],
-      ["links", "springs", told.links.length > 0, "#7a4b1e"],
+      ["links", "springs, ropes", told.links.length > 0, LINK],
     ];
     for (const [key, label, isThere, colour] of rows.filter((row) => row[2])) {
       const box = check($("shown"), label, colour, view[key] || (options.get("show") ?? "").split(",").includes(key));
@@ -201,13 +224,13 @@ async function main() {
     scale.addEventListener("input", () => { view.scale = 10 ** Number(scale.value); say(); touch(); });
     $("force").addEventListener("input", () => { view.force = 10 ** Number($("force").value); touch(); });
     $("follow").addEventListener("change", () => {
-      followed = actors.bodies.find((body) => body.frame >= 0 && body.name === $("follow").value) ?? null;
-      if (followed) was = actors.anchor(followed);
-      else stage.look("all");
+      follow(followable[Number($("follow").value)][1]);
+      if (followed === NOTHING || followed === TRAVEL) look("all");
+      else was = followed.place();
       touch();
     });
     for (const button of document.querySelectorAll("[data-view]")) {
-      button.addEventListener("click", () => { stage.look(button.dataset.view); touch(); });
+      button.addEventListener("click", () => look(button.dataset.view));
     }
     addEventListener("keydown", (event) => {
       if (event.target.closest?.("input, select, button, summary")) return;
@@ -216,7 +239,7 @@ async function main() {
         " ": () => play(!clock.isPlaying),
         ArrowLeft: () => { play(false); setTime(clock.t - by); },
         ArrowRight: () => { play(false); setTime(clock.t + by); },
-        Home: () => { stage.look("all"); touch(); },
+        Home: () => look("all"),
       };
       if (!(event.key in keys)) return;
       event.preventDefault();

@@ -8,6 +8,7 @@ import { BARE } from "./colours.js";
 
 const INK = new LineBasicMaterial({ color: 0x2a3440, transparent: true, opacity: 0.55 });
 const FINE = new LineBasicMaterial({ color: 0x2a3440, transparent: true, opacity: 0.22 });
+const DARK = 0.4; // light of the lowest place of a field of heights, of that of the highest
 
 export class Part {
   constructor(told, colour, frame) {
@@ -32,8 +33,10 @@ export class Part {
     this.creases = this.edges(told.creases, INK);
     this.lines = told.lines ? this.edges(told.lines, FINE) : null;
     if (this.lines) this.lines.visible = false;
-    frame.add(...[this.mesh, this.creases, this.lines].filter(Boolean));
+    this.grid = told.grid ? this.edges(told.grid, FINE) : null;
+    frame.add(...[this.mesh, this.creases, this.lines, this.grid].filter(Boolean));
     if (told.modes) this.prepareModes(told);
+    if (told.shades) this.shade(told);
     this.fill();
   }
 
@@ -54,6 +57,14 @@ export class Part {
     this.stress = told.stresses ? new Float32Array(6 * count) : null;
     this.colours = new BufferAttribute(new Float32Array(3 * told.vertices.length), 3);
     this.geometry.setAttribute("color", this.colours);
+  }
+
+  // Heights from dark to light.
+  shade(told) {
+    const light = Float32Array.from(told.vertices, (point) => DARK + ((1 - DARK) * told.shades[point]) / 255);
+    const colours = Float32Array.from({ length: 3 * light.length }, (_, i) => light[Math.floor(i / 3)]);
+    this.geometry.setAttribute("color", new BufferAttribute(colours, 3));
+    this.material.vertexColors = true;
   }
 
   get deforms() {

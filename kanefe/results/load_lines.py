@@ -1,0 +1,88 @@
+"""Lines of springs, ropes and other loads between frames: where their laws have them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from kanefe.bodies.marker import CoordinateMarker
+from kanefe.frames import Vector
+from kanefe.loads.base import Load
+from kanefe.results.contact_history import is_contact
+
+if TYPE_CHECKING:
+    from kanefe.tree.model_data import ModelData
+    from kanefe.tree.scene_state import SceneState
+
+TAUT, SLACK, GONE = 0, 1, 2
+"""How a line is: of a spring or a rope that pulls, of a rope that does not, of one that has broken."""
+
+SLACKNESS = "slack [1]"
+"""The column of a load that tells whether it is slack."""
+
+
+class LoadLine(NamedTuple):
+    """The line of a load at some output times.
+
+    Attributes
+    ----------
+    name : str
+    points : ndarray, shape (S, ends, 3)
+        Where its ends are, in their order, in N, m.
+    states : ndarray of uint8, shape (S,)
+        TAUT, SLACK or GONE.
+    """
+
+    name: str
+    points: np.ndarray
+    states: np.ndarray
+
+    def at(self, rows: np.ndarray | int) -> LoadLine:
+        """Return it at some of the times, or at one, without the axis of times."""
+        return LoadLine(self.name, self.points[rows], self.states[rows])
+
+
+class PlacedRun(Protocol):
+    """What is asked of a run in memory: `kanefe.results.channels.RunChannels`."""
+
+    @property
+    def model(self) -> ModelData: ...  # noqa: D102
+    @property
+    def times(self) -> Vector: ...  # noqa: D102
+    @property
+    def events(self) -> Mapping[str, Vector]: ...  # noqa: D102
+    def placed(self, rows: np.ndarray) -> Iterator[SceneState]: ...  # noqa: D102
+
+
+def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
+    """Return the lines of the loads that act along one, at output times given by number.
+
+    They go through the ends that the law itself is given, so that a rope's line is as long as the law says.
+    """
+    loads = {number: load for number, load in enumerate(run.model.loads) if _is_line(load)}
+    if not loads:
+        return ()
+    lines = {
+        number: LoadLine(load.name, np.empty((len(rows), len(load.ends), 3)), np.zeros(len(rows), dtype=np.uint8))
+        for number, load in loads.items()
+    }
+    for row, state in enumerate(run.placed(rows)):
+        for number, load in loads.items():
+            ends, line = state.load_ends(number), lines[number]
+            line.points[row] = [end.p for end in ends]
+            if SLACKNESS in load.columns:
+                told = load.tell(state.time, ends, state.load_states(number))
+                line.states[row] = SLACK if told[load.columns.index(SLACKNESS)] else TAUT
+    for line in lines.values():
+        for time in run.events.get(f"{line.name} breaks", ()):
+            line.states[run.times[rows] >= time] = GONE
+    return tuple(lines.values())
+
+
+def _is_line(load: Load) -> bool:
+    ends = load.ends
+    if is_contact(load.columns) or "contact" in load.kind or any(isinstance(end, CoordinateMarker) for end in ends):
+        return False
+    return len(ends) == 2 or load.runs_over_ends

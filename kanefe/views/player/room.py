@@ -1,0 +1,154 @@
+"""The room that a run takes: what the first view of it holds.
+
+That is what moves, with what stands about it if that is not much larger: not the whole of a road. Where all that moves
+travels together, over several times its size, the view goes with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.frames import rotation_matrix
+from kanefe.results.load_lines import LoadLine
+from kanefe.results.reader import Reader
+from kanefe.views.cuboids import CORNERS
+from kanefe.views.player.boxes import box_of
+from kanefe.views.player.skins import Skin
+from kanefe.views.player.tracks import GROUND, Tracks
+
+LOOKED_AT = 100
+"""Instants at which it is looked where everything is."""
+
+TRAVELS = 3.0
+"""Size of the room that is passed through, of that taken at an instant, from which on the view goes with what moves."""
+
+ALONG = 0.5
+"""Way along an axis, of the size of what moves, from which on the view goes along that axis."""
+
+WIDE = 3.0
+"""Size of the whole scene, of the room of what moves, up to which all of it is in view."""
+
+STILL = 1e-6
+"""Motion that is none, of the size of what may move."""
+
+LEAST = 1e-4
+"""Room of what moves, of the whole scene, that is looked at."""
+
+
+class Box(NamedTuple):
+    """Lowest and highest corner, (3,) each, m."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def size(self) -> float:
+        """Its diagonal, m."""
+        return float(np.linalg.norm(self.high - self.low))
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Its corners, (8, 3), m."""
+        return np.asarray(0.5 * (self.low + self.high) + 0.5 * CORNERS * (self.high - self.low))
+
+
+class Room(NamedTuple):
+    """What a view of a run holds.
+
+    Attributes
+    ----------
+    box : Box
+        All of it, or what moves where that is much smaller, at all times shown, in N.
+    is_whole : bool
+        Whether that is all of it.
+    path : ndarray, shape (S, 3), or None
+        Where the middle of what moves travels in N, at the times shown; None: it does not, or not together.
+    about : Box or None
+        The room of what travels about it, at all times.
+    """
+
+    box: Box
+    is_whole: bool
+    path: np.ndarray | None = None
+    about: Box | None = None
+
+    @property
+    def size(self) -> float:
+        """Diagonal of what is in view at once, m; 1 of a single point."""
+        return (self.about or self.box).size or 1.0
+
+    def around(self, row: int) -> np.ndarray:
+        """Return the corners of what is in view at one of the times shown, (8, 3), in N, m."""
+        if self.path is None or self.about is None:
+            return self.box.corners
+        return self.path[row] + self.about.corners
+
+
+def room_of(result: Reader, tracks: Tracks, skins: Mapping[str, Skin], lines: Sequence[LoadLine]) -> Room:
+    """Return the room of all bodies, of surfaces that have an end, and of the lines of loads."""
+    count = len(tracks.frames)
+    rows = np.unique(np.linspace(0, count - 1, LOOKED_AT).round().astype(int))
+    seen: list[tuple[np.ndarray, np.ndarray, bool]] = []
+
+    def see(places: np.ndarray, moves: bool = False) -> bool:
+        """Take points (rows, p, 3) into the room; return whether they move, if that is not known."""
+        low, high = places.min(axis=1), places.max(axis=1)
+        size = np.linalg.norm(high.max(axis=0) - low.min(axis=0))
+        moves = moves or bool(np.ptp(places, axis=0).max() > STILL * size)
+        seen.append((low, high, moves))
+        return moves
+
+    mass, middle = 0.0, np.zeros((count, 3))
+    for name in result.bodies:
+        shape, points = result.body(name), [np.zeros((1, 3))]
+        if shape.is_flexible:
+            points.append(skins[name].points)
+        if shape.mass > 0.0:
+            points.append(shape.com[None])
+            own = [surface for surface in result.surfaces if surface.body == name]
+            if not shape.is_flexible and (sides := box_of(shape, own)) is not None:
+                points.append(sides)
+        frame = tracks.number(name)
+        if see(_placed(tracks, frame, np.vstack(points), rows), moves=shape.is_flexible) and shape.mass > 0.0:
+            mass, middle = mass + shape.mass, middle + shape.mass * tracks.tracked(frame, shape.com)
+    for surface in result.surfaces:
+        if not surface.is_endless:
+            see(_placed(tracks, tracks.number(surface.body, surface.interface), surface.vertices, rows))
+    for line in lines:
+        see(line.points[rows])
+    whole, moving = _boxes(seen), _boxes([one for one in seen if one[2]])
+    everything, moved = _joined(*whole), _joined(*moving)
+    if moved.size <= LEAST * everything.size:
+        return Room(everything, is_whole=True)
+    is_whole = everything.size <= WIDE * moved.size
+    box, size = everything if is_whole else moved, float(np.linalg.norm(moving[1] - moving[0], axis=1).max())
+    if mass == 0.0 or not moved.size > TRAVELS * size > 0.0:
+        return Room(box, is_whole)
+    middle = middle / mass
+    path = np.where(np.ptp(middle, axis=0) > ALONG * size, middle, middle[0])
+    about = _joined(moving[0] - path[rows], moving[1] - path[rows])
+    return Room(box, is_whole, path, about)
+
+
+def _placed(tracks: Tracks, frame: int, points: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the corners of the box about points (p, 3) of a frame in N at some of the times shown, (rows, 8, 3)."""
+    corners = Box(points.min(axis=0), points.max(axis=0)).corners
+    if frame == GROUND:
+        return np.broadcast_to(corners, (len(rows), *corners.shape))
+    place, turn = tracks.poses[frame]
+    axes = np.array([rotation_matrix(turn[row]) for row in rows])
+    return np.asarray(place[rows, None] + corners @ np.swapaxes(axes, 1, 2))
+
+
+def _boxes(seen: Sequence[tuple[np.ndarray, np.ndarray, bool]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return lowest and highest corner of all at each instant, (rows, 3) each; of nothing one that is empty."""
+    if not seen:
+        return np.zeros((1, 3)), np.zeros((1, 3))
+    return np.min([low for low, _, _ in seen], axis=0), np.max([high for _, high, _ in seen], axis=0)
+
+
+def _joined(low: np.ndarray, high: np.ndarray) -> Box:
+    return Box(low.min(axis=0), high.max(axis=0))
