@@ -70,9 +70,18 @@ def hung():
     return scene.simulate((0.0, 0.1), output_step=0.01)
 
 
+def standing():
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    ball = scene.add_point("ball", 1.0, joint=kf.Prismatic("z"))
+    scene.add_contact("c", ball, floor, normal=kf.KelvinVoigt(1e4))
+    return scene.simulate((0.0, 0.1), output_step=0.01)
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_quantity_can_be_drawn_without_a_name(quantity):
-    result = {"driving_force": turntable, "loop_force": four_bar, "load": hung}.get(quantity, robot)()
+    scenes = {"driving_force": turntable, "loop_force": four_bar, "load": hung, "contact_points": standing}
+    result = scenes.get(quantity, robot)()
     figure = result.plot(quantity)
     assert all("[" in axes.get_ylabel() and "]" in axes.get_ylabel() for axes in figure.axes)
     assert all(axes.lines for axes in figure.axes)
