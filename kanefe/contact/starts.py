@@ -28,7 +28,7 @@ def tell_of_start(
     if deepest.depth > DEEP:
         warnings.warn(
             f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
-            "unless that much rests on it, it will be thrown out. Remedy: place it outside, or start from kf.equilibrium",
+            "unless that rests on it, it will be thrown out. Remedy: place it outside, or start from kf.equilibrium",
             SimulationWarning,
             stacklevel=outside(),
         )
