@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from kanefe.loads.base import End
 
 DEEP = 1e-3
-"""Depth that is told, m: what rests is less deep."""
+"""Depth that is told, m: what rests on anything but tyres and rubber is less deep."""
 
 FLAT = 1.0 - 1e-8
 """Cosine of the angle between the axis of a rim and the normal from which on it lies flat: 1.4e-4 rad."""
@@ -28,7 +28,7 @@ def tell_of_start(
     if deepest.depth > DEEP:
         warnings.warn(
             f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
-            "it will be thrown out. Remedy: place it outside, or start from a rest, kf.equilibrium",
+            "unless that rests on it, it will be thrown out. Remedy: place it outside, or start from kf.equilibrium",
             SimulationWarning,
             stacklevel=outside(),
         )

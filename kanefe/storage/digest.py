@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import dis
 import hashlib
 import sys
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from functools import cache, cached_property, partial
 from pathlib import Path
 from sysconfig import get_path
@@ -154,9 +154,9 @@ class _Hasher:
             self._text(f"slice {value.start} {value.stop} {value.step}")
         elif isinstance(value, (set, frozenset)):
             self.feed(sorted(digest(item=item) for item in value), where)
-        elif is_dataclass(value) and not isinstance(value, type):
+        elif dataclasses.is_dataclass(value) and not isinstance(value, type):
             self._class(type(value), where)
-            for f in fields(value):
+            for f in dataclasses.fields(value):
                 if not f.compare:  # made from the others, or how they came about
                     continue
                 self.feed(f.name, where)
@@ -290,7 +290,8 @@ def _written(cls: type, name: str, member: Any) -> list[Any]:
     if isinstance(member, cached_property):
         member = member.func
     if isinstance(member, FunctionType):
-        is_made = is_dataclass(cls) and name in MADE and member.__code__.co_filename == "<string>"  # from the fields
+        is_from_fields = name in MADE and member.__code__.co_filename == "<string>"
+        is_made = dataclasses.is_dataclass(cls) and (is_from_fields or member.__module__ == dataclasses.__name__)
         return [] if is_made else [member]
     is_plain = isinstance(member, (bool, int, float, complex, bytes, str, tuple, np.ndarray)) and name[:2] != "__"
     return [member] if is_plain else []

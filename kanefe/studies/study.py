@@ -394,7 +394,8 @@ def _described(function: Any) -> dict[str, str]:
         return {"name": f"partial({', '.join((inner['name'], *given))})", "source": inner["source"]}
     what = function if inspect.isroutine(function) else type(function)
     try:
-        source = inspect.getsource(what)
+        # of code that was piped in Python 3.13 finds some, others none
+        source = "" if inspect.getfile(what) in ("<string>", "<stdin>") else inspect.getsource(what)
     except (OSError, TypeError):
         source = ""
     return {"name": what.__qualname__, "source": source}

@@ -38,7 +38,7 @@ LEAST = 1e-4
 """Room of what moves, of the whole scene, that is looked at."""
 
 
-class Box(NamedTuple):
+class Extent(NamedTuple):
     """Lowest and highest corner, (3,) each, m."""
 
     low: np.ndarray
@@ -60,20 +60,20 @@ class Room(NamedTuple):
 
     Attributes
     ----------
-    box : Box
+    box : Extent
         All of it, or what moves where that is much smaller, at all times shown, in N.
     is_whole : bool
         Whether that is all of it.
     path : ndarray, shape (S, 3), or None
         Where the middle of what moves travels in N, at the times shown; None: it does not, or not together.
-    about : Box or None
+    about : Extent or None
         The room of what travels about it, at all times.
     """
 
-    box: Box
+    box: Extent
     is_whole: bool
     path: np.ndarray | None = None
-    about: Box | None = None
+    about: Extent | None = None
 
     @property
     def size(self) -> float:
@@ -135,7 +135,7 @@ def room_of(result: Reader, tracks: Tracks, skins: Mapping[str, Skin], lines: Se
 
 def _placed(tracks: Tracks, frame: int, points: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return the corners of the box about points (p, 3) of a frame in N at some of the times shown, (rows, 8, 3)."""
-    corners = Box(points.min(axis=0), points.max(axis=0)).corners
+    corners = Extent(points.min(axis=0), points.max(axis=0)).corners
     if frame == GROUND:
         return np.broadcast_to(corners, (len(rows), *corners.shape))
     place, turn = tracks.poses[frame]
@@ -150,5 +150,5 @@ def _boxes(seen: Sequence[tuple[np.ndarray, np.ndarray, bool]]) -> tuple[np.ndar
     return np.min([low for low, _, _ in seen], axis=0), np.max([high for _, high, _ in seen], axis=0)
 
 
-def _joined(low: np.ndarray, high: np.ndarray) -> Box:
-    return Box(low.min(axis=0), high.max(axis=0))
+def _joined(low: np.ndarray, high: np.ndarray) -> Extent:
+    return Extent(low.min(axis=0), high.max(axis=0))
