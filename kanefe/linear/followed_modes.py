@@ -144,8 +144,7 @@ class Curves:
         if found is None:
             first = max(born for born in self._born if born <= speed)
             known = [known for known in self._known if known >= first]
-            # a whirl that stands still has no sense by which it could be known again
-            turning = [one for one in known if np.abs(self._known[one].values).min() > STILL * self.height] or known
+            turning = [one for one in known if not _stands(self._known[one], self.height)] or known
             found = self._follow(min(turning, key=lambda one: abs(one - speed)), speed, DEEPEST)
         return found
 
@@ -199,6 +198,17 @@ class Curves:
         return float(max(np.abs(found.values.imag).max(initial=0.0) for found in self._known.values()))
 
 
+def _stands(found: Followed, height: float) -> bool:
+    """Tell whether a whirl that is followed stands still: it has no sense then by which it could be known again.
+
+    Of damping alone: its circles are two real modes of one eigenvalue, any two of those that they span.
+    """
+    of_all, apart = found.modes.eigenvalues, ALIKE * np.abs(found.values)[:, None]
+    is_one_of_two = (np.abs(of_all - found.values[:, None]) <= apart).sum(axis=1) > 1
+    still = np.abs(found.values.imag) <= STILL * height
+    return bool(np.any(still & (is_one_of_two | (np.abs(found.values) <= STILL * height))))
+
+
 def _first(modes: AnyModes, numbers_of: np.ndarray) -> Followed:
     found = _candidates(modes)
     at = [np.flatnonzero((found.numbers == i) & (found.values == modes.eigenvalues[i]))[0] for i in numbers_of]
@@ -220,15 +230,17 @@ def _matched(old: Followed, new: AnyModes) -> Followed:
     others = ahead.values
     alike = _correlation(old.shapes, ahead.shapes, M)
     values = old.values
-    # modes of one frequency mix freely: there it is the space that they span which is followed
-    for i, value in enumerate(values):
-        same = np.abs(behind.values - value) <= ALIKE * np.abs(value)
+    # modes of one frequency mix freely: there it is the space that they span which is followed; a slow whirl does not
+    # mix with its conjugate, which turns the other way
+    for i, (value, number) in enumerate(zip(values, old.numbers, strict=True)):
+        same = _mixed(behind, value, number)
         if np.count_nonzero(same) > 1:
             alike[i] = np.minimum(_correlation(behind.shapes[:, :, same], ahead.shapes, M).sum(axis=0), 1.0)
-    for value in new.eigenvalues:
-        same = np.abs(others - value) <= ALIKE * np.abs(value)
+    of_each = alike.copy()
+    for number, value in enumerate(new.eigenvalues):
+        same = _mixed(ahead, value, number)
         if np.count_nonzero(same) > 1:
-            alike[:, same] = np.minimum(alike[:, same].sum(axis=1, keepdims=True), 1.0)
+            alike[:, same] = np.minimum(of_each[:, same].sum(axis=1, keepdims=True), 1.0)
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     apart = np.abs(values[:, None] - others[None, :])
     cost = (1.0 - alike) + 0.2 * apart / (size + apart)
@@ -248,6 +260,12 @@ def _matched(old: Followed, new: AnyModes) -> Followed:
     is_single = np.array([np.count_nonzero(np.abs(behind.values - v) <= ALIKE * np.abs(v)) < 2 for v in values])
     sureness = np.where(rivals.any(axis=1) & is_single, 0.0, alike[rows, at])
     return Followed(new, chosen, others[at], ahead.shapes[:, :, at], sureness)
+
+
+def _mixed(candidates: _Candidates, value: complex, number: int) -> np.ndarray:
+    """Tell which candidates have the frequency of one of a mode: itself, and those of other modes."""
+    is_other = (candidates.numbers != number) | (candidates.values == value)
+    return is_other & (np.abs(candidates.values - value) <= ALIKE * np.abs(value))
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import kanefe as kf
 from two_discs import PUBLISHED, rotor_of_two_discs, seen_from_the_ground
@@ -52,10 +53,26 @@ def test_internal_damping_drives_the_forward_whirl_beyond_a_limit(build):
     assert onset.begins
 
 
+def forward_whirl(speed: float) -> complex:
+    """Return the eigenvalue of the forward whirl of the Jeffcott rotor, seen from the shaft, 1/s.
+
+    With r = y + i z seen from the ground, m r'' + (c_i + c_e) r' + (k - i W c_i) r = 0 (Genta, section 4.3).
+    """
+    roots = np.roots((MASS, INTERNAL + EXTERNAL, STIFFNESS - 1j * speed * INTERNAL))
+    return complex(roots[roots.imag.argmax()]) - 1j * speed
+
+
 def test_a_damped_whirl_stands_still_in_the_frame_that_spins():
-    diagram = kf.campbell(jeffcott_seen_from_the_shaft, np.linspace(10.0, 600.0, 29))
+    """Its sign is that of the closed form also right beside the speed, from wherever it is followed."""
+    at = brentq(lambda speed: forward_whirl(speed).imag, 100.0, 300.0, xtol=1e-12)
+    speeds = at + np.array((-150.0, -1e-3, 0.0, 1e-3, 2e-3, 150.0, 400.0))
+    diagram = kf.campbell(jeffcott_seen_from_the_shaft, speeds)
+    expected = np.array([forward_whirl(speed) for speed in speeds])
+    # to 1e-9 of the largest eigenvalue: twofold ones are known to half their digits, of which 7 remain here
+    np.testing.assert_allclose(diagram.eigenvalues[:, 0], expected, atol=1e-6)
     (standing,) = diagram.critical_speeds(order=0)
-    assert standing.speed == pytest.approx(RATE, rel=1e-3)  # less by half the square of 3 % of damping
+    assert standing.speed == pytest.approx(at, rel=1e-9)
+    assert standing.sense == ""
 
 
 def overhung(speed: float) -> kf.System:
@@ -104,6 +121,22 @@ def test_an_overhung_disc_splits_by_its_gyroscopic_moment():
         assert [one.speed for one in found] == pytest.approx([speed for speed, _ in expected], rel=1e-9)
         assert [one.sense for one in found] == [sense for _, sense in expected]
         assert [abs(one.whirl) for one in found] == pytest.approx([1.0] * len(found), abs=1e-6)
+
+
+@pytest.mark.parametrize(("build", "order"), [(overhung, 1.0), (jeffcott_seen_from_the_shaft, 0.0)])
+def test_a_rotor_that_turns_the_other_way_is_critical_at_the_same_speeds(build, order):
+    speeds = np.linspace(30.0, 1500.0, 7)
+
+    def told(speeds):
+        return [(one.speed, one.sense) for one in kf.campbell(build, speeds).critical_speeds(order)]
+
+    forward = told(speeds)
+    backward = [(-speed, sense) for speed, sense in forward][::-1]
+    assert len(forward) > 0
+    for grid, expected in ((-speeds[::-1], backward), (np.append(-speeds[::-1], speeds), backward + forward)):
+        found = told(grid)
+        assert [speed for speed, _ in found] == pytest.approx([speed for speed, _ in expected], rel=1e-9)
+        assert [sense for _, sense in found] == [sense for _, sense in expected]
 
 
 def test_an_unbalance_whirls_backward_between_the_critical_speeds_of_an_anisotropic_bearing():
