@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-sys.path.insert(1, str(Path(__file__).resolve().parents[1] / "shared"))
 
 from benchmarks.command_line import parser, run
 from kanefe_fem.bench.goals import Figure, Goal, median
@@ -40,7 +39,8 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     import platformdirs
 
     import kanefe as kf
-    from two_discs import DIMENSIONS, PUBLISHED, rotor_of_two_discs, seen_from_the_ground
+    from kanefe.checks.verification.references import load_references
+    from kanefe_fem.verification.two_discs import DIMENSIONS, rotor_of_two_discs, seen_from_the_ground
 
     folder = options.env or Path(platformdirs.user_cache_dir("kanefe")) / "ross"
     speed = 4000.0 * np.pi / 30.0
@@ -56,7 +56,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     # seen from the shaft an unbalance stands still, and a backward whirl at the speed turns at twice the speed
     found = [one.speed for one in diagram.critical_speeds(0.0)]
     found += [one.speed for one in diagram.critical_speeds(2.0) if one.sense == "backward"]
-    lateral = np.array([whirls[np.abs(whirls - value).argmin()] for value in PUBLISHED])
+    lateral = np.array([whirls[np.abs(whirls - value).argmin()] for value in load_references()["R04"].values["whirl"]])
     return [
         WHIRL.figure(_largest(own, lateral)),
         CRITICAL.figure(_largest(np.array(theirs["critical"]), np.array(found))),
