@@ -62,6 +62,7 @@ class BalanceSearch:
     ) -> None:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
         self.iterations, self._longest = 0, longest
+        self._last: tuple[tuple[float, bytes, bytes], Imbalance] | None = None
         self._held = np.zeros(model.free_count, dtype=bool)
         self._held[found] = True
         for name in held:
@@ -83,6 +84,24 @@ class BalanceSearch:
             raise SimulationError(self._advice(imbalance, *state))
         return settled
 
+    def beside(self) -> tuple[Vector, Vector] | None:
+        """Return q and u in balance beside the start, where a spin drives the scene away from it as it settles.
+
+        None if it does not, if the start is in balance, or if there is no such place.
+        """
+        q, u = start = self._closed(self.q, self.u)
+        if len(self.found) or not self._is_driven or self.imbalance(*start).ratio <= BALANCED:
+            return None
+        small = SmallMotions(self.model, self.t, q, u)
+        if not small.is_holonomic or _lowest(_stiffness(small, *_unit_mass(small))) >= 0.0:
+            return None
+        state, imbalance = self._iterate(start, settles=False)
+        return state if imbalance.ratio <= BALANCED else None
+
+    @property
+    def _is_driven(self) -> bool:
+        return bool(self.u.any() or (self.model.driven_count and self.model.driven_speeds(self.t)[0].any()))
+
     @property
     def is_held(self) -> bool:
         """Whether something resists most of the forces that are left over where the search begins."""
@@ -95,7 +114,13 @@ class BalanceSearch:
         return SimulationError(self._advice(self.imbalance(*state), *state))
 
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
-        """Return what balances worst in a state."""
+        """Return what balances worst in a state; of the last one asked for it is known."""
+        at = (self.t, q.tobytes(), u.tobytes())
+        if self._last is None or self._last[0] != at:
+            self._last = at, self._imbalance(q, u)
+        return self._last[1]
+
+    def _imbalance(self, q: Vector, u: Vector) -> Imbalance:
         du = self._rates(q, u)
         N, leading = np.eye(len(du)), np.arange(len(du))
         if self.model.is_constrained:
@@ -156,21 +181,14 @@ class BalanceSearch:
 
         Newton's method asks for a stiffness alone; the metric says only which of its directions are alike.
         """
-        model = self.model
-        small = SmallMotions(model, self.t, q, u)
+        small = SmallMotions(self.model, self.t, q, u)
         P, lead = small.along_positions, small.speeds.leading
         kept = np.flatnonzero(~self._held[small.positions.leading])
-        M = small.speeds.N.T @ small.mass() @ small.speeds.N
-        L = _metric(M)
-        inverse = np.linalg.inv(L)
-        residual = inverse @ M @ small.du[lead]
+        inverse, weight = _unit_mass(small)
+        residual = weight @ small.du[lead]
         if small.is_holonomic and not len(self.found) and len(kept) == len(lead):
-            # stiffness over mass in coordinates of unit mass
-            H = -inverse @ M @ P.ddu[lead] @ inverse.T
-            lowest = float(scipy.linalg.eigvalsh(0.5 * (H + H.T)).min(initial=0.0))
-            size = float(np.abs(H).max(initial=0.0))
-            shift = -1.5 * lowest if settles and lowest < -1e-9 * size else 0.0
-            H = H + shift * np.eye(len(H))
+            H = _stiffness(small, inverse, weight)
+            H = H - 1.5 * _lowest(H) * np.eye(len(H)) if settles else H
             x = _solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
                 # against the forces: a curvature that is below zero, but too small beside stiff modes to be seen above
@@ -181,7 +199,7 @@ class BalanceSearch:
         columns = P.ddu[np.ix_(lead, kept)]
         if len(self.found):
             columns = np.hstack((columns, small.along_speeds.ddu[np.ix_(lead, self.found)]))
-        H = -inverse @ M @ columns
+        H = -weight @ columns
         x = _solved(H, residual)
         z, du = P.z[:, kept] @ x[: len(kept)], P.du[:, kept] @ x[: len(kept)]
         du[self.found] += x[len(kept) :]
@@ -238,6 +256,24 @@ def _metric(M: Matrix) -> Matrix:
     scale = np.where(scale > 0.0, scale, 1.0)
     squares, vectors = np.linalg.eigh(M / np.outer(scale, scale))
     return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(np.abs(squares), WEAKEST_MASS)))
+
+
+def _unit_mass(small: SmallMotions) -> tuple[Matrix, Matrix]:
+    """Return what leads to coordinates of unit mass, and from accelerations to forces along them."""
+    M = small.speeds.N.T @ small.mass @ small.speeds.N
+    inverse = np.linalg.inv(_metric(M))
+    return inverse, inverse @ M
+
+
+def _stiffness(small: SmallMotions, inverse: Matrix, weight: Matrix) -> Matrix:
+    """Return the stiffness in coordinates of unit mass; without rolling."""
+    return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T
+
+
+def _lowest(H: Matrix) -> float:
+    """Return the lowest eigenvalue of the symmetric part of a stiffness, if it is below zero and no round-off, or 0."""
+    lowest = float(scipy.linalg.eigvalsh(0.5 * (H + H.T)).min(initial=0.0))
+    return lowest if lowest < -1e-9 * float(np.abs(H).max(initial=0.0)) else 0.0
 
 
 def _unresisted(H: Matrix, x: Vector, right: Vector) -> float:

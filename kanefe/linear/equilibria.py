@@ -142,7 +142,8 @@ def equilibrium(
     Driven joints move as they are driven; a blade on a shaft at a steady rate is balanced in the frame that spins.
     Loops stay closed. From the start the scene goes to where it would settle if it moved in thick oil (Newton's
     method on a stiffness made positive); if there is no such place, to the nearest unstable one. A start that is in
-    balance stays, also if it is unstable: see ``equilibrium(...).linearise().modes()``.
+    balance stays, also if it is unstable: see ``equilibrium(...).linearise().modes()``. A rotor beyond a critical speed
+    would run away in oil that spins with it: it is balanced beside the start, where gyroscopic forces hold it.
 
     On rigid contacts it rests so that none pulls and none is entered. What sticks stays where it touches, as far as its
     friction holds; ``carrying`` tells what each contact carries.
@@ -265,7 +266,7 @@ def _under_its_loads(
     """Return a balance, with the loads that friction in joints feels there, and what found it."""
     for _ in range(MOST_ROUNDS):
         search = BalanceSearch(model, t, q, u, found, held)
-        q, u = state = search.run()
+        q, u = state = _beside_or_settled(search)
         z = with_consistent_loads(model, t, q, u, model.initial_states)
         if np.allclose(z, model.initial_states, rtol=SAME_LOADS, atol=0.0):
             return model, search, state
@@ -274,6 +275,36 @@ def _under_its_loads(
         "the scene has no balance that could be found: friction that follows the loads of joints changes these again "
         "and again. Remedy: a run to rest, or CoordinateForce(friction=...), which is given"
     )
+
+
+def _beside_or_settled(search: BalanceSearch) -> tuple[Vector, Vector]:
+    """Return where a scene settles; beyond a critical speed, where it whirls about itself.
+
+    In thick oil that spins with it a rotor would run away from its axis; its gyroscopic forces hold it beside that.
+    A balance beside the start counts where nothing diverges (a whirl may grow, and does not settle elsewhere then), and
+    where it would settle at none within the reach of its bodies.
+    """
+    beside = search.beside()
+    if beside is None:
+        return search.run()
+    if not _diverges(search, beside):
+        return beside
+    try:
+        settled = search.run()
+    except SimulationError:
+        return beside
+    bending = worst_bending(search.model, np.array([search.t]), settled[0][None])
+    return beside if bending is not None and bending.is_too_far else settled
+
+
+def _diverges(search: BalanceSearch, state: tuple[Vector, Vector]) -> bool:
+    """Tell whether a small motion about a balance grows without oscillation."""
+    from kanefe.linear.linearisation import linearised
+    from kanefe.linear.modes import modes_of
+
+    y = np.concatenate((*state, search.model.initial_states))
+    modes = modes_of(linearised(search.model, search.t, y, (), ()))
+    return bool(np.any(modes.grows & (modes.eigenvalues.imag == 0.0)))
 
 
 def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) -> tuple[Vector, np.ndarray]:

@@ -296,10 +296,9 @@ def input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions
     n, count = small.model.free_count, len(inputs)
     none = np.zeros((small.size, count))
     wanted = np.zeros((small.size, count))
-    here = State(small.model, small.t, small.q, small.u)
     for i, item in enumerate(inputs):
         if item.force is not None:
-            wanted[:n, i] = answers(here, item.force[:, None])[:, 0]
+            wanted[:n, i] = answers(small.here, item.force[:, None])[:, 0]
         elif item.drive is not None:
             wanted[n + small.drives.index(item.drive), i] = 1.0
     of_drives = [i for i, item in enumerate(inputs) if item.drive is not None]

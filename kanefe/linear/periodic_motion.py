@@ -162,7 +162,7 @@ def _are_steady(points: list[SmallMotions]) -> bool:
     sizes = force_sizes(State(first.model, first.t, first.q, first.u))
     n = first.model.free_count
     noise = 0.1 * STEADY * FLOOR * float(sizes[:n].max(initial=0.0))
-    masses = np.abs(first.mass()[:n, :n])
+    masses = np.abs(first.mass[:n, :n])
     left = (np.abs(small.speeds.N).T @ (masses @ np.abs(small.du)) for small in points)
     return all(
         forces.max(initial=0.0) <= noise or _imbalance(small) <= STEADY

@@ -29,7 +29,7 @@ def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
     model, n = small.model, small.model.free_count
     N = small.speeds.N[:, : len(free.drifts)]
     leading = small.speeds.leading[: len(free.drifts)]
-    M = N.T @ small.mass() @ N
+    M = N.T @ small.mass @ N
     du, drifts = small.du[leading], free.drifts
     if drifts.shape[1]:
         du = du - drifts @ np.linalg.solve(drifts.T @ M @ drifts, drifts.T @ M @ du)

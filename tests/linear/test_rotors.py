@@ -74,3 +74,13 @@ def test_an_overdamped_mode_is_none_and_a_damped_one_is_found_where_it_is():
         assert damped.damping_ratio == pytest.approx(49.5 / np.sqrt(5000.0), rel=1e-9)
         undamped = {round(one.speed, 6) for one in diagram.critical_speeds(order=1, damped=False)}
         assert undamped == {round(np.sqrt(5000.0), 6)}
+
+
+def test_arms_of_a_governor_fly_out_though_they_balance_along_its_shaft():
+    """They diverge there beyond sqrt(g / l), and go to cos(angle) = g / (l W^2): of a start beside the shaft."""
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    shaft = scene.add_frame("shaft", joint=kf.Revolute("z", motion=kf.Motion.steady(6.0)))
+    hinge = kf.Revolute("y", position=0.01)
+    scene.add_rigid_body("arm", 1.0, 0.0, com=(0.0, 0.0, -0.5), parent=shaft, joint=hinge)
+    angle = kf.equilibrium(scene).joint_coordinates("arm")[0]
+    assert angle == pytest.approx(np.arccos(9.81 / (0.5 * 36.0)), rel=1e-9)

@@ -10,6 +10,7 @@ from kanefe.checks.verification.rotors import spin_eigenvalues
 from kanefe.equations.model import Model
 from kanefe_fem import Material, SolidCircle, beam_body, straight_beam
 from kanefe_fem.verification.rotors import DENSITY, DIAMETER, LENGTH, YOUNG, critical_speeds, flat_shaft, rayleigh_shaft
+from kanefe_fem.verification.two_discs import rotor_of_two_discs
 
 A = DENSITY * math.pi * DIAMETER**2 / 4
 B = DENSITY * math.pi * DIAMETER**4 / 64 * (math.pi / LENGTH) ** 2
@@ -60,3 +61,27 @@ def test_critical_speeds_are_where_the_slow_whirl_stands_still():
 def test_flat_shaft_has_the_two_frequencies():
     """Sixteen Hermite elements and eight modes: frequencies come out 3e-6 too high."""
     np.testing.assert_allclose(spin_eigenvalues(flat_shaft(0.0))[:2].imag, [100.0, 120.0], rtol=1e-5)
+
+
+@pytest.mark.parametrize("speed", [60.0, 150.0, 400.0])
+def test_an_unbalanced_rotor_is_in_balance_beyond_its_critical_speeds(speed):
+    """Of 85 and 250 rad/s: bent as the balanced one answers to the force of the unbalance, m e W^2, in the spinning frame.
+
+    In oil that spins with it it would run away from its axis, farther than its stiffening holds.
+    """
+    mass, offset = 0.1, 1e-5
+
+    def rotor(place):
+        scene = rotor_of_two_discs(speed)
+        disc = scene.body("shaft").interface("one")
+        scene.add_rigid_body("lump", mass, (1e-5, 1e-5, 1e-5), com=(0.0, place, 0.0), parent=disc)
+        return scene
+
+    force = mass * offset * speed**2
+    small = kf.equilibrium(rotor(0.0)).linearise(inputs="force lump y", outputs="position lump y")
+    # at rest the shaft is free to slide and turn in its bearings: very slowly instead
+    expected = force * small.frequency_response([1e-3]).response[0, 0, 0].real
+    found = kf.equilibrium(rotor(offset))
+    # to first order in the bow: it is below 1e-6 of the length
+    assert found.position("lump")[1] == pytest.approx(expected, rel=1e-4)
+    assert found.linearise().modes().is_stable
