@@ -36,8 +36,8 @@ ALIKE = 1e-6
 """Place of a unit motion that is none, and rate of its places below which it stands still."""
 
 SCALINGS, EVEN = 30, 0.1
-"""Rounds in which rows and columns are scaled, at most, and by how much their largest entries may still differ from one:
-little beside the powers of ten between round-off and what is none."""
+"""Rounds in which rows and columns are scaled, at most, and by how much their largest entries may differ from one then:
+little beside the powers of ten between what is round-off and what is not."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,7 +65,7 @@ def test_flat_shaft_has_the_two_frequencies():
 
 @pytest.mark.parametrize("speed", [60.0, 150.0, 400.0])
 def test_an_unbalanced_rotor_is_in_balance_beyond_its_critical_speeds(speed):
-    """Of 85 and 250 rad/s: bent as the balanced one answers to the force of the unbalance, m e W^2, in the spinning frame.
+    """Of 85 and 250 rad/s: bent as the balanced one is by the force of the unbalance, m e W^2, in the spinning frame.
 
     In oil that spins with it it would run away from its axis, farther than its stiffening holds.
     """
