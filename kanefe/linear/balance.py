@@ -14,6 +14,7 @@ from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.imbalance import BALANCED, Imbalance, slipping_friction, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
+from kanefe.linear.unsettled import TOLD
 
 LARGEST_ITERATIONS = 200
 
@@ -38,6 +39,9 @@ LARGEST_STEP = 0.3
 NEUTRAL = 1e-11
 """Singular value of the scaled stiffness, of the largest, below which nothing resists a motion."""
 
+MOST_UNBOWED, UNBOWED = 12, 1e-9
+"""Iterations, at most, to a state without the bow of an unbalance, and the step after which it is one."""
+
 POLISHED = 1e-13
 """Imbalance below which iterations go on only while they help."""
 
@@ -47,7 +51,8 @@ class BalanceSearch:
 
     Unknown are the independent tangents p, and speeds that are to be found; the equations are the leading
     accelerations. In the metric of the mass matrix their Jacobian is minus a stiffness over mass. No iteration goes
-    farther than `longest`, in rad or scene lengths.
+    farther than `longest`, in rad or scene lengths. What a stiffness over mass below `slack` (1/s2) resists stays where
+    it is, if little is left over there: see `unbowed`.
     """
 
     def __init__(
@@ -59,9 +64,10 @@ class BalanceSearch:
         found: np.ndarray,
         held: Sequence[str],
         longest: float = LARGEST_STEP,
+        slack: float = 0.0,
     ) -> None:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
-        self.iterations, self._longest = 0, longest
+        self.iterations, self._longest, self._slack = 0, longest, slack
         self._last: tuple[tuple[float, bytes, bytes], Imbalance] | None = None
         self._held = np.zeros(model.free_count, dtype=bool)
         self._held[found] = True
@@ -84,19 +90,47 @@ class BalanceSearch:
             raise SimulationError(self._advice(imbalance, *state))
         return settled
 
+    def unbowed(self) -> tuple[Vector, Vector] | None:
+        """Return q and u in balance but for the unbalance of a rotor near a critical speed, which bows it ever more.
+
+        None if there is no `slack`, nothing that it leaves out, or more is left over than an unbalance.
+        """
+        small = self._off_balance()
+        if not self._slack or small is None:
+            return None
+        q, u = small.q, small.u
+        for _ in range(MOST_UNBOWED):
+            H, inverse, weight = _stiffness(small)
+            squares, shapes = np.linalg.eigh(0.5 * (H + H.T))
+            shapes = shapes[:, np.abs(squares) >= self._slack]
+            if shapes.shape[1] == len(H):
+                return None
+            x = shapes @ np.linalg.solve(shapes.T @ H @ shapes, shapes.T @ weight @ small.du[small.speeds.leading])
+            z = small.along_positions.z @ inverse.T @ x
+            q, u = self._closed(self.model.advance(q, z), u)
+            if step_length(self.model, z) <= UNBOWED:
+                return (q, u) if self.imbalance(q, u).ratio <= TOLD else None
+            small = SmallMotions(self.model, self.t, q, u)
+        return None
+
     def beside(self) -> tuple[Vector, Vector] | None:
         """Return q and u in balance beside the start, where a spin drives the scene away from it as it settles.
 
         None if it does not, if the start is in balance, or if there is no such place.
         """
-        q, u = start = self._closed(self.q, self.u)
+        small = self._off_balance()
+        if small is None or _lowest(_stiffness(small)[0]) >= 0.0:
+            return None
+        state, imbalance = self._iterate((small.q, small.u), settles=False)
+        return state if imbalance.ratio <= BALANCED else None
+
+    def _off_balance(self) -> SmallMotions | None:
+        """Return the small motions about a start that spins and is not in balance; None of others, and of rolling."""
+        start = self._closed(self.q, self.u)
         if len(self.found) or not self._is_driven or self.imbalance(*start).ratio <= BALANCED:
             return None
-        small = SmallMotions(self.model, self.t, q, u)
-        if not small.is_holonomic or _lowest(_stiffness(small, *_unit_mass(small))) >= 0.0:
-            return None
-        state, imbalance = self._iterate(start, settles=False)
-        return state if imbalance.ratio <= BALANCED else None
+        small = SmallMotions(self.model, self.t, *start)
+        return small if small.is_holonomic else None
 
     @property
     def _is_driven(self) -> bool:
@@ -187,7 +221,7 @@ class BalanceSearch:
         inverse, weight = _unit_mass(small)
         residual = weight @ small.du[lead]
         if small.is_holonomic and not len(self.found) and len(kept) == len(lead):
-            H = _stiffness(small, inverse, weight)
+            H = _stiffness(small)[0]
             H = H - 1.5 * _lowest(H) * np.eye(len(H)) if settles else H
             x = _solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
@@ -265,9 +299,10 @@ def _unit_mass(small: SmallMotions) -> tuple[Matrix, Matrix]:
     return inverse, inverse @ M
 
 
-def _stiffness(small: SmallMotions, inverse: Matrix, weight: Matrix) -> Matrix:
-    """Return the stiffness in coordinates of unit mass; without rolling."""
-    return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T
+def _stiffness(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
+    """Return the stiffness in coordinates of unit mass, of what does not roll, and what `_unit_mass` returns."""
+    inverse, weight = _unit_mass(small)
+    return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T, inverse, weight
 
 
 def _lowest(H: Matrix) -> float:

@@ -21,6 +21,9 @@ from kanefe.linear.whirl import whirl_of
 FOUND = 1e-7
 """Distance from the line, of the height of the diagram, up to which a crossing is one: more is a jump."""
 
+BESIDE = 1e-9
+"""Of an interval of speeds, to either side of a jump, how far off it is looked at."""
+
 POINT = 1e-6
 """Growth, of the height of the diagram, below which the speeds between which a mode grows are one."""
 
@@ -179,7 +182,11 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
                 continue
             speed = root_of(turns, a, b)
             if abs(turns(speed)) > FOUND * curves.height:
-                continue  # of a mode that moves on lines either sign is right, and may follow the other
+                # of a mode that moves on lines either sign is right, and may follow the other
+                sizes = [abs(turns(at)) for at in (max(a, speed - BESIDE * (b - a)), min(b, speed + BESIDE * (b - a)))]
+                if abs(sizes[1] - sizes[0]) > THINNEST * curves.height:
+                    _warn_of_jump(column, speed)
+                continue
             size = abs(curves.at(speed).values[column])
             if _determinant(curves.at(speed).modes)[0] < 0.0 and size > POINT * curves.height:
                 looked_at.add(speed)  # between two speeds at which it stands still it grows

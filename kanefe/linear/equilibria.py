@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 MOST_ROUNDS, SAME_LOADS = 30, 1e-10
 """Searches at most, each under the loads of joints that the last one has found, and what of these may still change."""
 
+LOST = 1e-6
+"""Imbalance later on from which a balance is lost: coordinates that turn carry the round-off of the turn."""
+
 MOST_TOLD = 6
 """Modal coordinates of a body that are listed one by one."""
 
@@ -207,8 +210,12 @@ def balanced(
     speeds: Mapping[str, Any] | None = None,
     find: Sequence[str] = (),
     steady: bool = True,
+    slack: float = 0.0,
 ) -> Equilibrium:
-    """Return what `equilibrium` does, without a word on modes: for analyses that ask for many."""
+    """Return what `equilibrium` does, without a word on modes: for analyses that ask for many.
+
+    `slack` (1/s2): what is hardly resisted, see `BalanceSearch`.
+    """
     with warnings.catch_warnings():  # of contacts that begin deep: a rest is what they are told to start from
         warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
         falling, time, y = started_model(scene, t, start, "equilibrium")
@@ -226,7 +233,7 @@ def balanced(
     may_part = any(load.may_part for load in model.loads) and is_put_down(model)
 
     def search_from(model: Model, q: Vector) -> Found:
-        return _under_its_loads(model, time, q, u, found, held)
+        return _under_its_loads(model, time, q, u, found, held, slack)
 
     if model.rigid_contacts:
         stiff = model
@@ -261,11 +268,11 @@ def _on_contacts(
 
 
 def _under_its_loads(
-    model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...]
+    model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...], slack: float
 ) -> tuple[Model, BalanceSearch, tuple[Vector, Vector]]:
     """Return a balance, with the loads that friction in joints feels there, and what found it."""
     for _ in range(MOST_ROUNDS):
-        search = BalanceSearch(model, t, q, u, found, held)
+        search = BalanceSearch(model, t, q, u, found, held, slack=slack)
         q, u = state = _beside_or_settled(search)
         z = with_consistent_loads(model, t, q, u, model.initial_states)
         if np.allclose(z, model.initial_states, rtol=SAME_LOADS, atol=0.0):
@@ -284,6 +291,8 @@ def _beside_or_settled(search: BalanceSearch) -> tuple[Vector, Vector]:
     A balance beside the start counts where nothing diverges (a whirl may grow, and does not settle elsewhere then), and
     where it would settle at none within the reach of its bodies.
     """
+    if (unbowed := search.unbowed()) is not None:
+        return unbowed
     beside = search.beside()
     if beside is None:
         return search.run()
@@ -337,12 +346,12 @@ def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) 
 def _check_steady(model: Model, t: float, q: Vector, u: Vector) -> None:
     """Raise a SimulationError if the balance is lost as what moves moves on."""
     search = BalanceSearch(model, t, q, u, np.zeros(0, dtype=int), ())
+    most = max(LOST, 2.0 * search.imbalance(q, u).ratio)
     for tau in times_ahead(model, t, u):
         search.t = t + tau
         q_later, _ = moved_on(model, t, q, u, tau)
         later = search.imbalance(q_later, u)
-        # the coordinates that turn carry the round-off of the turn
-        if later.ratio > 1e-6:
+        if later.ratio > most:
             raise SimulationError(
                 f"the scene balances at t = {t:.6g} s but not {tau:.3g} s later, when {later} is left over: drives, "
                 "loads or gravity change what it feels. Remedy: steady=False for the balance at one time, or a run"

@@ -36,6 +36,10 @@ RIVAL = 3.0
 STILL = 1e-6
 """Size of an eigenvalue, of the highest frequency, below which a mode stands still."""
 
+SLOW = 1e-4
+"""Frequency, of the speed, below which a whirl is about to stand still: what is not quite round mixes both its senses,
+and stops it over some speeds, where it grows and decays along two lines."""
+
 DIGITS = 1e-12
 """Of a speed, to which a crossing or a limit is solved for."""
 
@@ -166,7 +170,8 @@ class Curves:
     def _follow(self, before: float, after: float, depth: int) -> Followed:
         count = sum(born <= after for born in self._born)
         old = self._known[before]
-        found = _matched(Followed(old.modes, *(part[..., :count] for part in old[1:])), self._of(after))
+        old = Followed(old.modes, *(part[..., :count] for part in old[1:]))
+        found = _matched(old, self._of(after), SLOW * max(abs(before), abs(after)))
         if depth > 0 and found.sureness.min(initial=1.0) < SURE:
             middle = 0.5 * (before + after)
             between = self._follow(before, middle, depth - 1)
@@ -215,10 +220,11 @@ def _first(modes: AnyModes, numbers_of: np.ndarray) -> Followed:
     return Followed(modes, numbers_of, found.values[at], found.shapes[:, :, at], np.ones(len(at)))
 
 
-def _matched(old: Followed, new: AnyModes) -> Followed:
+def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     """Return the best followers, each another one.
 
-    A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency.
+    A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency. Which
+    mode goes on below the frequency `slow` (rad/s) is told by all those that are as slow; which of both senses, not.
     """
     if old.modes.state_names != new.state_names:
         raise ModelError(
@@ -241,15 +247,20 @@ def _matched(old: Followed, new: AnyModes) -> Followed:
         same = _mixed(ahead, value, number)
         if np.count_nonzero(same) > 1:
             alike[:, same] = np.minimum(of_each[:, same].sum(axis=1, keepdims=True), 1.0)
+    of_slow = _alike_to_slow(of_each, ahead, slow) if isinstance(new, Modes) else alike
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     apart = np.abs(values[:, None] - others[None, :])
-    cost = (1.0 - alike) + 0.2 * apart / (size + apart)
-    cost[:, new.is_rigid[ahead.numbers]] += 1.0
-    # of the two that a divergence has, the one that grows
+    cost = 0.2 * apart / (size + apart)
+    # a whirl that stands still is one of more motions that nothing resists
+    if np.count_nonzero(new.is_rigid) <= np.count_nonzero(old.modes.is_rigid):
+        cost[:, new.is_rigid[ahead.numbers]] += 1.0
+    # of those that mix the one that is most alike; of the two that a divergence has, the one that grows
+    cost += 1e-3 * (1.0 - of_each)
     cost += 1e-3 * ((others.imag == 0.0) & (others.real < 0.0))[None, :]
-    by_mode = cost.reshape(len(values), -1, count)  # candidates repeat the modes in their order
-    best = by_mode.argmin(axis=1)
-    rows, columns = linear_sum_assignment(by_mode.min(axis=1))
+    shape = len(values), -1, count  # candidates repeat the modes in their order
+    best = (cost + 1.0 - alike).reshape(shape).argmin(axis=1)
+    alike = np.maximum(alike, of_slow)
+    rows, columns = linear_sum_assignment((cost + 1.0 - alike).reshape(shape).min(axis=1))
     chosen = columns[np.argsort(rows)]
     at = best[np.arange(len(chosen)), chosen] * count + chosen
     rows = np.arange(len(at))
@@ -260,6 +271,17 @@ def _matched(old: Followed, new: AnyModes) -> Followed:
     is_single = np.array([np.count_nonzero(np.abs(behind.values - v) <= ALIKE * np.abs(v)) < 2 for v in values])
     sureness = np.where(rivals.any(axis=1) & is_single, 0.0, alike[rows, at])
     return Followed(new, chosen, others[at], ahead.shapes[:, :, at], sureness)
+
+
+def _alike_to_slow(of_each: Matrix, candidates: _Candidates, slow: float) -> Matrix:
+    """Return the correlations with the space of the candidates that are slow, for each of these; of others zero."""
+    found, values = np.zeros_like(of_each), candidates.values
+    is_slow = np.abs(values.imag) <= slow
+    is_first = np.arange(len(values)) < len(values) // 2  # a real one is its own conjugate
+    for i in np.flatnonzero(is_slow):
+        near = is_slow & (np.abs(values - values[i]) <= 2.0 * slow) & (is_first | (values.imag != 0.0))
+        found[:, i] = np.minimum(of_each[:, near].sum(axis=1), 1.0)
+    return found
 
 
 def _mixed(candidates: _Candidates, value: complex, number: int) -> np.ndarray:

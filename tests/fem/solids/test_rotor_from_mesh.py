@@ -89,10 +89,10 @@ def test_a_rotor_from_a_mesh_whirls_as_that_of_beams(solid, beam):
 
 
 def test_a_rotor_from_a_mesh_has_the_critical_speed_of_that_of_beams(solid, beam):
-    """Its mesh is not quite round: the unbalance of it bends the rotor, which goes on beyond the critical speed."""
-    found = []
+    """Its mesh is not quite round: it has two critical speeds, and an unbalance that bows it without bound at them."""
+    speeds, found = np.linspace(200.0, 1200.0, 5), []
     for body in (solid, beam):
-        diagram = kf.campbell(lambda w, body=body: scene_of(body, w, body is beam), np.linspace(200.0, 1200.0, 5), modes=2)
+        diagram = kf.campbell(lambda w, body=body: scene_of(body, w, body is beam), speeds, modes=2)
         found.append([one.speed for one in diagram.critical_speeds(order=0.0)])
-    assert np.median(found[0]) == pytest.approx(found[1][0], rel=2e-3)
-    print(found)
+    of_solid, (of_beams,) = found
+    assert of_solid == pytest.approx([of_beams, of_beams], rel=2e-3)
