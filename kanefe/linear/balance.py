@@ -68,7 +68,7 @@ class BalanceSearch:
     ) -> None:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
         self.iterations, self._longest, self._slack = 0, longest, slack
-        self._last: tuple[tuple[float, bytes, bytes], Imbalance] | None = None
+        self._last: SmallMotions | None = None
         self._held = np.zeros(model.free_count, dtype=bool)
         self._held[found] = True
         for name in held:
@@ -110,7 +110,7 @@ class BalanceSearch:
             q, u = self._closed(self.model.advance(q, z), u)
             if step_length(self.model, z) <= UNBOWED:
                 return (q, u) if self.imbalance(q, u).ratio <= TOLD else None
-            small = SmallMotions(self.model, self.t, q, u)
+            small = self.small(q, u)
         return None
 
     def beside(self) -> tuple[Vector, Vector] | None:
@@ -129,7 +129,7 @@ class BalanceSearch:
         start = self._closed(self.q, self.u)
         if len(self.found) or not self._is_driven or self.imbalance(*start).ratio <= BALANCED:
             return None
-        small = SmallMotions(self.model, self.t, *start)
+        small = self.small(*start)
         return small if small.is_holonomic else None
 
     @property
@@ -148,19 +148,16 @@ class BalanceSearch:
         return SimulationError(self._advice(self.imbalance(*state), *state))
 
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
-        """Return what balances worst in a state; of the last one asked for it is known."""
-        at = (self.t, q.tobytes(), u.tobytes())
-        if self._last is None or self._last[0] != at:
-            self._last = at, self._imbalance(q, u)
-        return self._last[1]
+        """Return what balances worst in a state."""
+        small = self.small(q, u)
+        return worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
 
-    def _imbalance(self, q: Vector, u: Vector) -> Imbalance:
-        du = self._rates(q, u)
-        N, leading = np.eye(len(du)), np.arange(len(du))
-        if self.model.is_constrained:
-            small = SmallMotions(self.model, self.t, q, u)
-            N, leading = small.speeds.N, small.speeds.leading
-        return worst_imbalance(self.model, self.t, q, u, du, N, leading)
+    def small(self, q: Vector, u: Vector) -> SmallMotions:
+        """Return the small motions about a state; of the last one asked for they are known."""
+        last = self._last
+        if last is None or last.t != self.t or not (np.array_equal(last.q, q) and np.array_equal(last.u, u)):
+            last = self._last = SmallMotions(self.model, self.t, q, u)
+        return last
 
     def _rates(self, q: Vector, u: Vector) -> Vector:
         """Return the accelerations."""
@@ -215,7 +212,7 @@ class BalanceSearch:
 
         Newton's method asks for a stiffness alone; the metric says only which of its directions are alike.
         """
-        small = SmallMotions(self.model, self.t, q, u)
+        small = self.small(q, u)
         P, lead = small.along_positions, small.speeds.leading
         kept = np.flatnonzero(~self._held[small.positions.leading])
         inverse, weight = _unit_mass(small)

@@ -26,6 +26,7 @@ from kanefe.linear.feeling import felt, is_put_down
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.other_rest import OtherRest, OtherRestWarning, other_rest
 from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
+from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import at_rest, rested_states, started_model
 from kanefe.scene.targets import Named
 from kanefe.tree.bending import Bending, worst_bending
@@ -64,10 +65,17 @@ class Equilibrium(Instant):
     """
 
     def __init__(
-        self, model: Model, time: float, state: Vector, imbalance: Imbalance, iterations: int, begun: Model
+        self,
+        model: Model,
+        time: float,
+        state: Vector,
+        imbalance: Imbalance,
+        iterations: int,
+        begun: Model,
+        small: SmallMotions,
     ) -> None:
         super().__init__(model, time, state)
-        self.imbalance, self.iterations, self._begun = imbalance, iterations, begun
+        self.imbalance, self.iterations, self._begun, self._small = imbalance, iterations, begun, small
 
     def __str__(self) -> str:
         left = "nothing is left free to move"
@@ -127,7 +135,7 @@ class Equilibrium(Instant):
         """Linearise about this state: see `kanefe.linearise`."""
         from kanefe.linear.linearisation import linearised
 
-        return linearised(self.model, self.time, self.state, inputs, outputs)
+        return linearised(self.model, self.time, self.state, inputs, outputs, self._small)
 
 
 @checked("t", "start", "speeds", "find", "steady")
@@ -253,7 +261,9 @@ def balanced(
         _check_steady(model, time, *state)
     z = rested_states(model, time, np.concatenate((*state, model.initial_states)))
     y = np.concatenate((*state, z))
-    return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun)
+    return Equilibrium(
+        at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun, search.small(q, u)
+    )
 
 
 def _on_contacts(
