@@ -69,6 +69,7 @@ class BalanceSearch:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
         self.iterations, self._longest, self._slack = 0, longest, slack
         self._last: SmallMotions | None = None
+        self._left: tuple[SmallMotions, Imbalance] | None = None
         self._held = np.zeros(model.free_count, dtype=bool)
         self._held[found] = True
         for name in held:
@@ -150,7 +151,9 @@ class BalanceSearch:
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
         """Return what balances worst in a state."""
         small = self.small(q, u)
-        return worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
+        if self._left is None or self._left[0] is not small:
+            self._left = small, worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
+        return self._left[1]
 
     def small(self, q: Vector, u: Vector) -> SmallMotions:
         """Return the small motions about a state; of the last one asked for they are known."""

@@ -147,9 +147,10 @@ class Curves:
         found = self._known.get(speed)
         if found is None:
             first = max(born for born in self._born if born <= speed)
-            known = [known for known in self._known if known >= first]
-            turning = [one for one in known if not _stands(self._known[one], self.height)] or known
-            found = self._follow(min(turning, key=lambda one: abs(one - speed)), speed, DEEPEST)
+            near = sorted((one for one in self._known if one >= first), key=lambda one: abs(one - speed))
+            height = self.height
+            turning = (one for one in near if not _stands(self._known[one], height))
+            found = self._follow(next(turning, near[0]), speed, DEEPEST)
         return found
 
     def values(self, speeds: Sequence[float] | Vector) -> np.ndarray:
@@ -234,20 +235,20 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     M, count = new.metric, len(new.eigenvalues)
     ahead, behind = _candidates(new), _candidates(old.modes)
     others = ahead.values
-    alike = _correlation(old.shapes, ahead.shapes, M)
-    values = old.values
+    of_each = _correlation(old.shapes, ahead.shapes, M)
+    alike, values = of_each.copy(), old.values
     # modes of one frequency mix freely: there it is the space that they span which is followed; a slow whirl does not
     # mix with its conjugate, which turns the other way
     for i, (value, number) in enumerate(zip(values, old.numbers, strict=True)):
         same = _mixed(behind, value, number)
         if np.count_nonzero(same) > 1:
-            alike[i] = np.minimum(_correlation(behind.shapes[:, :, same], ahead.shapes, M).sum(axis=0), 1.0)
-    of_each = alike.copy()
+            alike[i] = _share_in(behind.shapes[:, :, same], ahead.shapes, M)
     for number, value in enumerate(new.eigenvalues):
         same = _mixed(ahead, value, number)
         if np.count_nonzero(same) > 1:
-            alike[:, same] = np.minimum(of_each[:, same].sum(axis=1, keepdims=True), 1.0)
-    of_slow = _alike_to_slow(of_each, ahead, slow) if isinstance(new, Modes) else alike
+            share = np.maximum(_share_in(ahead.shapes[:, :, same], old.shapes, M), alike[:, same].max(axis=1))
+            alike[:, same] = share[:, None]
+    of_slow = _alike_to_slow(old, ahead, M, slow) if isinstance(new, Modes) else alike
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     apart = np.abs(values[:, None] - others[None, :])
     cost = 0.2 * apart / (size + apart)
@@ -273,15 +274,24 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     return Followed(new, chosen, others[at], ahead.shapes[:, :, at], sureness)
 
 
-def _alike_to_slow(of_each: Matrix, candidates: _Candidates, slow: float) -> Matrix:
-    """Return the correlations with the space of the candidates that are slow, for each of these; of others zero."""
-    found, values = np.zeros_like(of_each), candidates.values
-    is_slow = np.abs(values.imag) <= slow
-    is_first = np.arange(len(values)) < len(values) // 2  # a real one is its own conjugate
+def _alike_to_slow(old: Followed, candidates: _Candidates, M: Matrix, slow: float) -> Matrix:
+    """Return the shares in the space of the candidates that are slow, (k, c), for each of these; of others zero."""
+    values = candidates.values
+    found, is_slow = np.zeros((len(old.values), len(values))), np.abs(values.imag) <= slow
     for i in np.flatnonzero(is_slow):
-        near = is_slow & (np.abs(values - values[i]) <= 2.0 * slow) & (is_first | (values.imag != 0.0))
-        found[:, i] = np.minimum(of_each[:, near].sum(axis=1), 1.0)
+        near = is_slow & (np.abs(values - values[i]) <= 2.0 * slow)
+        found[:, i] = _share_in(candidates.shapes[:, :, near], old.shapes, M)
     return found
+
+
+def _share_in(space: np.ndarray, shapes: np.ndarray, M: Matrix) -> Vector:
+    """Return the share of shapes (harmonics, free, a) in the space that others span, (a,), 0 to 1, in the metric M."""
+    weighted = np.einsum("ij,kja->kia", M, shapes)
+    own = np.einsum("kia,kia->a", shapes.conj(), weighted).real
+    cross = np.einsum("kis,kia->sa", space.conj(), weighted)
+    gram = np.einsum("kis,kit->st", space.conj(), np.einsum("ij,kjt->kit", M, space))
+    inside = np.einsum("sa,sa->a", cross.conj(), np.linalg.pinv(gram, rcond=ALIKE**2, hermitian=True) @ cross).real
+    return np.clip(inside / np.maximum(own, 1e-300), 0.0, 1.0)
 
 
 def _mixed(candidates: _Candidates, value: complex, number: int) -> np.ndarray:

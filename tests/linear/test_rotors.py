@@ -84,3 +84,18 @@ def test_arms_of_a_governor_fly_out_though_they_balance_along_its_shaft():
     scene.add_rigid_body("arm", 1.0, 0.0, com=(0.0, 0.0, -0.5), parent=shaft, joint=hinge)
     angle = kf.equilibrium(scene).joint_coordinates("arm")[0]
     assert angle == pytest.approx(np.arccos(9.81 / (0.5 * 36.0)), rel=1e-9)
+
+
+@pytest.mark.parametrize("damping", [100.0, 300.0, 1000.0])
+def test_whirls_that_split_from_one_frequency_keep_their_sign(damping):
+    """At rest both senses mix, with shapes that are neither round nor across each other; none of them stands still."""
+
+    def build(speed):
+        scene = overhung(speed)
+        C = np.diag((0.0, 1.0, 1.0, 0.0, 0.01, 0.01))
+        scene.add_bushing("damper", scene.ground, scene.body("end"), damping=damping * C)
+        return scene
+
+    diagram = kf.campbell(build, np.linspace(0.0, 400.0, 21))
+    assert diagram.eigenvalues.imag.min() > 0.0
+    assert diagram.correlations.min() > 0.7
