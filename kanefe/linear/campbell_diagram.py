@@ -308,7 +308,7 @@ def _warn_of_mixed(diagram: Campbell) -> None:
         if len(unsure):
             warnings.warn(
                 f"mode {unsure[0] + 1} cannot be known again for certain on the way to {speed:.6g} rad/s (correlation "
-                f"{sureness[unsure[0]]:.2g} after the interval was halved {DEEPEST} times). Remedy: more speeds there",
+                f"{sureness[unsure[0]]:.2g} after the interval was divided {DEEPEST} times). Remedy: more speeds there",
                 AccuracyWarning,
                 stacklevel=outside(),
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,10 @@ SURE = 0.7
 """Correlation of a mode with its follower from which on it is taken for the same: below, a speed between is tried."""
 
 DEEPEST = 5
-"""How often an interval between two speeds is halved to follow modes through it."""
+"""How often an interval between two speeds is divided to follow modes through it."""
+
+ASIDE = 0.47
+"""How far along it is divided: not in the middle, which may be rest, where modes are twofold."""
 
 SIDE = 4
 """Harmonics to either side by which Floquet's modes are known again."""
@@ -29,6 +32,9 @@ AnyModes = Modes | FloquetModes
 
 ALIKE = 1e-3
 """Difference of two eigenvalues, of their size, below which their modes mix freely and any order is right."""
+
+SAME = 1e-9
+"""The same of modes that are twofold."""
 
 RIVAL = 3.0
 """How many times farther off in frequency another mode of the same shape must be than the one that is taken for it."""
@@ -149,13 +155,13 @@ class Curves:
             first = max(born for born in self._born if born <= speed)
             near = sorted((one for one in self._known if one >= first), key=lambda one: abs(one - speed))
             height = self.height
-            turning = (one for one in near if not _stands(self._known[one], height))
-            found = self._follow(next(turning, near[0]), speed, DEEPEST)
+            sure = (one for one in near if not _is_unsure(self._known[one], height))
+            found = self._follow(next(sure, near[0]), speed, DEEPEST)
         return found
 
     def values(self, speeds: Sequence[float] | Vector) -> np.ndarray:
         """Return the eigenvalues at some speeds, (S, k); NaN where a mode is not followed yet."""
-        found = np.full((len(speeds), len(self._born)), np.nan, dtype=complex)
+        found = np.full((len(speeds), len(self._born)), complex(np.nan, np.nan))
         for row, speed in zip(found, speeds, strict=True):
             values = self.at(float(speed)).values
             row[: len(values)] = values
@@ -174,7 +180,7 @@ class Curves:
         old = Followed(old.modes, *(part[..., :count] for part in old[1:]))
         found = _matched(old, self._of(after), SLOW * max(abs(before), abs(after)))
         if depth > 0 and found.sureness.min(initial=1.0) < SURE:
-            middle = 0.5 * (before + after)
+            middle = before + ASIDE * (after - before)
             between = self._follow(before, middle, depth - 1)
             found = self._follow(middle, after, depth - 1)
             found = found._replace(sureness=np.minimum(between.sureness[:count], found.sureness))
@@ -204,15 +210,17 @@ class Curves:
         return float(max(np.abs(found.values.imag).max(initial=0.0) for found in self._known.values()))
 
 
-def _stands(found: Followed, height: float) -> bool:
-    """Tell whether a whirl that is followed stands still: it has no sense then by which it could be known again.
+def _is_unsure(found: Followed, height: float) -> bool:
+    """Tell whether modes that are followed have no shapes or sense there by which they could be known again.
 
-    Of damping alone: its circles are two real modes of one eigenvalue, any two of those that they span.
+    A whirl that stands still has no sense: of damping alone its circles are two real modes of one eigenvalue, any two
+    of those that they span. Both whirls of a round rotor at rest have one frequency too.
     """
-    of_all, apart = found.modes.eigenvalues, ALIKE * np.abs(found.values)[:, None]
-    is_one_of_two = (np.abs(of_all - found.values[:, None]) <= apart).sum(axis=1) > 1
+    of_all, size = found.modes.eigenvalues, np.abs(found.values)
+    apart = np.abs(of_all - found.values[:, None])
     still = np.abs(found.values.imag) <= STILL * height
-    return bool(np.any(still & (is_one_of_two | (np.abs(found.values) <= STILL * height))))
+    is_near, is_same = ((apart <= (share * size)[:, None]).sum(axis=1) > 1 for share in (ALIKE, SAME))
+    return bool(np.any(is_same | still & (is_near | (size <= STILL * height))))
 
 
 def _first(modes: AnyModes, numbers_of: np.ndarray) -> Followed:
@@ -239,15 +247,11 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     alike, values = of_each.copy(), old.values
     # modes of one frequency mix freely: there it is the space that they span which is followed; a slow whirl does not
     # mix with its conjugate, which turns the other way
-    for i, (value, number) in enumerate(zip(values, old.numbers, strict=True)):
-        same = _mixed(behind, value, number)
-        if np.count_nonzero(same) > 1:
-            alike[i] = _share_in(behind.shapes[:, :, same], ahead.shapes, M)
-    for number, value in enumerate(new.eigenvalues):
-        same = _mixed(ahead, value, number)
-        if np.count_nonzero(same) > 1:
-            share = np.maximum(_share_in(ahead.shapes[:, :, same], old.shapes, M), alike[:, same].max(axis=1))
-            alike[:, same] = share[:, None]
+    for i, same in _several(_mixed(behind, values, old.numbers)):
+        alike[i] = _share_in(behind.shapes[:, :, same], ahead.shapes, M)
+    for _, same in _several(_mixed(ahead, others, ahead.numbers)):
+        share = np.maximum(_share_in(ahead.shapes[:, :, same], old.shapes, M), alike[:, same].max(axis=1))
+        alike[:, same] = share[:, None]
     of_slow = _alike_to_slow(old, ahead, M, slow) if isinstance(new, Modes) else alike
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     apart = np.abs(values[:, None] - others[None, :])
@@ -294,10 +298,16 @@ def _share_in(space: np.ndarray, shapes: np.ndarray, M: Matrix) -> Vector:
     return np.clip(inside / np.maximum(own, 1e-300), 0.0, 1.0)
 
 
-def _mixed(candidates: _Candidates, value: complex, number: int) -> np.ndarray:
-    """Tell which candidates have the frequency of one of a mode: itself, and those of other modes."""
-    is_other = (candidates.numbers != number) | (candidates.values == value)
-    return is_other & (np.abs(candidates.values - value) <= ALIKE * np.abs(value))
+def _mixed(candidates: _Candidates, values: np.ndarray, numbers_of: np.ndarray) -> np.ndarray:
+    """Tell which candidates have the frequency of each of some modes, (k, c): itself, and those of other modes."""
+    is_other = (candidates.numbers != numbers_of[:, None]) | (candidates.values == values[:, None])
+    return np.asarray(is_other & (np.abs(candidates.values - values[:, None]) <= ALIKE * np.abs(values)[:, None]))
+
+
+def _several(mixed: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield the rows in which several candidates are, with their numbers."""
+    for i in np.flatnonzero(np.count_nonzero(mixed, axis=1) > 1).tolist():
+        yield i, mixed[i]
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:

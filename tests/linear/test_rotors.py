@@ -8,9 +8,11 @@ from scipy.optimize import brentq
 
 import kanefe as kf
 from kanefe.checks.verification.rotors import (
+    BENDING,
     DISC,
     EXTERNAL,
     INTERNAL,
+    REACH,
     STIFFNESS,
     jeffcott_seen_from_the_shaft,
     overhung,
@@ -99,3 +101,25 @@ def test_whirls_that_split_from_one_frequency_keep_their_sign(damping):
     diagram = kf.campbell(build, np.linspace(0.0, 400.0, 21))
     assert diagram.eigenvalues.imag.min() > 0.0
     assert diagram.correlations.min() > 0.7
+
+
+def test_modes_are_followed_through_rest_where_they_are_twofold():
+    """Roots of the quartic of R02 never meet: in their order they are the curves, over speeds of both signs."""
+    a, b, c = BENDING * np.array((12.0 / REACH**3, -6.0 / REACH**2, 4.0 / REACH))
+    m, J, P = 10.0, 0.1, 0.2
+    speeds = np.linspace(-300.0, 300.0, 5)
+    quartics = [(m * J, -m * P * speed, -(m * c + a * J), a * P * speed, a * c - b**2) for speed in speeds]
+    curves = np.abs(np.sort([np.roots(quartic).real for quartic in quartics], axis=1))
+    diagram = kf.campbell(overhung, speeds, modes=4)
+    for column in np.abs(diagram.eigenvalues[:, :4].imag).T:
+        errors = np.abs(curves / column[:, None] - 1.0).max(axis=0)
+        assert errors.min() < 1e-9
+
+
+def test_modes_that_come_later_are_not_drawn_before():
+    """Beyond rest a whirl falls below the fast one that is followed from the first speed on."""
+    diagram = kf.campbell(overhung, np.linspace(-600.0, 600.0, 5), modes=3)
+    late = diagram.numbers < 0
+    assert late.any()
+    assert np.array_equal(np.isnan(diagram.frequencies), late)
+    assert np.array_equal(np.isnan(diagram.eigenvalues.imag), late)
