@@ -242,17 +242,29 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
         )
     M, count = new.metric, len(new.eigenvalues)
     ahead, behind = _candidates(new), _candidates(old.modes)
-    others = ahead.values
-    of_each = _correlation(old.shapes, ahead.shapes, M)
-    alike, values = of_each.copy(), old.values
+    others, values = ahead.values, old.values
+    products, gram = _products(old.shapes, ahead.shapes, M), _products(ahead.shapes, ahead.shapes, M)
+    own, of_others = _products(old.shapes, old.shapes, M).diagonal().real, gram.diagonal().real
+    # modal assurance criterion (Allemang, "The modal assurance criterion: twenty years of use and abuse", Sound and
+    # Vibration 37 (2003) 14-23)
+    of_each = np.abs(products) ** 2 / np.maximum(np.outer(own, of_others), 1e-300)
+    alike = of_each.copy()
+
+    def within(among: np.ndarray) -> Vector:
+        return _share(products[:, among].conj().T, gram[np.ix_(among, among)], own)
+
     # modes of one frequency mix freely: there it is the space that they span which is followed; a slow whirl does not
     # mix with its conjugate, which turns the other way
-    for i, same in _several(_mixed(behind, values, old.numbers)):
-        alike[i] = _share_in(behind.shapes[:, :, same], ahead.shapes, M)
-    for _, same in _several(_mixed(ahead, others, ahead.numbers)):
-        share = np.maximum(_share_in(ahead.shapes[:, :, same], old.shapes, M), alike[:, same].max(axis=1))
-        alike[:, same] = share[:, None]
-    of_slow = _alike_to_slow(old, ahead, M, slow) if isinstance(new, Modes) else alike
+    for rows, among in _several(_mixed(behind, values, old.numbers)):
+        space = behind.shapes[:, :, among]
+        alike[rows] = _share(_products(space, ahead.shapes, M), _products(space, space, M), of_others)
+    for _, among in _several(_mixed(ahead, others, ahead.numbers)):
+        alike[:, among] = np.maximum(within(among), alike[:, among].max(axis=1))[:, None]
+    of_slow = np.zeros_like(alike)
+    is_slow = np.abs(others.imag) <= (slow if isinstance(new, Modes) else -1.0)
+    near = is_slow & is_slow[:, None] & (np.abs(others - others[:, None]) <= 2.0 * slow)
+    for rows, among in _several(near):
+        of_slow[:, rows] = within(among)[:, None]
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     apart = np.abs(values[:, None] - others[None, :])
     cost = 0.2 * apart / (size + apart)
@@ -278,24 +290,10 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     return Followed(new, chosen, others[at], ahead.shapes[:, :, at], sureness)
 
 
-def _alike_to_slow(old: Followed, candidates: _Candidates, M: Matrix, slow: float) -> Matrix:
-    """Return the shares in the space of the candidates that are slow, (k, c), for each of these; of others zero."""
-    values = candidates.values
-    found, is_slow = np.zeros((len(old.values), len(values))), np.abs(values.imag) <= slow
-    for i in np.flatnonzero(is_slow):
-        near = is_slow & (np.abs(values - values[i]) <= 2.0 * slow)
-        found[:, i] = _share_in(candidates.shapes[:, :, near], old.shapes, M)
-    return found
-
-
-def _share_in(space: np.ndarray, shapes: np.ndarray, M: Matrix) -> Vector:
-    """Return the share of shapes (harmonics, free, a) in the space that others span, (a,), 0 to 1, in the metric M."""
-    weighted = np.einsum("ij,kja->kia", M, shapes)
-    own = np.einsum("kia,kia->a", shapes.conj(), weighted).real
-    cross = np.einsum("kis,kia->sa", space.conj(), weighted)
-    gram = np.einsum("kis,kit->st", space.conj(), np.einsum("ij,kjt->kit", M, space))
-    inside = np.einsum("sa,sa->a", cross.conj(), np.linalg.pinv(gram, rcond=ALIKE**2, hermitian=True) @ cross).real
-    return np.clip(inside / np.maximum(own, 1e-300), 0.0, 1.0)
+def _share(products: np.ndarray, gram: np.ndarray, own: Vector) -> Vector:
+    """Return the share of vectors, of squares `own` (a,), in the space of others, from products with these (s, a)."""
+    inside = np.einsum("sa,sa->a", products.conj(), np.linalg.pinv(gram, rcond=ALIKE**2, hermitian=True) @ products)
+    return np.clip(inside.real / np.maximum(own, 1e-300), 0.0, 1.0)
 
 
 def _mixed(candidates: _Candidates, values: np.ndarray, numbers_of: np.ndarray) -> np.ndarray:
@@ -304,19 +302,15 @@ def _mixed(candidates: _Candidates, values: np.ndarray, numbers_of: np.ndarray) 
     return np.asarray(is_other & (np.abs(candidates.values - values[:, None]) <= ALIKE * np.abs(values)[:, None]))
 
 
-def _several(mixed: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield the rows in which several candidates are, with their numbers."""
+def _several(mixed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield rows in which several candidates are, those that have the same together, with the numbers of these."""
+    groups: dict[bytes, list[int]] = {}
     for i in np.flatnonzero(np.count_nonzero(mixed, axis=1) > 1).tolist():
-        yield i, mixed[i]
+        groups.setdefault(mixed[i].tobytes(), []).append(i)
+    for rows in groups.values():
+        yield np.array(rows), np.flatnonzero(mixed[rows[0]])
 
 
-def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:
-    """Return the modal assurance criterion of shapes (harmonics, free, a) and b in the metric M, (a, b), 0 to 1.
-
-    (Allemang, "The modal assurance criterion: twenty years of use and abuse", Sound and Vibration 37 (2003) 14-23.)
-    """
-    weighted = np.einsum("ij,kjb->kib", M, b)
-    cross = np.abs(np.einsum("kia,kib->ab", a.conj(), weighted, optimize=True)) ** 2
-    own_a = np.einsum("kia,ij,kja->a", a.conj(), M, a, optimize=True).real
-    own_b = np.einsum("kib,kib->b", b.conj(), weighted).real
-    return np.asarray(cross / np.maximum(np.outer(own_a, own_b), 1e-300))
+def _products(a: np.ndarray, b: np.ndarray, M: Matrix) -> np.ndarray:
+    """Return the inner products of shapes (harmonics, free, a) and b in the metric M, (a, b)."""
+    return np.tensordot(a.conj(), M @ b, axes=([0, 1], [0, 1]))
