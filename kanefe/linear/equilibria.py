@@ -239,9 +239,10 @@ def balanced(
         )
     held = tuple(speeds or {}) if len(found) else ()
     may_part = any(load.may_part for load in model.loads) and is_put_down(model)
+    settle = BalanceSearch.run if may_part or model.rigid_contacts else _beside_or_settled
 
     def search_from(model: Model, q: Vector) -> Found:
-        return _under_its_loads(model, time, q, u, found, held, slack)
+        return _under_its_loads(model, time, q, u, found, held, slack, settle)
 
     if model.rigid_contacts:
         stiff = model
@@ -278,12 +279,19 @@ def _on_contacts(
 
 
 def _under_its_loads(
-    model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...], slack: float
+    model: Model,
+    t: float,
+    q: Vector,
+    u: Vector,
+    found: np.ndarray,
+    held: tuple[str, ...],
+    slack: float,
+    settle: Callable[[BalanceSearch], tuple[Vector, Vector]],
 ) -> tuple[Model, BalanceSearch, tuple[Vector, Vector]]:
     """Return a balance, with the loads that friction in joints feels there, and what found it."""
     for _ in range(MOST_ROUNDS):
         search = BalanceSearch(model, t, q, u, found, held, slack=slack)
-        q, u = state = _beside_or_settled(search)
+        q, u = state = settle(search)
         z = with_consistent_loads(model, t, q, u, model.initial_states)
         if np.allclose(z, model.initial_states, rtol=SAME_LOADS, atol=0.0):
             return model, search, state
@@ -318,11 +326,10 @@ def _beside_or_settled(search: BalanceSearch) -> tuple[Vector, Vector]:
 
 def _diverges(search: BalanceSearch, state: tuple[Vector, Vector]) -> bool:
     """Tell whether a small motion about a balance grows without oscillation."""
-    from kanefe.linear.linearisation import linearised
+    from kanefe.linear.linearisation import linearisation_of
     from kanefe.linear.modes import modes_of
 
-    y = np.concatenate((*state, search.model.initial_states))
-    modes = modes_of(linearised(search.model, search.t, y, (), ()))
+    modes = modes_of(linearisation_of(search.small(*state), (), ()))
     return bool(np.any(modes.grows & (modes.eigenvalues.imag == 0.0)))
 
 

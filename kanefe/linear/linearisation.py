@@ -255,7 +255,7 @@ def linearised(
             "body, or contacts that yield, kanefe.HuntCrossley(...)"
         )
     measured = outputs_of(small, outputs)
-    return _linearisation(small, given, measured)
+    return linearisation_of(small, given, measured)
 
 
 def _rested(small: SmallMotions) -> Vector:
@@ -273,7 +273,8 @@ def _rested(small: SmallMotions) -> Vector:
     return np.concatenate((q, small.u, model.initial_states))
 
 
-def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:
+def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:
+    """Return small motions in matrices, with inputs and outputs."""
     model = small.model
     P, R = small.along_positions, small.along_speeds
     lead_p, lead_r = small.positions.leading, small.speeds.leading
