@@ -117,13 +117,14 @@ class BalanceSearch:
     def beside(self) -> tuple[Vector, Vector] | None:
         """Return q and u in balance beside the start, where a spin drives the scene away from it as it settles.
 
-        None if it does not, if the start is in balance, or if there is no such place.
+        None if it does not, if the start is in balance, or if there is no such place, or one where it would settle too.
         """
         small = self._off_balance()
         if small is None or _lowest(_stiffness(small)[0]) >= 0.0:
             return None
         state, imbalance = self._iterate((small.q, small.u), settles=False)
-        return state if imbalance.ratio <= BALANCED else None
+        runs_away = _lowest(_stiffness(self.small(*state))[0]) < 0.0
+        return state if imbalance.ratio <= BALANCED and runs_away else None
 
     def _off_balance(self) -> SmallMotions | None:
         """Return the small motions about a start that spins and is not in balance; None of others, and of rolling."""
