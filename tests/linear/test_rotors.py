@@ -17,6 +17,7 @@ from kanefe.checks.verification.rotors import (
     jeffcott_seen_from_the_shaft,
     overhung,
 )
+from kanefe.linear.small_motions import SmallMotions
 
 
 def forward_whirl(speed: float) -> complex:
@@ -123,3 +124,16 @@ def test_modes_that_come_later_are_not_drawn_before():
     assert late.any()
     assert np.array_equal(np.isnan(diagram.frequencies), late)
     assert np.array_equal(np.isnan(diagram.eigenvalues.imag), late)
+
+
+def test_a_speed_at_which_the_start_is_in_balance_takes_one_set_of_small_motions(monkeypatch):
+    """What the search for a balance looks at is what is linearised; the fastest speed is also looked at later on."""
+    made = []
+    begin = SmallMotions.__init__
+    monkeypatch.setattr(SmallMotions, "__init__", lambda self, *given: (made.append(1), begin(self, *given))[1])
+    counts = []
+    for count in (10, 30):
+        made.clear()
+        kf.campbell(jeffcott_seen_from_the_shaft, np.linspace(10.0, 600.0, count))
+        counts.append(len(made))
+    assert counts[1] - counts[0] == 20
