@@ -14,6 +14,7 @@ from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.imbalance import BALANCED, Imbalance, slipping_friction, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
+from kanefe.linear.unsettled import TOLD
 
 LARGEST_ITERATIONS = 200
 
@@ -38,6 +39,9 @@ LARGEST_STEP = 0.3
 NEUTRAL = 1e-11
 """Singular value of the scaled stiffness, of the largest, below which nothing resists a motion."""
 
+MOST_UNBOWED, UNBOWED = 12, 1e-9
+"""Iterations, at most, to a state without the bow of an unbalance, and the step after which it is one."""
+
 POLISHED = 1e-13
 """Imbalance below which iterations go on only while they help."""
 
@@ -47,7 +51,8 @@ class BalanceSearch:
 
     Unknown are the independent tangents p, and speeds that are to be found; the equations are the leading
     accelerations. In the metric of the mass matrix their Jacobian is minus a stiffness over mass. No iteration goes
-    farther than `longest`, in rad or scene lengths.
+    farther than `longest`, in rad or scene lengths. What a stiffness over mass below `slack` (1/s2) resists stays where
+    it is, if little is left over there: see `unbowed`.
     """
 
     def __init__(
@@ -59,9 +64,12 @@ class BalanceSearch:
         found: np.ndarray,
         held: Sequence[str],
         longest: float = LARGEST_STEP,
+        slack: float = 0.0,
     ) -> None:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
-        self.iterations, self._longest = 0, longest
+        self.iterations, self._longest, self._slack = 0, longest, slack
+        self._last: SmallMotions | None = None
+        self._left: tuple[SmallMotions, Imbalance] | None = None
         self._held = np.zeros(model.free_count, dtype=bool)
         self._held[found] = True
         for name in held:
@@ -83,6 +91,53 @@ class BalanceSearch:
             raise SimulationError(self._advice(imbalance, *state))
         return settled
 
+    def unbowed(self) -> tuple[Vector, Vector] | None:
+        """Return q and u in balance but for the unbalance of a rotor near a critical speed, which bows it ever more.
+
+        None if there is no `slack`, nothing that it leaves out, or more is left over than an unbalance.
+        """
+        small = self._off_balance()
+        if not self._slack or small is None:
+            return None
+        q, u = small.q, small.u
+        for _ in range(MOST_UNBOWED):
+            H, inverse, weight = _stiffness(small)
+            squares, shapes = np.linalg.eigh(0.5 * (H + H.T))
+            shapes = shapes[:, np.abs(squares) >= self._slack]
+            if shapes.shape[1] == len(H):
+                return None
+            x = shapes @ np.linalg.solve(shapes.T @ H @ shapes, shapes.T @ weight @ small.du[small.speeds.leading])
+            z = small.along_positions.z @ inverse.T @ x
+            q, u = self._closed(self.model.advance(q, z), u)
+            if step_length(self.model, z) <= UNBOWED:
+                return (q, u) if self.imbalance(q, u).ratio <= TOLD else None
+            small = self.small(q, u)
+        return None
+
+    def beside(self) -> tuple[Vector, Vector] | None:
+        """Return q and u in balance beside the start, where a spin drives the scene away from it as it settles.
+
+        None if it does not, if the start is in balance, or if there is no such place, or one where it would settle too.
+        """
+        small = self._off_balance()
+        if small is None or _lowest(_stiffness(small)[0]) >= 0.0:
+            return None
+        state, imbalance = self._iterate((small.q, small.u), settles=False)
+        runs_away = _lowest(_stiffness(self.small(*state))[0]) < 0.0
+        return state if imbalance.ratio <= BALANCED and runs_away else None
+
+    def _off_balance(self) -> SmallMotions | None:
+        """Return the small motions about a start that spins and is not in balance; None of others, and of rolling."""
+        start = self._closed(self.q, self.u)
+        if len(self.found) or not self._is_driven or self.imbalance(*start).ratio <= BALANCED:
+            return None
+        small = self.small(*start)
+        return small if small.is_holonomic else None
+
+    @property
+    def _is_driven(self) -> bool:
+        return bool(self.u.any() or (self.model.driven_count and self.model.driven_speeds(self.t)[0].any()))
+
     @property
     def is_held(self) -> bool:
         """Whether something resists most of the forces that are left over where the search begins."""
@@ -96,12 +151,17 @@ class BalanceSearch:
 
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
         """Return what balances worst in a state."""
-        du = self._rates(q, u)
-        N, leading = np.eye(len(du)), np.arange(len(du))
-        if self.model.is_constrained:
-            small = SmallMotions(self.model, self.t, q, u)
-            N, leading = small.speeds.N, small.speeds.leading
-        return worst_imbalance(self.model, self.t, q, u, du, N, leading)
+        small = self.small(q, u)
+        if self._left is None or self._left[0] is not small:
+            self._left = small, worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
+        return self._left[1]
+
+    def small(self, q: Vector, u: Vector) -> SmallMotions:
+        """Return the small motions about a state; of the last one asked for they are known."""
+        last = self._last
+        if last is None or last.t != self.t or not (np.array_equal(last.q, q) and np.array_equal(last.u, u)):
+            last = self._last = SmallMotions(self.model, self.t, q, u)
+        return last
 
     def _rates(self, q: Vector, u: Vector) -> Vector:
         """Return the accelerations."""
@@ -156,21 +216,14 @@ class BalanceSearch:
 
         Newton's method asks for a stiffness alone; the metric says only which of its directions are alike.
         """
-        model = self.model
-        small = SmallMotions(model, self.t, q, u)
+        small = self.small(q, u)
         P, lead = small.along_positions, small.speeds.leading
         kept = np.flatnonzero(~self._held[small.positions.leading])
-        M = small.speeds.N.T @ small.mass() @ small.speeds.N
-        L = _metric(M)
-        inverse = np.linalg.inv(L)
-        residual = inverse @ M @ small.du[lead]
+        inverse, weight = _unit_mass(small)
+        residual = weight @ small.du[lead]
         if small.is_holonomic and not len(self.found) and len(kept) == len(lead):
-            # stiffness over mass in coordinates of unit mass
-            H = -inverse @ M @ P.ddu[lead] @ inverse.T
-            lowest = float(scipy.linalg.eigvalsh(0.5 * (H + H.T)).min(initial=0.0))
-            size = float(np.abs(H).max(initial=0.0))
-            shift = -1.5 * lowest if settles and lowest < -1e-9 * size else 0.0
-            H = H + shift * np.eye(len(H))
+            H = _stiffness(small)[0]
+            H = H - 1.5 * _lowest(H) * np.eye(len(H)) if settles else H
             x = _solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
                 # against the forces: a curvature that is below zero, but too small beside stiff modes to be seen above
@@ -181,7 +234,7 @@ class BalanceSearch:
         columns = P.ddu[np.ix_(lead, kept)]
         if len(self.found):
             columns = np.hstack((columns, small.along_speeds.ddu[np.ix_(lead, self.found)]))
-        H = -inverse @ M @ columns
+        H = -weight @ columns
         x = _solved(H, residual)
         z, du = P.z[:, kept] @ x[: len(kept)], P.du[:, kept] @ x[: len(kept)]
         du[self.found] += x[len(kept) :]
@@ -238,6 +291,25 @@ def _metric(M: Matrix) -> Matrix:
     scale = np.where(scale > 0.0, scale, 1.0)
     squares, vectors = np.linalg.eigh(M / np.outer(scale, scale))
     return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(np.abs(squares), WEAKEST_MASS)))
+
+
+def _unit_mass(small: SmallMotions) -> tuple[Matrix, Matrix]:
+    """Return what leads to coordinates of unit mass, and from accelerations to forces along them."""
+    M = small.speeds.N.T @ small.mass @ small.speeds.N
+    inverse = np.linalg.inv(_metric(M))
+    return inverse, inverse @ M
+
+
+def _stiffness(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
+    """Return the stiffness in coordinates of unit mass, of what does not roll, and what `_unit_mass` returns."""
+    inverse, weight = _unit_mass(small)
+    return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T, inverse, weight
+
+
+def _lowest(H: Matrix) -> float:
+    """Return the lowest eigenvalue of the symmetric part of a stiffness, if it is below zero and no round-off, or 0."""
+    lowest = float(scipy.linalg.eigvalsh(0.5 * (H + H.T)).min(initial=0.0))
+    return lowest if lowest < -1e-9 * float(np.abs(H).max(initial=0.0)) else 0.0
 
 
 def _unresisted(H: Matrix, x: Vector, right: Vector) -> float:

@@ -14,12 +14,15 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector
 from kanefe.linear.eigenvalues import GROWTH
 from kanefe.linear.floquet_modes import FloquetModes
-from kanefe.linear.followed_modes import DIGITS, THINNEST, AnyModes, Curves, root_of
+from kanefe.linear.followed_modes import THINNEST, AnyModes, Curves, root_of
 from kanefe.linear.modes import Modes
 from kanefe.linear.whirl import whirl_of
 
 FOUND = 1e-7
 """Distance from the line, of the height of the diagram, up to which a crossing is one: more is a jump."""
+
+BESIDE = 1e-9
+"""Of an interval of speeds, to either side of a jump, how far off it is looked at."""
 
 POINT = 1e-6
 """Growth, of the height of the diagram, below which the speeds between which a mode grows are one."""
@@ -65,8 +68,11 @@ class CriticalSpeed:
     def whirl(self) -> float:
         """How much the mode whirls about the axis of the fastest spin: 1 forward on circles, -1 backward, 0 neither.
 
-        As seen from the frame in which the scene is built; of scenes that change as they turn NaN.
+        As seen from the frame in which the scene is built: 0 where it stands still there; of scenes that change as they
+        turn NaN.
         """
+        if self.order == 0.0:
+            return 0.0
         return float(whirl_of(self.modes)[self.number]) if isinstance(self.modes, Modes) else float("nan")
 
     @property
@@ -115,12 +121,14 @@ def critical_speeds(curves: Curves, order: float) -> list[CriticalSpeed]:
     for column in range(len(curves.born)):
 
         def above(speed: float, column: int = column) -> float:
-            return abs(curves.at(speed).values[column].imag) - order * speed
+            return abs(curves.at(speed).values[column].imag) - order * abs(speed)
 
         at = speeds[speeds >= curves.born[column]]
         for (a, at_a), (b, at_b) in pairwise(_looked_at(above, at, THINNEST * curves.height)):
-            if b > 0.0 and (at_a > 0.0) != (at_b > 0.0):
+            if (at_a > 0.0) != (at_b > 0.0):
                 speed = root_of(above, a, b)
+                if speed == 0.0:
+                    continue  # what stands still at rest: every order has its frequency
                 if abs(above(speed)) <= FOUND * curves.height:
                     found.append(_critical(curves, speed, order, column))
                 else:
@@ -174,16 +182,11 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
                 continue
             speed = root_of(turns, a, b)
             if abs(turns(speed)) > FOUND * curves.height:
-                # the sign jumps, by which either conjugate may be followed: the size tells whether it stands still
-                nearest = minimize_scalar(
-                    lambda x, turns=turns: abs(turns(x)),
-                    bounds=(a, b),
-                    method="bounded",
-                    options={"xatol": DIGITS * max(abs(a), abs(b))},
-                )
-                speed = float(nearest.x)
-                if nearest.fun > FOUND * curves.height:
-                    continue
+                # of a mode that moves on lines either sign is right, and may follow the other
+                sizes = [abs(turns(at)) for at in (max(a, speed - BESIDE * (b - a)), min(b, speed + BESIDE * (b - a)))]
+                if abs(sizes[1] - sizes[0]) > THINNEST * curves.height:
+                    _warn_of_jump(column, speed)
+                continue
             size = abs(curves.at(speed).values[column])
             if _determinant(curves.at(speed).modes)[0] < 0.0 and size > POINT * curves.height:
                 looked_at.add(speed)  # between two speeds at which it stands still it grows

@@ -26,6 +26,7 @@ from kanefe.linear.feeling import felt, is_put_down
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.other_rest import OtherRest, OtherRestWarning, other_rest
 from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
+from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import at_rest, rested_states, started_model
 from kanefe.scene.targets import Named
 from kanefe.tree.bending import Bending, worst_bending
@@ -37,6 +38,9 @@ if TYPE_CHECKING:
 
 MOST_ROUNDS, SAME_LOADS = 30, 1e-10
 """Searches at most, each under the loads of joints that the last one has found, and what of these may still change."""
+
+LOST = 1e-6
+"""Imbalance later on from which a balance is lost: coordinates that turn carry the round-off of the turn."""
 
 MOST_TOLD = 6
 """Modal coordinates of a body that are listed one by one."""
@@ -61,10 +65,17 @@ class Equilibrium(Instant):
     """
 
     def __init__(
-        self, model: Model, time: float, state: Vector, imbalance: Imbalance, iterations: int, begun: Model
+        self,
+        model: Model,
+        time: float,
+        state: Vector,
+        imbalance: Imbalance,
+        iterations: int,
+        begun: Model,
+        small: SmallMotions,
     ) -> None:
         super().__init__(model, time, state)
-        self.imbalance, self.iterations, self._begun = imbalance, iterations, begun
+        self.imbalance, self.iterations, self._begun, self._small = imbalance, iterations, begun, small
 
     def __str__(self) -> str:
         left = "nothing is left free to move"
@@ -124,7 +135,7 @@ class Equilibrium(Instant):
         """Linearise about this state: see `kanefe.linearise`."""
         from kanefe.linear.linearisation import linearised
 
-        return linearised(self.model, self.time, self.state, inputs, outputs)
+        return linearised(self.model, self.time, self.state, inputs, outputs, self._small)
 
 
 @checked("t", "start", "speeds", "find", "steady")
@@ -142,7 +153,8 @@ def equilibrium(
     Driven joints move as they are driven; a blade on a shaft at a steady rate is balanced in the frame that spins.
     Loops stay closed. From the start the scene goes to where it would settle if it moved in thick oil (Newton's
     method on a stiffness made positive); if there is no such place, to the nearest unstable one. A start that is in
-    balance stays, also if it is unstable: see ``equilibrium(...).linearise().modes()``.
+    balance stays, also if it is unstable: see ``equilibrium(...).linearise().modes()``. A rotor beyond a critical speed
+    would run away in oil that spins with it: it is balanced beside the start, where gyroscopic forces hold it.
 
     On rigid contacts it rests so that none pulls and none is entered. What sticks stays where it touches, as far as its
     friction holds; ``carrying`` tells what each contact carries.
@@ -206,8 +218,12 @@ def balanced(
     speeds: Mapping[str, Any] | None = None,
     find: Sequence[str] = (),
     steady: bool = True,
+    slack: float = 0.0,
 ) -> Equilibrium:
-    """Return what `equilibrium` does, without a word on modes: for analyses that ask for many."""
+    """Return what `equilibrium` does, without a word on modes: for analyses that ask for many.
+
+    `slack` (1/s2): what is hardly resisted, see `BalanceSearch`.
+    """
     with warnings.catch_warnings():  # of contacts that begin deep: a rest is what they are told to start from
         warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
         falling, time, y = started_model(scene, t, start, "equilibrium")
@@ -223,9 +239,10 @@ def balanced(
         )
     held = tuple(speeds or {}) if len(found) else ()
     may_part = any(load.may_part for load in model.loads) and is_put_down(model)
+    settle = BalanceSearch.run if may_part or model.rigid_contacts else _beside_or_settled
 
     def search_from(model: Model, q: Vector) -> Found:
-        return _under_its_loads(model, time, q, u, found, held)
+        return _under_its_loads(model, time, q, u, found, held, slack, settle)
 
     if model.rigid_contacts:
         stiff = model
@@ -245,7 +262,9 @@ def balanced(
         _check_steady(model, time, *state)
     z = rested_states(model, time, np.concatenate((*state, model.initial_states)))
     y = np.concatenate((*state, z))
-    return Equilibrium(at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun)
+    return Equilibrium(
+        at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun, search.small(q, u)
+    )
 
 
 def _on_contacts(
@@ -260,12 +279,19 @@ def _on_contacts(
 
 
 def _under_its_loads(
-    model: Model, t: float, q: Vector, u: Vector, found: np.ndarray, held: tuple[str, ...]
+    model: Model,
+    t: float,
+    q: Vector,
+    u: Vector,
+    found: np.ndarray,
+    held: tuple[str, ...],
+    slack: float,
+    settle: Callable[[BalanceSearch], tuple[Vector, Vector]],
 ) -> tuple[Model, BalanceSearch, tuple[Vector, Vector]]:
     """Return a balance, with the loads that friction in joints feels there, and what found it."""
     for _ in range(MOST_ROUNDS):
-        search = BalanceSearch(model, t, q, u, found, held)
-        q, u = state = search.run()
+        search = BalanceSearch(model, t, q, u, found, held, slack=slack)
+        q, u = state = settle(search)
         z = with_consistent_loads(model, t, q, u, model.initial_states)
         if np.allclose(z, model.initial_states, rtol=SAME_LOADS, atol=0.0):
             return model, search, state
@@ -274,6 +300,37 @@ def _under_its_loads(
         "the scene has no balance that could be found: friction that follows the loads of joints changes these again "
         "and again. Remedy: a run to rest, or CoordinateForce(friction=...), which is given"
     )
+
+
+def _beside_or_settled(search: BalanceSearch) -> tuple[Vector, Vector]:
+    """Return where a scene settles; beyond a critical speed, where it whirls about itself.
+
+    In thick oil that spins with it a rotor would run away from its axis; its gyroscopic forces hold it beside that.
+    A balance beside the start counts where nothing diverges (a whirl may grow, and does not settle elsewhere then), and
+    where it would settle at none within the reach of its bodies.
+    """
+    if (unbowed := search.unbowed()) is not None:
+        return unbowed
+    beside = search.beside()
+    if beside is None:
+        return search.run()
+    if not _diverges(search, beside):
+        return beside
+    try:
+        settled = search.run()
+    except SimulationError:
+        return beside
+    bending = worst_bending(search.model, np.array([search.t]), settled[0][None])
+    return beside if bending is not None and bending.is_too_far else settled
+
+
+def _diverges(search: BalanceSearch, state: tuple[Vector, Vector]) -> bool:
+    """Tell whether a small motion about a balance grows without oscillation."""
+    from kanefe.linear.linearisation import linearisation_of
+    from kanefe.linear.modes import modes_of
+
+    modes = modes_of(linearisation_of(search.small(*state), (), ()))
+    return bool(np.any(modes.grows & (modes.eigenvalues.imag == 0.0)))
 
 
 def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) -> tuple[Vector, np.ndarray]:
@@ -306,12 +363,12 @@ def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) 
 def _check_steady(model: Model, t: float, q: Vector, u: Vector) -> None:
     """Raise a SimulationError if the balance is lost as what moves moves on."""
     search = BalanceSearch(model, t, q, u, np.zeros(0, dtype=int), ())
+    most = max(LOST, 2.0 * search.imbalance(q, u).ratio)
     for tau in times_ahead(model, t, u):
         search.t = t + tau
         q_later, _ = moved_on(model, t, q, u, tau)
         later = search.imbalance(q_later, u)
-        # the coordinates that turn carry the round-off of the turn
-        if later.ratio > 1e-6:
+        if later.ratio > most:
             raise SimulationError(
                 f"the scene balances at t = {t:.6g} s but not {tau:.3g} s later, when {later} is left over: drives, "
                 "loads or gravity change what it feels. Remedy: steady=False for the balance at one time, or a run"

@@ -83,7 +83,7 @@ class FloquetModes(OfEigenvalues):
     def metric(self) -> Matrix:
         """Mass matrix over the free speeds at the start of the period."""
         n = self.small.model.free_count
-        return self.small.mass()[:n, :n]
+        return self.small.mass[:n, :n]
 
     @cached_property
     def tangents(self) -> np.ndarray:

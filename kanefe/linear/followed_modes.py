@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,10 @@ SURE = 0.7
 """Correlation of a mode with its follower from which on it is taken for the same: below, a speed between is tried."""
 
 DEEPEST = 5
-"""How often an interval between two speeds is halved to follow modes through it."""
+"""How often an interval between two speeds is divided to follow modes through it."""
+
+ASIDE = 0.47
+"""How far along it is divided: not in the middle, which may be rest, where modes are twofold."""
 
 SIDE = 4
 """Harmonics to either side by which Floquet's modes are known again."""
@@ -30,11 +33,18 @@ AnyModes = Modes | FloquetModes
 ALIKE = 1e-3
 """Difference of two eigenvalues, of their size, below which their modes mix freely and any order is right."""
 
+SAME = 1e-9
+"""The same of modes that are twofold."""
+
 RIVAL = 3.0
 """How many times farther off in frequency another mode of the same shape must be than the one that is taken for it."""
 
 STILL = 1e-6
 """Size of an eigenvalue, of the highest frequency, below which a mode stands still."""
+
+SLOW = 1e-4
+"""Frequency, of the speed, below which a whirl is about to stand still: what is not quite round mixes both its senses,
+and stops it over some speeds, where it grows and decays along two lines."""
 
 DIGITS = 1e-12
 """Of a speed, to which a crossing or a limit is solved for."""
@@ -143,15 +153,15 @@ class Curves:
         found = self._known.get(speed)
         if found is None:
             first = max(born for born in self._born if born <= speed)
-            known = [known for known in self._known if known >= first]
-            # a whirl that stands still has no sense by which it could be known again
-            turning = [one for one in known if np.abs(self._known[one].values).min() > STILL * self.height] or known
-            found = self._follow(min(turning, key=lambda one: abs(one - speed)), speed, DEEPEST)
+            near = sorted((one for one in self._known if one >= first), key=lambda one: abs(one - speed))
+            height = self.height
+            sure = (one for one in near if not _is_unsure(self._known[one], height))
+            found = self._follow(next(sure, near[0]), speed, DEEPEST)
         return found
 
     def values(self, speeds: Sequence[float] | Vector) -> np.ndarray:
         """Return the eigenvalues at some speeds, (S, k); NaN where a mode is not followed yet."""
-        found = np.full((len(speeds), len(self._born)), np.nan, dtype=complex)
+        found = np.full((len(speeds), len(self._born)), complex(np.nan, np.nan))
         for row, speed in zip(found, speeds, strict=True):
             values = self.at(float(speed)).values
             row[: len(values)] = values
@@ -167,9 +177,10 @@ class Curves:
     def _follow(self, before: float, after: float, depth: int) -> Followed:
         count = sum(born <= after for born in self._born)
         old = self._known[before]
-        found = _matched(Followed(old.modes, *(part[..., :count] for part in old[1:])), self._of(after))
+        old = Followed(old.modes, *(part[..., :count] for part in old[1:]))
+        found = _matched(old, self._of(after), SLOW * max(abs(before), abs(after)))
         if depth > 0 and found.sureness.min(initial=1.0) < SURE:
-            middle = 0.5 * (before + after)
+            middle = before + ASIDE * (after - before)
             between = self._follow(before, middle, depth - 1)
             found = self._follow(middle, after, depth - 1)
             found = found._replace(sureness=np.minimum(between.sureness[:count], found.sureness))
@@ -199,16 +210,30 @@ class Curves:
         return float(max(np.abs(found.values.imag).max(initial=0.0) for found in self._known.values()))
 
 
+def _is_unsure(found: Followed, height: float) -> bool:
+    """Tell whether modes that are followed have no shapes or sense there by which they could be known again.
+
+    A whirl that stands still has no sense: of damping alone its circles are two real modes of one eigenvalue, any two
+    of those that they span. Both whirls of a round rotor at rest have one frequency too.
+    """
+    of_all, size = found.modes.eigenvalues, np.abs(found.values)
+    apart = np.abs(of_all - found.values[:, None])
+    still = np.abs(found.values.imag) <= STILL * height
+    is_near, is_same = ((apart <= (share * size)[:, None]).sum(axis=1) > 1 for share in (ALIKE, SAME))
+    return bool(np.any(is_same | still & (is_near | (size <= STILL * height))))
+
+
 def _first(modes: AnyModes, numbers_of: np.ndarray) -> Followed:
     found = _candidates(modes)
     at = [np.flatnonzero((found.numbers == i) & (found.values == modes.eigenvalues[i]))[0] for i in numbers_of]
     return Followed(modes, numbers_of, found.values[at], found.shapes[:, :, at], np.ones(len(at)))
 
 
-def _matched(old: Followed, new: AnyModes) -> Followed:
+def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     """Return the best followers, each another one.
 
-    A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency.
+    A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency. Which
+    mode goes on below the frequency `slow` (rad/s) is told by all those that are as slow; which of both senses, not.
     """
     if old.modes.state_names != new.state_names:
         raise ModelError(
@@ -217,27 +242,42 @@ def _matched(old: Followed, new: AnyModes) -> Followed:
         )
     M, count = new.metric, len(new.eigenvalues)
     ahead, behind = _candidates(new), _candidates(old.modes)
-    others = ahead.values
-    alike = _correlation(old.shapes, ahead.shapes, M)
-    values = old.values
-    # modes of one frequency mix freely: there it is the space that they span which is followed
-    for i, value in enumerate(values):
-        same = np.abs(behind.values - value) <= ALIKE * np.abs(value)
-        if np.count_nonzero(same) > 1:
-            alike[i] = np.minimum(_correlation(behind.shapes[:, :, same], ahead.shapes, M).sum(axis=0), 1.0)
-    for value in new.eigenvalues:
-        same = np.abs(others - value) <= ALIKE * np.abs(value)
-        if np.count_nonzero(same) > 1:
-            alike[:, same] = np.minimum(alike[:, same].sum(axis=1, keepdims=True), 1.0)
+    others, values = ahead.values, old.values
+    products, gram = _products(old.shapes, ahead.shapes, M), _products(ahead.shapes, ahead.shapes, M)
+    own, of_others = _products(old.shapes, old.shapes, M).diagonal().real, gram.diagonal().real
+    # modal assurance criterion (Allemang, "The modal assurance criterion: twenty years of use and abuse", Sound and
+    # Vibration 37 (2003) 14-23)
+    of_each = np.abs(products) ** 2 / np.maximum(np.outer(own, of_others), 1e-300)
+    alike = of_each.copy()
+
+    def within(among: np.ndarray) -> Vector:
+        return _share(products[:, among].conj().T, gram[np.ix_(among, among)], own)
+
+    # modes of one frequency mix freely: there it is the space that they span which is followed; a slow whirl does not
+    # mix with its conjugate, which turns the other way
+    for rows, among in _several(_mixed(behind, values, old.numbers)):
+        space = behind.shapes[:, :, among]
+        alike[rows] = _share(_products(space, ahead.shapes, M), _products(space, space, M), of_others)
+    for _, among in _several(_mixed(ahead, others, ahead.numbers)):
+        alike[:, among] = np.maximum(within(among), alike[:, among].max(axis=1))[:, None]
+    of_slow = np.zeros_like(alike)
+    is_slow = np.abs(others.imag) <= (slow if isinstance(new, Modes) else -1.0)
+    near = is_slow & is_slow[:, None] & (np.abs(others - others[:, None]) <= 2.0 * slow)
+    for rows, among in _several(near):
+        of_slow[:, rows] = within(among)[:, None]
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     apart = np.abs(values[:, None] - others[None, :])
-    cost = (1.0 - alike) + 0.2 * apart / (size + apart)
-    cost[:, new.is_rigid[ahead.numbers]] += 1.0
-    # of the two that a divergence has, the one that grows
+    cost = 0.2 * apart / (size + apart)
+    # a whirl that stands still is one of more motions that nothing resists
+    if np.count_nonzero(new.is_rigid) <= np.count_nonzero(old.modes.is_rigid):
+        cost[:, new.is_rigid[ahead.numbers]] += 1.0
+    # of those that mix the one that is most alike; of the two that a divergence has, the one that grows
+    cost += 1e-3 * (1.0 - of_each)
     cost += 1e-3 * ((others.imag == 0.0) & (others.real < 0.0))[None, :]
-    by_mode = cost.reshape(len(values), -1, count)  # candidates repeat the modes in their order
-    best = by_mode.argmin(axis=1)
-    rows, columns = linear_sum_assignment(by_mode.min(axis=1))
+    shape = len(values), -1, count  # candidates repeat the modes in their order
+    best = (cost + 1.0 - alike).reshape(shape).argmin(axis=1)
+    alike = np.maximum(alike, of_slow)
+    rows, columns = linear_sum_assignment((cost + 1.0 - alike).reshape(shape).min(axis=1))
     chosen = columns[np.argsort(rows)]
     at = best[np.arange(len(chosen)), chosen] * count + chosen
     rows = np.arange(len(at))
@@ -250,13 +290,27 @@ def _matched(old: Followed, new: AnyModes) -> Followed:
     return Followed(new, chosen, others[at], ahead.shapes[:, :, at], sureness)
 
 
-def _correlation(a: np.ndarray, b: np.ndarray, M: Matrix) -> Matrix:
-    """Return the modal assurance criterion of shapes (harmonics, free, a) and b in the metric M, (a, b), 0 to 1.
+def _share(products: np.ndarray, gram: np.ndarray, own: Vector) -> Vector:
+    """Return the share of vectors, of squares `own` (a,), in the space of others, from products with these (s, a)."""
+    inside = np.einsum("sa,sa->a", products.conj(), np.linalg.pinv(gram, rcond=ALIKE**2, hermitian=True) @ products)
+    return np.clip(inside.real / np.maximum(own, 1e-300), 0.0, 1.0)
 
-    (Allemang, "The modal assurance criterion: twenty years of use and abuse", Sound and Vibration 37 (2003) 14-23.)
-    """
-    weighted = np.einsum("ij,kjb->kib", M, b)
-    cross = np.abs(np.einsum("kia,kib->ab", a.conj(), weighted, optimize=True)) ** 2
-    own_a = np.einsum("kia,ij,kja->a", a.conj(), M, a, optimize=True).real
-    own_b = np.einsum("kib,kib->b", b.conj(), weighted).real
-    return np.asarray(cross / np.maximum(np.outer(own_a, own_b), 1e-300))
+
+def _mixed(candidates: _Candidates, values: np.ndarray, numbers_of: np.ndarray) -> np.ndarray:
+    """Tell which candidates have the frequency of each of some modes, (k, c): itself, and those of other modes."""
+    is_other = (candidates.numbers != numbers_of[:, None]) | (candidates.values == values[:, None])
+    return np.asarray(is_other & (np.abs(candidates.values - values[:, None]) <= ALIKE * np.abs(values)[:, None]))
+
+
+def _several(mixed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield rows in which several candidates are, those that have the same together, with the numbers of these."""
+    groups: dict[bytes, list[int]] = {}
+    for i in np.flatnonzero(np.count_nonzero(mixed, axis=1) > 1).tolist():
+        groups.setdefault(mixed[i].tobytes(), []).append(i)
+    for rows in groups.values():
+        yield np.array(rows), np.flatnonzero(mixed[rows[0]])
+
+
+def _products(a: np.ndarray, b: np.ndarray, M: Matrix) -> np.ndarray:
+    """Return the inner products of shapes (harmonics, free, a) and b in the metric M, (a, b)."""
+    return np.tensordot(a.conj(), M @ b, axes=([0, 1], [0, 1]))

@@ -13,7 +13,7 @@ from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_state
-from kanefe.kane.state import State, actions
+from kanefe.kane.state import State, actions, once
 from kanefe.linear.forces import scene_load_columns
 from kanefe.linear.tangents import tangent_names
 from kanefe.tree.load_names import scene_loads
@@ -51,7 +51,7 @@ class Imbalance:
         return f"{abs(self.force):.4g} {unit} along {self.name}"
 
 
-def worst_imbalance(model: Model, t: float, q: Vector, u: Vector, du: Vector, N: Matrix, leading: Vector) -> Imbalance:
+def worst_imbalance(state: State, du: Vector, N: Matrix, leading: Vector) -> Imbalance:
     """Return the worst of the generalised forces ``N^T M du`` that are left over.
 
     Parameters
@@ -61,8 +61,7 @@ def worst_imbalance(model: Model, t: float, q: Vector, u: Vector, du: Vector, N:
     N : ndarray, shape (free, k)
         Independent motions, led by the coordinates `leading`.
     """
-    n = model.free_count
-    state = State(model, t, q, u)
+    model, n = state.model, state.model.free_count
     left = N.T @ (mass_matrix(state)[:n, :n] @ du)
     sizes = np.abs(N).T @ force_sizes(state)[:n]
     floor = FLOOR * float(sizes.max(initial=0.0))
@@ -97,6 +96,7 @@ def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbala
     return ""
 
 
+@once
 def force_sizes(state: State) -> Vector:
     """Return the sum of the sizes of all generalised forces along each speed, free and driven, N and N m.
 

@@ -229,22 +229,33 @@ def linearise(
 
 
 def linearised(
-    scene: Freezable | Model, t: float | None, start: Start, inputs: Named | None, outputs: Named | None
+    scene: Freezable | Model,
+    t: float | None,
+    start: Start,
+    inputs: Named | None,
+    outputs: Named | None,
+    known: SmallMotions | None = None,
 ) -> Linearisation:
-    """Return what `linearise` does, without a word on modes: for what has told of them, and what asks for many."""
+    """Return what `linearise` does, without a word on modes: for what has told of them, and what asks for many.
+
+    `known` may be small motions about that state: they are not computed again.
+    """
     model, time, q, u = model_in_state(scene, t, start, "linearise")
     if start is None:
         q = settled(model, time, q, u)
     given = inputs_of(model, time, q, u, inputs)
     drives = tuple(dict.fromkeys(item.drive for item in given if item.drive is not None))
-    small = SmallMotions(model, time, q, u, drives)
+    is_known = known is not None and known.model is model and not drives and known.t == time
+    if known is None or not (is_known and np.array_equal(known.q, q) and np.array_equal(known.u, u)):
+        known = SmallMotions(model, time, q, u, drives)
+    small = known
     if not len(small.positions.leading) and not len(small.speeds.leading):
         raise ModelError(
             "linearise: nothing in the scene can move: loops and rigid contacts hold all of it. Remedy: a flexible "
             "body, or contacts that yield, kanefe.HuntCrossley(...)"
         )
     measured = outputs_of(small, outputs)
-    return _linearisation(small, given, measured)
+    return linearisation_of(small, given, measured)
 
 
 def _rested(small: SmallMotions) -> Vector:
@@ -262,7 +273,8 @@ def _rested(small: SmallMotions) -> Vector:
     return np.concatenate((q, small.u, model.initial_states))
 
 
-def _linearisation(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:
+def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:
+    """Return small motions in matrices, with inputs and outputs."""
     model = small.model
     P, R = small.along_positions, small.along_speeds
     lead_p, lead_r = small.positions.leading, small.speeds.leading
@@ -296,10 +308,9 @@ def input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions
     n, count = small.model.free_count, len(inputs)
     none = np.zeros((small.size, count))
     wanted = np.zeros((small.size, count))
-    here = State(small.model, small.t, small.q, small.u)
     for i, item in enumerate(inputs):
         if item.force is not None:
-            wanted[:n, i] = answers(here, item.force[:, None])[:, 0]
+            wanted[:n, i] = answers(small.here, item.force[:, None])[:, 0]
         elif item.drive is not None:
             wanted[n + small.drives.index(item.drive), i] = 1.0
     of_drives = [i for i, item in enumerate(inputs) if item.drive is not None]

@@ -139,7 +139,7 @@ def _matrices(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
             "linearise(...).modes() at several loads"
         )
     N, lead = small.positions.N, small.positions.leading
-    M = N.T @ small.mass() @ N
+    M = N.T @ small.mass @ N
     return M, -M @ small.along_speeds.ddu[lead], -M @ small.along_positions.ddu[lead]
 
 

@@ -68,7 +68,7 @@ class Modes(OfEigenvalues, Shapes):
     def metric(self) -> Matrix:
         """Mass matrix over the free speeds, shape (free, free)."""
         n = self.linearisation.model.free_count
-        return self.linearisation.small.mass()[:n, :n]
+        return self.linearisation.small.mass[:n, :n]
 
     @cached_property
     def tangents(self) -> np.ndarray:

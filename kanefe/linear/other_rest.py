@@ -199,7 +199,7 @@ def _tips(model: Model, t: float, q: Vector, u: Vector, lifted: list[Key]) -> fl
     lead, P = small.speeds.leading, small.along_positions
     if not small.is_holonomic or not len(lead):
         return None
-    L = np.linalg.cholesky(small.speeds.N.T @ small.mass() @ small.speeds.N)
+    L = np.linalg.cholesky(small.speeds.N.T @ small.mass @ small.speeds.N)
     H = -L.T @ P.ddu[lead] @ np.linalg.inv(L).T
     squares, motions = np.linalg.eigh(0.5 * (H + H.T))
     if squares[0] >= UNSTABLE * np.abs(squares).max():

@@ -14,7 +14,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.state import State
 from kanefe.linear.azimuth import moved_on
 from kanefe.linear.eigenpairs import rate_weights
 from kanefe.linear.hill import hill_matrix
@@ -159,10 +158,10 @@ def _are_steady(points: list[SmallMotions]) -> bool:
     those of their own.
     """
     first = points[0]
-    sizes = force_sizes(State(first.model, first.t, first.q, first.u))
+    sizes = force_sizes(first.here)
     n = first.model.free_count
     noise = 0.1 * STEADY * FLOOR * float(sizes[:n].max(initial=0.0))
-    masses = np.abs(first.mass()[:n, :n])
+    masses = np.abs(first.mass[:n, :n])
     left = (np.abs(small.speeds.N).T @ (masses @ np.abs(small.du)) for small in points)
     return all(
         forces.max(initial=0.0) <= noise or _imbalance(small) <= STEADY
@@ -172,10 +171,10 @@ def _are_steady(points: list[SmallMotions]) -> bool:
 
 def _imbalance(small: SmallMotions) -> float:
     N, leading = small.speeds.N, small.speeds.leading
-    return worst_imbalance(small.model, small.t, small.q, small.u, small.du, N, leading).ratio
+    return worst_imbalance(small.here, small.du, N, leading).ratio
 
 
 def _worst(points: list[SmallMotions]) -> str:
     worst = max(points, key=_imbalance)
-    left = worst_imbalance(worst.model, worst.t, worst.q, worst.u, worst.du, worst.speeds.N, worst.speeds.leading)
+    left = worst_imbalance(worst.here, worst.du, worst.speeds.N, worst.speeds.leading)
     return f"{left} is left over at t = {worst.t:.6g} s"

@@ -13,7 +13,6 @@ from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia
 from kanefe.kane.kinematics import FrameMotion, elastic_state
-from kanefe.kane.state import State
 from kanefe.linear.small_motions import SmallMotions
 
 
@@ -114,13 +113,13 @@ class Shapes(ABC):
     def _frame(self, body: str, interface: str) -> FrameMotion:
         small = self._small
         at = small.model.flexible_terms(body).body.interface(interface) if interface else None
-        return State(small.model, small.t, small.q, small.u).motion(small.model.index(body), at)
+        return small.here.motion(small.model.index(body), at)
 
 
 def body_masses(small: SmallMotions) -> dict[str, Matrix]:
     """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
     model, n, none = small.model, small.model.free_count, np.zeros(3)
-    state = State(model, small.t, small.q, small.u)
+    state = small.here
     found = {}
     for body, frame in zip(model.bodies, state.motions, strict=True):
         if body.rigid is not None and body.rigid.mass > 0.0:

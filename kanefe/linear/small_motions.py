@@ -90,7 +90,7 @@ class SmallMotions:
         ).astype(int)
         rates, of_places = self._rows(q, u)
         self.is_holonomic = len(of_places) == len(rates.J)
-        masses = np.diag(self.mass()) if len(rates.J) else np.ones(self.size)  # to compare what rows hold
+        masses = np.diag(self.mass) if len(rates.J) else np.ones(self.size)  # to compare what rows hold
         joints = np.zeros(self.size, dtype=bool)
         for body in model.bodies:
             joints[body.speeds[body.speeds < n]] = True
@@ -107,10 +107,15 @@ class SmallMotions:
         """Whether anything has a speed, drives included."""
         return bool(self.u.any()) or bool(self.model.driven_count and self.model.driven_speeds(self.t)[0].any())
 
+    @cached_property
+    def here(self) -> State:
+        """The state itself."""
+        return State(self.model, self.t, self.q, self.u)
+
+    @cached_property
     def mass(self) -> Matrix:
-        """Return M_sys over free speeds and drives."""
-        M = mass_matrix(State(self.model, self.t, self.q, self.u))
-        return M[np.ix_(self.columns, self.columns)]
+        """M_sys over free speeds and drives."""
+        return mass_matrix(self.here)[np.ix_(self.columns, self.columns)]
 
     def moved(self, along: Directions, column: int, h: float) -> Moved:
         """Return the state at h along a direction."""

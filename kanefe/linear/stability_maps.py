@@ -11,7 +11,7 @@ from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.linear.campbell_diagram import ascending_speeds, modes_over_speed
+from kanefe.linear.modes_over_speed import ascending_speeds, modes_over_speed
 from kanefe.linear.stability_over_speed import StabilityMap, growth_of, stability_onsets
 
 if TYPE_CHECKING:

@@ -101,6 +101,8 @@ def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
     `softness` (m): over what distance contacts act from afar, or less where they would push by many times the weight of
     the scene, away from what they are to hold.
     """
+    if not any(_rests_otherwise(load) for load in model.loads):
+        return model
     scene = model.route.state(t, y)
     most = MOST_WEIGHTS * scene_weight(model)
     loads = tuple(
@@ -110,6 +112,11 @@ def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
     if all(load is before for load, before in zip(loads, model.loads, strict=True)):
         return model
     return replace(model, loads=loads, initial_states=model.parts(y)[2])
+
+
+def _rests_otherwise(load: Load) -> bool:
+    """Tell whether a load may act in another form at rest."""
+    return type(load).resting is not Load.resting
 
 
 def _resting(load: Load, t: float, ends: Sequence[End], z: Vector, softness: float, most: float) -> Load:
@@ -129,7 +136,7 @@ def _resting(load: Load, t: float, ends: Sequence[End], z: Vector, softness: flo
 def rested_states(model: Model, t: float, y: Vector) -> Vector:
     """Return the internal states of all loads where a state y of a model that is `at_rest` has come to rest."""
     scene, z = model.route.state(t, y), model.parts(y)[2].copy()
-    for i, load in enumerate(model.loads):
+    for i, load in enumerate(model.loads if len(z) else ()):
         z[model.load_states[i]] = load.rested(scene.load_ends(i), z[model.load_states[i]])
     return z
 

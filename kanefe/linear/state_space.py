@@ -118,7 +118,7 @@ class StateSpace:
                 "its coordinates alone. Remedy: A, or modes()"
             )
         n, N = self.position_count, small.positions.N
-        M = N.T @ small.mass() @ N
+        M = N.T @ small.mass @ N
         a11, a21, a22 = self.A[:n, :n], self.A[n:, :n], self.A[n:, n:]
         return M, -M @ (a11 + a22), -M @ (a21 - a22 @ a11 + self._turning_rate())
 

@@ -21,7 +21,7 @@ from kanefe.kane.impulses import answers
 from kanefe.kane.state import State
 from kanefe.linear.forces import load_columns, load_values
 from kanefe.tree.body_terms import BodyTerms
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.scales import joint_scales, scene_length
 
 DIFFERENCE_STEP = 1e-3
@@ -37,7 +37,7 @@ def rotations(model: Model) -> list[tuple[BodyTerms, np.ndarray]]:
     return [(body, body.speeds[first : first + 3]) for body, first in found if first is not None]
 
 
-def tangent_names(model: Model) -> tuple[str, ...]:
+def tangent_names(model: ModelData) -> tuple[str, ...]:
     """Return a name for every tangent coordinate, with its unit in brackets: in the order of the free speeds."""
     names = list(model.speed_names())
     for body in model.bodies:
@@ -134,8 +134,8 @@ class Derivatives:
             return np.reshape(changes, (-1, m)).T
         directions = np.zeros((z.shape[1], len(self._state)))
         directions[:, n : n + m] = du.T
-        for direction, tangent in zip(directions, z.T, strict=True):
-            direction[:n] = model.coordinate_rates(q, tangent)
+        moving = z.any(axis=0)
+        directions[moving, :n] = np.reshape([model.coordinate_rates(q, tangent) for tangent in z.T[moving]], (-1, n))
         exact = model.route.partial_derivatives(t, self._state, directions)
         if exact is None:
             raise TypeError("a route that is exact at a state stays so")

@@ -19,7 +19,6 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.state import State
 from kanefe.linear.eigenpairs import rate_weights
 from kanefe.linear.hill import hill_matrix
 from kanefe.linear.imbalance import force_sizes
@@ -36,8 +35,9 @@ has a frequency that is round-off of the highest."""
 ALIKE = 1e-6
 """Place of a unit motion that is none, and rate of its places below which it stands still."""
 
-SCALINGS = 30
-"""Rounds in which rows and columns are scaled; a few do."""
+SCALINGS, EVEN = 30, 0.1
+"""Rounds in which rows and columns are scaled, at most, and by how much their largest entries may differ from one then:
+little beside the powers of ten between what is round-off and what is not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class _Sums(NamedTuple):
 def _sums(small: SmallMotions, A: Matrix) -> _Sums:
     drives = len(small.drives)
     p, r = len(small.positions.leading) - drives, len(small.speeds.leading) - drives
-    mass, Z, N = small.mass(), small.along_positions.z[:, :p], small.speeds.N[:, :r]
+    mass, Z, N = small.mass, small.along_positions.z[:, :p], small.speeds.N[:, :r]
     M = N.T @ mass @ N
     rates, speeds = rate_weights(A, p)[:p], np.sqrt(np.diag(M))
     places = rates * np.sqrt(np.abs(np.einsum("ik,ij,jk->k", Z, mass, Z)))
@@ -170,8 +170,7 @@ def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
     By large displacements they change by their own sizes, and likewise by speeds as large as those there are.
     """
     model, n = small.model, small.model.free_count
-    state = State(model, small.t, small.q, small.u)
-    forces = np.abs(N).T @ force_sizes(state)[small.columns]
+    forces = np.abs(N).T @ force_sizes(small.here)[small.columns]
     of_places, of_speeds = (DIFFERENCE_STEP / tangent_steps(model, along[:n]) for along in (Z, N))
     driven = model.driven_speeds(small.t)[0] if model.driven_count else np.zeros(0)
     fastest = float(np.abs(driven).max(initial=0.0))
@@ -185,9 +184,13 @@ def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
     rows, columns = np.ones(X.shape[0]), np.ones(X.shape[1])
     for _ in range(SCALINGS):
         scaled = rows[:, None] * sizes * columns
-        by_row, by_column = scaled.max(axis=1, initial=0.0), scaled.max(axis=0, initial=0.0)
-        rows /= np.sqrt(np.where(by_row > 0.0, by_row, 1.0))
-        columns /= np.sqrt(np.where(by_column > 0.0, by_column, 1.0))
+        by_row, by_column = (
+            np.where(largest > 0.0, largest, 1.0)
+            for largest in (scaled.max(axis=1, initial=0.0), scaled.max(axis=0, initial=0.0))
+        )
+        if max(np.abs(by_row - 1.0).max(initial=0.0), np.abs(by_column - 1.0).max(initial=0.0)) < EVEN:
+            break
+        rows, columns = rows / np.sqrt(by_row), columns / np.sqrt(by_column)
     _, values, right = np.linalg.svd(rows[:, None] * X * columns)
     rank = int(np.count_nonzero(values > tolerance))
     return np.asarray(columns[:, None] * right[rank:].conj().T)

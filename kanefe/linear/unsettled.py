@@ -26,14 +26,14 @@ class UnsettledWarning(UserWarning):
 
 def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
     """Return what is out of balance, less what accelerates motions that nothing resists: these change nothing."""
-    model, n = small.model, small.model.free_count
+    n = small.model.free_count
     N = small.speeds.N[:, : len(free.drifts)]
     leading = small.speeds.leading[: len(free.drifts)]
-    M = N.T @ small.mass() @ N
+    M = N.T @ small.mass @ N
     du, drifts = small.du[leading], free.drifts
     if drifts.shape[1]:
         du = du - drifts @ np.linalg.solve(drifts.T @ M @ drifts, drifts.T @ M @ du)
-    return worst_imbalance(model, small.t, small.q, small.u, N[:n] @ du, N[:n], leading)
+    return worst_imbalance(small.here, N[:n] @ du, N[:n], leading)
 
 
 def told_imbalance(found: Imbalance) -> list[str]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.kane.state import State
 from kanefe.linear.modes import Modes
 from kanefe.linear.small_motions import SmallMotions
 
@@ -20,7 +19,7 @@ ALONG = 1e-9
 
 def spin_axis(small: SmallMotions) -> Vector | None:
     """Return the direction in N of the fastest spin of a body, a unit vector, None if nothing spins."""
-    frames = State(small.model, small.t, small.q, small.u).motions
+    frames = small.here.motions
     of_rotors = [body.rigid.rotor if body.rigid is not None else np.zeros(3) for body in small.model.bodies]
     for of_bodies in ([frame.w for frame in frames], of_rotors):
         spins = [frame.A_NF @ spin for frame, spin in zip(frames, of_bodies, strict=True)]
@@ -55,7 +54,7 @@ def whirl_of(modes: Modes) -> Vector:
 def _points(modes: Modes) -> Iterator[tuple[float, np.ndarray]]:
     """Yield, for each body, the mass (kg) of its points, all alike, and how they move in N, (points, modes, 3)."""
     small = modes.linearisation.small
-    frames = State(small.model, small.t, small.q, small.u).motions
+    frames = small.here.motions
     for body, frame in zip(small.model.bodies, frames, strict=True):
         if body.flexible is not None:
             moved = [modes.displacements(body.name, mode) for mode in range(len(modes.eigenvalues))]

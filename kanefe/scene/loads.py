@@ -254,8 +254,8 @@ class LoadMethods(Scene):
         a: Frame,
         b: Frame,
         *,
-        stiffness: Sequence[float] = (0.0, 0.0, 0.0),
-        damping: Sequence[float] = (0.0, 0.0, 0.0),
+        stiffness: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
+        damping: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
         law: Callable[[np.ndarray, np.ndarray], Any] | None = None,
     ) -> None:
         """Add springs and dampers in all directions between two frames: b is held at a, with its axes along those of a.

@@ -9,6 +9,9 @@ import numpy as np
 
 from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, save_figure
 
+STILL = 1e-6
+"""Frequency, of the highest, below which a mode has no damping ratio to draw: it stands still."""
+
 
 class CampbellCurves(NamedTuple):
     """What a Campbell diagram shows.
@@ -41,7 +44,9 @@ class CampbellCurves(NamedTuple):
 
 def campbell_picture(campbell: CampbellCurves, path: str | Path | None) -> Figure:
     """Return the picture that `Campbell.plot` describes, and write it to `path` if given."""
-    ratios = 100.0 * np.abs(np.nan_to_num(campbell.damping_ratios))
+    turns = np.abs(np.nan_to_num(campbell.eigenvalues.imag))
+    oscillates = turns > STILL * turns.max(initial=0.0)
+    ratios = 100.0 * np.abs(np.where(oscillates, campbell.damping_ratios, 0.0))
     is_damped = bool(ratios.max(initial=0.0) > 1e-6)  # of undamped modes it is round-off
     figure, panels = _figure(2 if is_damped else 1, 1, (8.0, 7.0 if is_damped else 4.5))
     upper, lower = panels[0], panels[-1]
@@ -53,23 +58,24 @@ def campbell_picture(campbell: CampbellCurves, path: str | Path | None) -> Figur
         mark: dict[str, Any] = {"marker": "x", "linestyle": "", "color": color, "markersize": 5}
         upper.plot(campbell.speeds[grows], campbell.frequencies[grows, j], **mark)
         if is_damped:
-            # a divergence has a rate of growth and no damping ratio to draw
-            oscillates = campbell.eigenvalues[:, j].imag != 0.0
-            shown = np.where(oscillates, 100.0 * campbell.damping_ratios[:, j], np.nan)
+            # a divergence has a rate of growth and no damping ratio to draw, nor what stands still
+            shown = np.where(oscillates[:, j], 100.0 * campbell.damping_ratios[:, j], np.nan)
             lower.plot(campbell.speeds, shown, style, color=color, linewidth=1.4)
             lower.plot(campbell.speeds[grows], shown[grows], **mark)
     if campbell.grows.any():
         upper.plot([], [], marker="x", linestyle="", color="0.3", label="unstable")
     for number, (speed, order) in enumerate(campbell.critical):
-        at = order * speed / (2.0 * np.pi)
+        at = order * abs(speed) / (2.0 * np.pi)
         name = "_" if number else "critical speed"
         upper.plot(speed, at, "o", color="0.2", fillstyle="none", markersize=7, label=name, clip_on=False, zorder=3)
     for order in campbell.orders[campbell.orders > 0.0]:
-        upper.plot(campbell.speeds, order * campbell.speeds / (2.0 * np.pi), color="0.6", linewidth=0.8, zorder=0)
-        end = min(float(campbell.speeds[-1]), 2.0 * np.pi * highest / float(order))
-        upper.annotate(
-            f"{order:g}x", (end, order * end / (2.0 * np.pi)), color="0.4", fontsize="small", ha="right", va="bottom"
-        )
+        ends = np.unique((campbell.speeds[0], np.clip(0.0, *campbell.speeds[[0, -1]]), campbell.speeds[-1]))
+        upper.plot(ends, order * np.abs(ends) / (2.0 * np.pi), color="0.6", linewidth=0.8, zorder=0)
+        reach = 2.0 * np.pi * highest / float(order)
+        end = float(np.clip(campbell.speeds[np.abs(campbell.speeds).argmax()], -reach, reach))
+        side = "right" if end > 0.0 else "left"
+        at = order * abs(end) / (2.0 * np.pi)
+        upper.annotate(f"{order:g}x", (end, at), color="0.4", fontsize="small", ha=side, va="bottom")
     upper.set_ylim(0.0, highest)
     _dress(upper, "frequency [Hz]", "Campbell diagram", time=False)
     if is_damped:

@@ -10,6 +10,7 @@ from kanefe_fem.verification import (
     ship,
     slider_crank,
     stiffened_beams,
+    two_discs,
 )
 
 CASES = (
@@ -22,4 +23,5 @@ CASES = (
     *ship.CASES,
     *slider_crank.CASES,
     *stiffened_beams.CASES,
+    *two_discs.CASES,
 )

@@ -1,4 +1,4 @@
-"""Cases of rotors: small motions about a steady spin, as modes in the frame that spins."""
+"""Cases of rotors: small motions about a steady spin, critical speeds, and limits of stability."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.equations.model import Model
-from kanefe.joints import CoordinateForce, Motion, Prismatic, Revolute
-from kanefe.linear import linearise
+from kanefe.joints import CoordinateForce, Free, Motion, Prismatic, Revolute
+from kanefe.linear import campbell, linearise
+from kanefe.loads import Bearing
 from kanefe.system import System
 
 TOLERANCE = 1e-4
@@ -19,6 +20,12 @@ Rotor = Callable[[float], Model]
 
 MASS = 2.0
 """Of the point, kg: it drops out."""
+
+DISC, STIFFNESS, INTERNAL, EXTERNAL = 5.0, 2e5, 40.0, 25.0
+"""Of the Jeffcott rotor: kg, N/m, and N s/m of the shaft, which turn with it, and of the bearings, which do not."""
+
+REACH, BENDING = 0.5, 8e3
+"""Of the shaft that carries an overhung disc: m, N m2."""
 
 
 def spin_eigenvalues(model: Model) -> np.ndarray:
@@ -64,4 +71,111 @@ def asymmetric_rotor(reference: Reference) -> Iterator[Check]:
     yield from asymmetric_rotor_checks(reference.values, point_on_springs, "point on springs")
 
 
-CASES = (Case("D04b", asymmetric_rotor),)
+def jeffcott_seen_from_the_shaft(speed: float) -> System:
+    """Return a disc on a shaft without mass, in a frame that spins with it."""
+    scene = System()
+    shaft = scene.add_frame("shaft", joint=Revolute("x", motion=Motion.steady(speed)))
+    spring = CoordinateForce(STIFFNESS, damping=INTERNAL)
+    slide = scene.add_frame("slide", parent=shaft, joint=Prismatic("y", forces=spring))
+    disc = scene.add_rigid_body("disc", DISC, 0.01, parent=slide, joint=Prismatic("z", forces=spring))
+    scene.add(Bearing("film", (scene.ground, disc), np.zeros((2, 2)), EXTERNAL * np.eye(2)))
+    return scene
+
+
+def jeffcott_seen_from_the_ground(speed: float) -> System:
+    """Return the same: what damps in the shaft circulates in proportion to its speed."""
+    scene = System()
+    slide = scene.add_frame("slide", joint=Prismatic("y"))
+    disc = scene.add_point("disc", DISC, parent=slide, joint=Prismatic("z"))
+    shaft = scene.add_rigid_body("shaft", 1.0, 0.01, joint=Revolute("x", motion=Motion.steady(speed)))
+    circulates, speeds = INTERNAL * np.array(((0.0, 1.0), (-1.0, 0.0))), (0.0, 150.0, 600.0)
+    stiffness = [STIFFNESS * np.eye(2) + at * circulates for at in speeds]
+    damping = 3 * [(INTERNAL + EXTERNAL) * np.eye(2)]
+    scene.add(Bearing("shaft and film", (scene.ground, disc, shaft), stiffness, damping, speeds=speeds))
+    return scene
+
+
+def jeffcott_rotor(reference: Reference) -> Iterator[Check]:
+    """R01: the damping of a shaft drives its forward whirl beyond a speed; seen from the ground and from the shaft."""
+    values = reference.values
+    speeds = np.array([float(speed) for speed in values["forward"]])
+    expected = np.array(list(values["forward"].values()))
+    for build, turned, where in (
+        (jeffcott_seen_from_the_ground, 0.0, "seen from the ground"),
+        (jeffcott_seen_from_the_shaft, 1.0, "seen from the shaft"),
+    ):
+        diagram = campbell(build, speeds)
+        parts = np.stack((diagram.eigenvalues.real, diagram.eigenvalues.imag + turned * speeds[:, None]), axis=-1)
+        errors = np.abs(parts - expected[:, None]).max(axis=(0, 2))
+        forward = parts[:, int(errors.argmin())]
+        yield Check.absolute(f"growth and whirl at 0 ... 600 rad/s, {where} [1/s]", forward, expected, 1e-6)
+        limits = [one.speed for one in diagram.stability_limits() if one.begins]
+        yield Check.relative(f"limit of stability, {where} [rad/s]", limits, [values["limit"]], 1e-9)
+    standing = [one.speed for one in diagram.critical_speeds(order=0.0)]
+    yield Check.relative("critical speed, seen from the shaft [rad/s]", standing, [values["standing"]], 1e-9)
+
+
+def overhung(speed: float) -> System:
+    """Return a disc at the end of a cantilever without mass, by the stiffness of its end."""
+    scene = System()
+    end = scene.add_frame("end", joint=Free())
+    spin = Revolute("x", motion=Motion.steady(speed))
+    scene.add_rigid_body("disc", 10.0, (0.2, 0.1, 0.1), parent=end, joint=spin)
+    a, b, c = BENDING * np.array((12.0 / REACH**3, 6.0 / REACH**2, 4.0 / REACH))
+    K = np.diag((1e9, a, a, 1e7, c, c))
+    K[1, 5] = K[5, 1] = -b
+    K[2, 4] = K[4, 2] = b
+    scene.add_bushing("shaft", scene.ground, end, stiffness=K)
+    return scene
+
+
+def overhung_disc(reference: Reference) -> Iterator[Check]:
+    """R02: whirl of an overhung disc, split by its gyroscopic moment, and its critical speeds."""
+    speeds = np.array([float(speed) for speed in reference.values["whirl"]])
+    diagram = campbell(overhung, np.append(0.0, speeds))
+    found = np.sort(np.abs(diagram.eigenvalues[1:, :4].imag))
+    expected = np.sort(np.abs(list(reference.values["whirl"].values())))
+    yield Check.relative("whirl at 300 ... 1500 rad/s [rad/s]", found, expected, 1e-9)
+    for damped in (True, False):
+        critical = [(one.speed, one.whirl) for one in diagram.critical_speeds(order=1.0, damped=damped)]
+        (at, sense), (wanted, way) = np.transpose(critical), np.transpose(reference.values["critical"])
+        label = "" if damped else ", of the scene without damping"
+        yield Check.relative(f"critical speeds{label} [rad/s]", at, wanted, 1e-9)
+        yield Check.absolute(f"whirl there{label}, forward 1, backward -1", sense, way, 1e-6)
+
+
+def jeffcott_in_an_anisotropic_bearing(speed: float) -> System:
+    """Return a disc in a bearing that is 1.5 times as stiff along z as along y; what spins is beside it."""
+    scene = System()
+    disc = scene.add_rigid_body("disc", DISC, 0.01, joint=Free())
+    scene.add_rigid_body("shaft", 1.0, 0.01, joint=Revolute("x", motion=Motion.steady(speed)))
+    stiffness = STIFFNESS * np.diag((1.0, 1.5))
+    scene.add(Bearing("film", (scene.ground, disc), stiffness, EXTERNAL * np.eye(2)))
+    return scene
+
+
+def anisotropic_bearing(reference: Reference) -> Iterator[Check]:
+    """R03: in a bearing that is stiffer along one axis an unbalance whirls backward between the critical speeds."""
+    diagram = campbell(jeffcott_in_an_anisotropic_bearing, np.linspace(50.0, 400.0, 8))
+    critical = [one.speed for one in diagram.critical_speeds()]
+    yield Check.relative("critical speeds [rad/s]", critical, reference.values["critical"], 1e-9)
+    responses = reference.values["response"]
+    speeds = np.array([float(speed) for speed in responses])
+    forces, places = ("force disc y", "force disc z"), ("position disc y", "position disc z")
+    small = linearise(jeffcott_in_an_anisotropic_bearing(speeds[0]), inputs=forces, outputs=places)
+    turning = np.array((1.0, -1j))  # Re (force exp(i w t)): from y to z, as the shaft turns
+    y, z = (small.frequency_response(speeds / (2.0 * np.pi)).response @ turning).T
+    sizes = np.abs(np.stack((y, z), axis=1))
+    wanted = np.array([one["sizes"] for one in responses.values()])
+    yield Check.relative("response at 100, 220, 400 rad/s [m/N]", sizes, wanted, 1e-9)
+    way = [one["sense"] for one in responses.values()]
+    # of y = Re Y exp(i w t) and z, y dz/dt - z dy/dt = w Im (Y conj Z)
+    yield Check.absolute("sense of its orbit, forward 1", np.sign((y * z.conj()).imag), way, 0.0)
+
+
+CASES = (
+    Case("D04b", asymmetric_rotor),
+    Case("R01", jeffcott_rotor),
+    Case("R02", overhung_disc),
+    Case("R03", anisotropic_bearing),
+)

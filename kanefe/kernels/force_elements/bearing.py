@@ -6,7 +6,7 @@ from typing import Any
 
 from kanefe.kernels._numba import inlined
 from kanefe.kernels.addresses import called_by_address
-from kanefe.kernels.force_elements.bushing import nine, put_on_both, row
+from kanefe.kernels.force_elements.bushing import nine, put_on_both, six_by_six
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     GIVEN,
@@ -87,11 +87,7 @@ def coefficients_times(numbers: Any, at: int, speed: Any, x: Numbers) -> tuple[N
     """Return the upper and lower three of the coefficients at a speed times six numbers."""
     count = int(numbers[SPEEDS])
     if count == 0:
-        base = TABLE + at
-        return (
-            (row(numbers, base, x), row(numbers, base + 6, x), row(numbers, base + 12, x)),
-            (row(numbers, base + 18, x), row(numbers, base + 24, x), row(numbers, base + 30, x)),
-        )
+        return six_by_six(numbers, TABLE + at, x)
     k = 0
     while k < count - 2 and speed.real > numbers[TABLE + ROW * (k + 1)]:
         k += 1
@@ -109,28 +105,16 @@ def coefficients_times(numbers: Any, at: int, speed: Any, x: Numbers) -> tuple[N
         span * s * (1.0 - s) * (1.0 - s),
         span * s * s * (s - 1.0),
     )
-    base = low + at
-    return (
-        (
-            blended(numbers, base, weights, x),
-            blended(numbers, base + 6, weights, x),
-            blended(numbers, base + 12, weights, x),
-        ),
-        (
-            blended(numbers, base + 18, weights, x),
-            blended(numbers, base + 24, weights, x),
-            blended(numbers, base + 30, weights, x),
-        ),
-    )
+    base, slope = low + at, low + at + SLOPES - STIFFNESS
+    a, b = six_by_six(numbers, base, x), six_by_six(numbers, base + ROW, x)
+    c, d = six_by_six(numbers, slope, x), six_by_six(numbers, slope + ROW, x)
+    return blended(weights, a[0], b[0], c[0], d[0]), blended(weights, a[1], b[1], c[1], d[1])
 
 
 @inlined
-def blended(numbers: Any, at: int, weights: Numbers, x: Numbers) -> Any:
-    """Return a row of the coefficients between two speeds times six numbers."""
-    slope = at + SLOPES - STIFFNESS
-    return (
-        weights[0] * row(numbers, at, x)
-        + weights[1] * row(numbers, at + ROW, x)
-        + weights[2] * row(numbers, slope, x)
-        + weights[3] * row(numbers, slope + ROW, x)
+def blended(weights: Numbers, a: Numbers, b: Numbers, c: Numbers, d: Numbers) -> Numbers:
+    """Return the weighted sum of four vectors."""
+    return plus(
+        plus(times(weights[0], a), times(weights[1], b)),
+        plus(times(weights[2], c), times(weights[3], d)),
     )

@@ -10,6 +10,7 @@ from kanefe.checks.verification.rotors import spin_eigenvalues
 from kanefe.equations.model import Model
 from kanefe_fem import Material, SolidCircle, beam_body, straight_beam
 from kanefe_fem.verification.rotors import DENSITY, DIAMETER, LENGTH, YOUNG, critical_speeds, flat_shaft, rayleigh_shaft
+from kanefe_fem.verification.two_discs import rotor_of_two_discs
 
 A = DENSITY * math.pi * DIAMETER**2 / 4
 B = DENSITY * math.pi * DIAMETER**4 / 64 * (math.pi / LENGTH) ** 2
@@ -60,3 +61,41 @@ def test_critical_speeds_are_where_the_slow_whirl_stands_still():
 def test_flat_shaft_has_the_two_frequencies():
     """Sixteen Hermite elements and eight modes: frequencies come out 3e-6 too high."""
     np.testing.assert_allclose(spin_eigenvalues(flat_shaft(0.0))[:2].imag, [100.0, 120.0], rtol=1e-5)
+
+
+def unbalanced(speed: float, offset: float) -> kf.System:
+    """Return the rotor of two discs, whose critical speeds are near 85 and 250 rad/s, with 0.1 kg off its axis."""
+    scene = rotor_of_two_discs(speed)
+    shaft = scene.body("shaft")
+    scene.add_bushing("drive", scene.body("turning"), shaft.interface("left"), stiffness=(1e6, 0, 0, 1e4, 0, 0))
+    disc = shaft.interface("one")
+    scene.add_rigid_body("lump", 0.1, (1e-5, 1e-5, 1e-5), com=(0.0, offset, 0.0), parent=disc)
+    return scene
+
+
+@pytest.mark.parametrize("speed", [60.0, 150.0, 400.0])
+def test_an_unbalanced_rotor_is_in_balance_beyond_its_critical_speeds(speed):
+    """Bent as the balanced one is by the force of the unbalance, m e W^2, in the spinning frame.
+
+    In oil that spins with it it would run away from its axis, farther than its stiffening holds.
+    """
+    offset = 1e-5
+    force = 0.1 * offset * speed**2
+    small = kf.equilibrium(unbalanced(speed, 0.0)).linearise(inputs="force lump y", outputs="position lump y")
+    expected = force * small.frequency_response([0.0]).response[0, 0, 0].real
+    found = kf.equilibrium(unbalanced(speed, offset))
+    # to first order in the bow: it is below 1e-6 of the length
+    assert found.position("lump")[1] == pytest.approx(expected, rel=1e-4)
+    assert found.linearise().modes().is_stable
+
+
+def test_an_unbalanced_rotor_has_the_critical_speed_of_the_balanced_one():
+    """Where it has no balance, being bowed without bound."""
+    speeds = np.linspace(50.0, 150.0, 3)
+    (expected,), found = (
+        [one.speed for one in kf.campbell(lambda w, e=e: unbalanced(w, e), speeds, modes=1).critical_speeds(order=0.0)]
+        for e in (0.0, 1e-6)
+    )
+    # the force that is left over, of 1e-6 of the length as lever, splits it by as little
+    assert len(found) > 0
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
