@@ -16,6 +16,7 @@ from kanefe.integrate.contact_changes import begun, taken
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
+from kanefe.integrate.load_events import torn_loose
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
@@ -304,6 +305,8 @@ class RunLoop:
             try:
                 for event in happened:
                     y = self._acted(event, acting, y)
+                if any(event.action is not None for event in happened):
+                    y = np.concatenate((torn_loose(self._model, watch.events, acting, y[:-WORKS]), y[-WORKS:]))
             except SimulationError as refusal:
                 self._stand_at(acting, y)
                 if isinstance(refusal, StepFailure):
