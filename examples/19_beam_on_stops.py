@@ -53,4 +53,4 @@ rest = kf.equilibrium(dropped(0.0))
 for name in STOPS:
     ran, found = (float(of.contact(f"{name} stop").normal.flat[-1]) for of in (result, rest.history))
     print(f"the {name} stop carries {ran:.4f} N; the equilibrium says {found:.4f} N")
-checked = (ran, found, 1e-3 * found)
+checked = (ran, found, 2e-3 * found)  # friction keeps some of what it held where the arm came to rest

@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.contact.box_pair import BoxPair, meeting, slot_of
 from kanefe.contact.bristles import LuGre
+from kanefe.contact.contact_anchors import anchored, anchors_of
 from kanefe.contact.contact_events import Watched
 from kanefe.contact.contact_numbers import kernel_of
 from kanefe.contact.couples import couple_of, rested_states
@@ -19,14 +20,19 @@ from kanefe.contact.shapes import Box, Plane
 from kanefe.contact.starts import tell_of_start
 from kanefe.contact.touch import Touch, velocity_past
 from kanefe.frames import Vector, cross
+from kanefe.kernels.tolerances import HELD_BEYOND
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.reach import LoadReach
 
 if TYPE_CHECKING:
     from kanefe.contact.normal_laws import NormalLaw
     from kanefe.contact.shape import Probe, SurfaceShape
+    from kanefe.loads.anchors import Anchor
 
 OPEN, STICKS, SLIPS = range(3)
+
+LARGE_PATH = 100.0
+"""Stretches: a path that counts as large."""
 
 ON_ITS_AXIS = 1e-9
 
@@ -57,7 +63,7 @@ class Contact(Load):
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
     mass : float
-        Of what it holds, kg: both bodies in series.
+        Of what it holds, kg: what moves on both sides, in series.
     rest : Rest or None
         Of a contact that is looked at about a rest.
     slides : tuple of int
@@ -118,18 +124,20 @@ class Contact(Load):
         return states
 
     def state_scales(self, acceleration: float) -> Vector:
-        """Return what counts as large: of a stretch what holds the mass; a loose run too then resolves what sticks."""
+        """Return what counts as large: of a stretch that of friction under the weight, so that loose runs hold too."""
         scales = np.ones(len(self.initial_states))
         if self.friction is not None:
             law = self.friction
             if isinstance(law, LuGre):
                 stretch = law.static / law.sigma0
             else:
-                stretch = self.mass * acceleration / float(law.stiffness or 1.0)
+                stretch = law.sliding * self.mass * acceleration / float(law.stiffness or 1.0) or 1.0
+            # of the path too: a trial of a step that leaves the cone would be told as a slip
+            scales[0] = LARGE_PATH * stretch
             for first in range(self.begins, len(scales), self.each):
                 scales[first : first + 3] = stretch
             for i, (_, probe) in enumerate(self.probes):
-                scales[self._turning(i)] = [stretch / arm for arm in law.arms(probe.lever)]
+                scales[self.turning(i)] = [stretch / arm for arm in law.arms(probe.lever)]
         return scales
 
     @property
@@ -169,7 +177,7 @@ class Contact(Load):
             found.append(self._turned(touch, i, surface, end, states))
         return found
 
-    def _turning(self, i: int) -> slice:
+    def turning(self, i: int) -> slice:
         """Where the states are of what holds a probe against turning."""
         last = self.begins + self.each * (i + 1)
         return slice(last - (0 if self.friction is None else self.friction.turning_states), last)
@@ -182,13 +190,13 @@ class Contact(Load):
         gone = np.zeros(3) if self.rest is None else self.rest.turned(i, surface, end)
         couple = couple_of(
             law,
-            *self._anchor(law, probe),
+            *self.anchor(law, probe),
             probe.lever,
             surface.A,
             touch.normal,
             end.w - surface.w,
             touch.press,
-            states[self._turning(i)],
+            states[self.turning(i)],
             gone,
         )
         return touch._replace(couple=couple)
@@ -220,7 +228,7 @@ class Contact(Load):
         """Return a probe that does not touch: its anchor follows it."""
         if self.friction is None or self.rest is not None:
             return touch
-        k, c = self._anchor(self.friction, probe)
+        k, c = self.anchor(self.friction, probe)
         w = surface.A @ stretch
         if isinstance(self.friction, LuGre):
             return touch._replace(stretch=w, stretch_rate=-self.friction.sigma0 / self.friction.sigma1 * w)
@@ -245,7 +253,7 @@ class Contact(Load):
                 slip_rate=float(np.linalg.norm(along - rate)),
                 reserve=beyond * touch.press,
             )
-        k, c = self._anchor(law, probe)
+        k, c = self.anchor(law, probe)
         pull = k * (w - (w @ n) * n) + c * along
         size, most, kept = float(np.linalg.norm(pull)), 0.0, 1.0
         mu, across = law.coefficients
@@ -257,7 +265,8 @@ class Contact(Load):
         most = mu * (law.static_ratio if is_held else 1.0) * touch.press
         if size > 0.0:
             if is_held or law.stribeck_speed == 0.0:
-                kept = min(1.0, most / size)
+                waits = law.has_memory and is_held and self.rest is None  # the event of the slip ends the step
+                kept = min(1.0, (HELD_BEYOND if waits else 1.0) * most / size)
             else:
                 kept = 1.0 - c * law.slip_speed(size, touch.press, c) / size
         drag = kept * pull
@@ -278,7 +287,7 @@ class Contact(Load):
             reserve=reserve,
         )
 
-    def _anchor(self, law: Coulomb | LuGre, probe: Probe) -> tuple[float, float]:
+    def anchor(self, law: Coulomb | LuGre, probe: Probe) -> tuple[float, float]:
         """Stiffness and damping of the spring of an anchor; bristles keep no energy that is told."""
         if isinstance(law, LuGre):
             return 0.0, 0.0
@@ -298,7 +307,7 @@ class Contact(Load):
             if self.friction is None:
                 continue
             probe = self.probes[i][1]
-            k, _ = self._anchor(self.friction, probe)
+            k, _ = self.anchor(self.friction, probe)
             taken += touch.drag @ touch.along - k * (touch.stretch @ touch.stretch_rate)
             given -= touch.drag @ touch.carried
             if touch.couple is not None:
@@ -315,7 +324,7 @@ class Contact(Load):
                 rates[0] += probe.share * touch.slip_rate
                 rates[1] += touch.drag @ slip
             if touch.couple is not None:
-                rates[self._turning(i)] = touch.couple.rates
+                rates[self.turning(i)] = touch.couple.rates
                 rates[1] += touch.couple.work
         return Action(wrenches, potential, taken, given, rates)
 
@@ -325,6 +334,14 @@ class Contact(Load):
         tell_of_start(self.name, self.probes, ends, touches)
         slides = [i for i, touch in enumerate(touches) if touch.depth <= 0.0 or touch.reserve > 0.0]
         return replace(self, slides=tuple(slides))
+
+    def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
+        """Return those of its friction where it touches."""
+        return anchors_of(self, ends, states)
+
+    def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
+        """Return the internal states with which these give some friction."""
+        return anchored(self, ends, states, drags, slips)
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Contact:
         """Return the contact about a state of rest: what sticks hangs on springs to where it is now."""
@@ -340,7 +357,7 @@ class Contact(Load):
         for i, touch in enumerate(self.touches(ends, states)):
             if self.friction is not None:
                 probe = self.probes[i][1]
-                k, _ = self._anchor(self.friction, probe)
+                k, _ = self.anchor(self.friction, probe)
                 if isinstance(self.friction, LuGre):
                     k = self.friction.sigma0 * max(touch.press, 1e-300)
                 at = self.begins + self.each * i
@@ -349,7 +366,7 @@ class Contact(Load):
                     after[at + 3] = float(touch.depth > 0.0)
                 if touch.couple is not None and isinstance(self.friction, Coulomb):
                     moment = touch.couple.moment
-                    after[self._turning(i)] = rested_states(
+                    after[self.turning(i)] = rested_states(
                         self.friction, k, probe.lever, ends[0].A, touch.normal, moment
                     )
         return after
@@ -381,7 +398,7 @@ class Contact(Load):
             probe, law = self.probes[i][1], self.normal
             directions = [(touch.normal, law.slope(touch.depth, probe.share), 0.0)]
             if self.friction is not None and touch.reserve <= 0.0:
-                k, c = self._anchor(self.friction, probe)
+                k, c = self.anchor(self.friction, probe)
                 if isinstance(self.friction, LuGre):
                     c = (self.friction.sigma1 + self.friction.sigma2) * touch.press
                 first = cross(touch.normal, np.eye(3)[int(np.argmin(np.abs(touch.normal)))])
@@ -408,9 +425,9 @@ class Contact(Load):
         if self.friction is not None and self.rest is None:
             for i, (_, probe) in enumerate(self.probes):
                 at, law = self.begins + self.each * i, self.friction
-                k, c = (law.sigma0, law.sigma1) if isinstance(law, LuGre) else self._anchor(law, probe)
-                decays[at : at + 3] = k / c, 0.5 * self._anchor(law, probe)[0]
-                for place, arm in enumerate(law.arms(probe.lever), self._turning(i).start):
+                k, c = (law.sigma0, law.sigma1) if isinstance(law, LuGre) else self.anchor(law, probe)
+                decays[at : at + 3] = k / c, 0.5 * self.anchor(law, probe)[0]
+                for place, arm in enumerate(law.arms(probe.lever), self.turning(i).start):
                     decays[place] = k / c, 0.5 * k * arm**2
         factor = self.normal.stiffness
         of_each = (-1.0, -1.0, -factor, factor)[: 4 if isinstance(self.friction, Coulomb) else 2]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,8 @@ class Coulomb:
     stiffness : float, optional
         k of all points together, N/m; default: that of a normal law that is a straight line.
     damping : float, optional
-        c of all points together, N s/m; default: a tenth of what is critical for the masses of the two bodies.
+        c of all points together, N s/m; default: what is critical for the masses that move on both sides with all that
+        their joints hold, in series.
     along : "x", "y", "z" or array_like, shape (3,)
         The direction of the first of two coefficients, in the axes of the surface.
     torsional : float
@@ -113,6 +115,12 @@ class Coulomb:
         """Static over kinetic coefficient, and 1 where there is but one."""
         largest = self.sliding
         return 1.0 if self.static is None or largest == 0.0 else self.static / largest
+
+    def fallen(self, speed: float) -> float:
+        """Return the coefficient of slipping at a speed (m/s), of that of fast slipping."""
+        if self.stribeck_speed == 0.0:
+            return 1.0
+        return 1.0 + (self.static_ratio - 1.0) * math.exp(-((speed / self.stribeck_speed) ** 2))
 
     def slip_speed(self, pull: float, normal: float, damping: float) -> float:
         """Return how fast an anchor moves that slips (m/s), 0 if it does not; mu falls from static to its own."""

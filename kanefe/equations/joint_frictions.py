@@ -16,6 +16,7 @@ from kanefe.frames import Vector
 from kanefe.loads.base import Load
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
     from kanefe.joints.coordinate_force import CoordinateForce
@@ -23,23 +24,28 @@ if TYPE_CHECKING:
     from kanefe.kane.state import State
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
-STRETCHES = {"m": 1e-5, "rad": 1e-4}
-"""Of an anchor's spring under a given cap, where no stiffness is given: by so much a joint moves before it slips."""
+YIELD = 1e-7
+"""Of the scene's length, or rad: by so much an anchor gives way at the cap, where no stiffness is given.
 
-STRETCH, TURN = 1e-5, 1e-3
-"""The same of a surface under a load, m, or rad where that is less."""
+A tenth of what a run at the default tolerance, 1e-6, resolves. Less costs implicit methods little, and explicit ones
+the root of it in steps: see the curves in docs/theory/contact.md.
+"""
 
-SHARE_OF_CRITICAL = 0.1
+DAMPING_RATIO = 1.0
+"""Of critical: what sticks overshoots by exp(-2) of its change of load, and does not ring."""
 
-DAMPING_TIME = 1e-3
-"""Damping over stiffness in scenes with unreduced bodies, where inertias along joints are not at hand, s."""
+DAMPING_TIME = 1e-4
+"""Damping over stiffness in scenes with unreduced bodies, where inertias along joints are not at hand, s.
+
+Critical where friction alone would move the scene by its length in a fifth of a second.
+"""
 
 
 def with_joint_frictions(model: Model, t: float) -> Model:
     """Return the scene with a load for each friction in a joint, called "friction of <body>".
 
     Where a joint has several coordinates with friction of their own, the coordinate's name follows. Damping that is not
-    given is a tenth of what is critical for the inertia along the coordinate at the start of the scene, at time t (s);
+    given is critical for the inertia along the coordinate at the start of the scene, at time t (s);
     loads of joints are those of that start.
 
     Raises
@@ -51,8 +57,6 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     if not found:
         return model
     from kanefe.kane.bearing_loads import with_consistent_loads
-    from kanefe.kane.state import State
-    from kanefe.loads.coordinate_friction import CoordinateFriction
 
     taken = {load.name for load in model.loads}
     for friction in found:
@@ -67,10 +71,6 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     for number in model.bearings:
         friction, _ = model.following(number)
         loads[number] = replace(friction, first_load=float(z[model.load_states[number]][friction.load_state]))
-    if not model.has_unreduced:  # what moves is not held
-        state = State(model, t, q, u)
-        pairs = enumerate(loads)
-        loads = [x.started(t, state.load_ends(i)) if isinstance(x, CoordinateFriction) else x for i, x in pairs]
     return model.with_loads(loads)
 
 
@@ -83,16 +83,16 @@ def _given_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction]
     ]
     if not rubbing:
         return ()
-    inertias = None
+    inertias, length = None, scene_length(model)
     if not model.has_unreduced and any(law.friction_damping is None for _, _, law in rubbing):
         from kanefe.kane.assemble import mass_matrix
 
         inertias = np.diag(mass_matrix(_start(model, t)))
-    return [_given_friction(model.bodies[number], number, i, law, inertias) for number, i, law in rubbing]
+    return [_given_friction(model.bodies[number], number, i, law, inertias, length) for number, i, law in rubbing]
 
 
 def _given_friction(
-    body: BodyTerms, number: int, i: int, law: CoordinateForce, inertias: Vector | None
+    body: BodyTerms, number: int, i: int, law: CoordinateForce, inertias: Vector | None, length: float
 ) -> CoordinateFriction:
     """Return the friction along a coordinate of a body's joint; `inertias` along all speeds."""
     from kanefe.loads.coordinate_friction import CoordinateFriction
@@ -100,7 +100,11 @@ def _given_friction(
     names, unit = body.joint.coordinate_names, body.joint.units[i]
     subject = body.name if len(names) == 1 else f"{body.name} {names[i].partition(' [')[0]}"
     static = law.friction if law.static_friction is None else law.static_friction
-    stiffness = static / STRETCHES[unit] if law.friction_stiffness is None else law.friction_stiffness
+    stiffness = (
+        static / (YIELD * (1.0 if unit == "rad" else length))
+        if law.friction_stiffness is None
+        else law.friction_stiffness
+    )
     damping = law.friction_damping
     if damping is None and inertias is not None:
         damping = _damping(stiffness, float(inertias[body.speeds[i]]))
@@ -141,12 +145,20 @@ def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction
     for number, friction, bearing in rubbing:
         weight = float(carried[number] * np.linalg.norm(model.gravity))
         load = max(bearing.load(reactions[number], 0.0), weight)
-        found.append(_loaded_friction(model.bodies[number], number, friction, bearing, inertias, load))
+        found.append(
+            _loaded_friction(model.bodies[number], number, friction, bearing, inertias, load, scene_length(model))
+        )
     return found
 
 
 def _loaded_friction(
-    body: BodyTerms, number: int, friction: JointFriction, bearing: RubbingSurfaces, inertias: Vector, load: float
+    body: BodyTerms,
+    number: int,
+    friction: JointFriction,
+    bearing: RubbingSurfaces,
+    inertias: Vector,
+    load: float,
+    length: float,
 ) -> CoordinateFriction:
     """Return the friction in a body's joint; `load` (N) is a large one of it."""
     from kanefe.loads.coordinate_friction import CoordinateFriction
@@ -161,8 +173,8 @@ def _loaded_friction(
         )
     slips = [abs(arm) for arm in bearing.arms]
     if stiffness is None:
-        turns = [TURN * arm for arm, unit in zip(slips, body.joint.units, strict=True) if unit == "rad"]
-        stiffness = static * large / min((STRETCH, *turns))
+        ways = [arm if unit == "rad" else length for arm, unit in zip(slips, body.joint.units, strict=True)]
+        stiffness = static * large / (YIELD * min(ways))
     pairs = zip(body.speeds[: len(slips)].tolist(), slips, strict=True)
     mass = min(float(inertias[speed]) / arm**2 for speed, arm in pairs)
     damping = friction.damping or _damping(stiffness, mass)
@@ -178,7 +190,7 @@ def _loaded_friction(
         arms=bearing.arms,
         base=friction.preload,
         bearing=bearing,
-        load_time=friction.load_time or (damping or DAMPING_TIME * stiffness) / stiffness,
+        load_time=friction.load_time or sqrt(mass / stiffness),
         load_scale=large or 1.0,
         stribeck_speed=friction.stribeck_speed or 0.0,
     )
@@ -191,7 +203,7 @@ def _start(model: ModelData, t: float) -> State:
 
 
 def _damping(stiffness: float, mass: float) -> float:
-    return SHARE_OF_CRITICAL * 2.0 * sqrt(stiffness * mass)
+    return DAMPING_RATIO * 2.0 * sqrt(stiffness * mass)
 
 
 def _marker(body: BodyTerms, number: int, i: int) -> CoordinateMarker:

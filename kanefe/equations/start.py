@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from kanefe.equations.contact_masses import with_contact_masses
 from kanefe.equations.given_state import Start, given_state, knows_states, slack_time
 from kanefe.equations.joint_frictions import with_joint_frictions
 from kanefe.equations.joint_stops import joint_stops
 from kanefe.equations.model import Model
 from kanefe.equations.routes import starting_route
+from kanefe.frames import Vector
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
 
@@ -38,15 +40,24 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
         if not (np.array_equal(q, model.initial_coordinates) and np.array_equal(u, model.initial_speeds)):
             model = replace(model, initial_coordinates=q, initial_speeds=u)
     loads = (*loads, *joint_stops(model.with_loads(loads)))
+    loads = with_contact_masses(model, loads)
     if loads:
         model = model.with_loads(starting_route(model).started(slack, loads))
     model = with_joint_frictions(model, slack)
     if start is None:
-        return model
+        parts = model.initial_coordinates, model.initial_speeds, model.initial_states
+        return replace(model, initial_states=_anchored(model, slack, *parts))
     _, y = given_state(model, t, start, "the run")
     q, u, z = model.parts(starting_route(model).projected(t, y))
-    if model.bearings and not knows_states(model, start):
-        from kanefe.kane.bearing_loads import with_consistent_loads
-
-        z = with_consistent_loads(model, t, q, u, z)
+    if not knows_states(model, start):
+        z = _anchored(model, t, q, u, z)
     return replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)
+
+
+def _anchored(model: Model, t: float, q: Vector, u: Vector, z: Vector) -> Vector:
+    """Return internal states with which friction holds what can rest, or slips: see `kanefe.kane.anchored_start`."""
+    if model.has_unreduced or not any(load.kind in {"friction", "contact"} for load in model.loads):
+        return z
+    from kanefe.kane.anchored_start import with_balanced_anchors
+
+    return with_balanced_anchors(model, t, q, u, z)

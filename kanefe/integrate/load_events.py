@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from kanefe.equations.forces_at import seen
+from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.events import Event
@@ -77,6 +80,16 @@ def events_of_loads(model: ModelData) -> tuple[Event, ...]:
             place = EventOfLoad(name, function, event.direction, number=number, of=event, where=where, index=index)
             found.append(place)
     return tuple(found)
+
+
+def torn_loose(model: Model, events: Sequence[Event], t: float, y: Vector) -> Vector:
+    """Return a state (q, u, z) in which what an action of the user has torn from its anchors slips."""
+    for event in events:
+        if isinstance(event, EventOfLoad) and event.of.name == "slip" and event.of.action is not None:
+            state = seen(model, t, y)
+            if event.value(t, state) > 0.0 and (changed := event.changed(t, state, y)) is not None:
+                y = changed
+    return y
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from kanefe.integrate.contact_changes import begun
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.event_watch import EventWatch
 from kanefe.integrate.events import Event
-from kanefe.integrate.load_events import EventOfLoad
+from kanefe.integrate.load_events import EventOfLoad, torn_loose
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
@@ -303,10 +303,11 @@ class RunLoop:
                 self._stand_at(acting, y)
                 return terminal.status(acting)
             try:
-                for event in happened:
+                asked = [event.asked for event in happened if isinstance(event, EventOfLoad) and event.asked]
+                for event in (*happened, *asked):
                     y = self._acted(event, acting, y)
-                    if isinstance(event, EventOfLoad) and event.asked is not None:
-                        y = self._acted(event.asked, acting, y)
+                if any(event.action is not None for event in (*happened, *asked)):
+                    y = np.concatenate((torn_loose(self._model, watch.events, acting, y[:-WORKS]), y[-WORKS:]))
             except SimulationError as refusal:
                 self._stand_at(acting, y)
                 if isinstance(refusal, StepFailure):

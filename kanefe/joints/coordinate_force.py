@@ -37,10 +37,11 @@ class CoordinateForce:
     static_friction : float, optional
         Force at which it begins to slip, N; default: the same.
     friction_stiffness : float, optional
-        k_f, N/m; default: the static friction over 1e-5 m (or 1e-4 rad).
+        k_f, N/m; default: the static friction over 1e-7 of the scene's length (or 1e-7 rad), a tenth of what a run at
+        the default tolerance resolves.
     friction_damping : float, optional
-        c_f, N s/m; default: a tenth of what is critical for the inertia along the coordinate at the start; 1 ms times
-        k_f in a scene with bodies that keep all degrees of freedom.
+        c_f, N s/m; default: what is critical for the inertia along the coordinate at the start; 0.1 ms times k_f in a
+        scene with bodies that keep all degrees of freedom.
     limits : (float or None, float or None)
         Lower and upper limit of the coordinate, m; None: no limit.
     limit_stiffness, limit_damping : float

@@ -59,11 +59,12 @@ class JointFriction:
         Load that is there always, N: of a press fit, a seal, a tightened nut.
     stiffness : float, optional
         Of the anchor's spring at the surface, N/m; default: the static friction under the load of the start, or under
-        the weight that the joint carries where that is more, over 1e-5 m (over a turn of 1e-3 rad where that is less).
+        the weight that the joint carries where that is more, over 1e-7 of the scene's length (over a turn of 1e-7 rad
+        where that is less): a tenth of what a run at the default tolerance resolves.
     damping : float, optional
-        N s/m; default: a tenth of what is critical for the inertia that the surface moves at the start.
+        N s/m; default: what is critical for the inertia that the surface moves at the start.
     load_time : float, optional
-        T, s; default: damping over stiffness, in which the anchor itself gives way, so that no rate is new.
+        T, s; default: ``sqrt(m/k)`` of that inertia and stiffness, in which the anchor itself gives way.
 
     Raises
     ------

@@ -13,6 +13,7 @@ from kanefe.kane.state import State, actions
 
 if TYPE_CHECKING:
     from kanefe.kane.kinematics import FrameMotion
+    from kanefe.loads.anchors import Anchor
 
 
 class MarkerWrench(NamedTuple):
@@ -58,6 +59,12 @@ def _moves(state: State, marker: Marker) -> Matrix:
         return wide
     F = state.marker(marker)
     return np.vstack((F.A_NF @ F.V, F.A_NF @ F.W))
+
+
+def slip_rows(state: State, number: int, anchor: Anchor) -> Matrix:
+    """Return the partial rates of the slips of an anchor of a load, by its number, (r, columns)."""
+    moves = np.vstack([_moves(state, marker) for marker in state.model.loads[number].ends])
+    return np.asarray(anchor.rows @ moves)
 
 
 def add_interactions(state: State, F: Vector) -> None:

@@ -27,3 +27,10 @@ of the distance from it, and error control would creep up to the position and ne
 
 HALF_ON = 0.5
 """A constraint that is switched holds with its switch above it: 0 is off and 1 on, which methods keep to round-off."""
+
+HELD_BEYOND = 10.0
+"""Times what friction holds: so far it holds on within the step in which it begins to slip by another coefficient.
+
+An event ends that step where the slip begins. Equations that changed there would bend the pull in the step, by the
+anchor's damping times what a run does not resolve of a speed, and the moment would be wrong by hundredths of a period.
+"""

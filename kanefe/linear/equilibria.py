@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.arguments import checked
+from kanefe.equations.given_state import knows_states
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector, numbers
@@ -23,7 +24,7 @@ from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.balance import BalanceSearch
 from kanefe.linear.coming_to_rest import found_or_fallen
 from kanefe.linear.feeling import felt, is_put_down
-from kanefe.linear.imbalance import Imbalance
+from kanefe.linear.imbalance import BALANCED, Imbalance
 from kanefe.linear.other_rest import OtherRest, OtherRestWarning, other_rest
 from kanefe.linear.rigid_rest import Found, rest_on_contacts, undetermined
 from kanefe.linear.small_motions import SmallMotions
@@ -227,6 +228,8 @@ def balanced(
     with warnings.catch_warnings():  # of contacts that begin deep: a rest is what they are told to start from
         warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
         falling, time, y = started_model(scene, t, start, "equilibrium")
+        if start is None or not knows_states(falling, start):
+            falling, y = _slack_unless_balanced(falling, time, y)
     model, q = at_rest(falling, time, y), falling.parts(y)[0]
     begun = replace(model, initial_coordinates=q)
     if model.constraints and start is None:
@@ -265,6 +268,24 @@ def balanced(
     return Equilibrium(
         at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun, search.small(q, u)
     )
+
+
+def _slack_unless_balanced(model: Model, t: float, y: Vector) -> tuple[Model, Vector]:
+    """Return a model and its state with slack anchors of friction, unless those that it has leave it in balance.
+
+    Others would stay in the rest that is found from there, as if something had been wound up.
+    """
+    scene, (q, u, z) = model.route.state(t, y), model.parts(y.copy())
+    if not any(load.anchors(scene.load_ends(i), scene.load_states(i)) for i, load in enumerate(model.loads)):
+        return model, y
+    if BalanceSearch(at_rest(model, t, y), t, q, u, np.zeros(0, dtype=int), ()).imbalance(q, u).ratio <= BALANCED:
+        return model, y
+    for i, load in enumerate(model.loads):
+        own = scene.load_ends(i), scene.load_states(i)
+        if anchors := load.anchors(*own):
+            slack = [np.zeros(len(anchor.slip)) for anchor in anchors]
+            z[model.load_states[i]] = load.anchored(*own, slack, [False] * len(anchors))
+    return replace(model, initial_states=z), np.concatenate((q, u, z))
 
 
 def _on_contacts(

@@ -17,6 +17,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.loads.functions import SPENT, Constant, SceneView
 
 if TYPE_CHECKING:
+    from kanefe.loads.anchors import Anchor
     from kanefe.loads.reach import LoadReach
 
 WORDS = {(): "one finite number", (3,): "three finite numbers"}
@@ -329,6 +330,14 @@ class Load(ABC):
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return its stiffness and damping; None: not known, which iterations take longer for."""
         return None
+
+    def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
+        """Return the anchors of its friction that act, for the start of a run."""
+        return []
+
+    def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
+        """Return the internal states with which its `anchors` give friction `drags`, and of each whether it slips."""
+        return states
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Self | None:
         """Return a load without moving states that acts as this one does about a rest with its ends there, or None.

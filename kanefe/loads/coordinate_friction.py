@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
-from kanefe.frames import Vector
+from kanefe.frames import Matrix, Vector
 from kanefe.joints.joint_friction import RubbingSurfaces
+from kanefe.kernels.tolerances import HELD_BEYOND
+from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.falling_friction import slip_speed
 
@@ -48,8 +51,6 @@ class CoordinateFriction(Load):
         Cap while it slips, and to begin to, N or N m; coefficients where a load is followed.
     stribeck_speed : float
         m/s; 0: it falls at once.
-    slips : bool
-        Whether it slips at the start.
     stiffness, damping : float
         k and c, N/m and N s/m, or N m/rad and N m s/rad.
     arms : tuple of float
@@ -84,7 +85,6 @@ class CoordinateFriction(Load):
     first_load: float = field(default=0.0, kw_only=True)
     rest: tuple[float, ...] | None = field(default=None, kw_only=True)
     stribeck_speed: float = field(default=0.0, kw_only=True)
-    slips: bool = field(default=False, kw_only=True)
 
     kind = "friction"
     acts_at_once = True
@@ -128,16 +128,27 @@ class CoordinateFriction(Load):
 
     @property
     def initial_states(self) -> Vector:
-        """Unstretched, held unless it slips from the start, under the load of the start."""
+        """Unstretched and held, under the load of the start."""
         states = np.zeros(self.load_state + (0 if self.bearing is None else 2))
-        states[self.count : self.load_state] = SLIPS if self.slips else STICKS
+        states[self.count : self.load_state] = STICKS
         states[self.load_state : self.load_state + 1] = self.first_load
         return states
 
-    def started(self, t: float, ends: Sequence[End]) -> CoordinateFriction:
-        """Return it slipping, where what it begins with is above what it holds."""
-        held = replace(self, slips=False)
-        return replace(self, slips=self.has_memory and held._above(t, ends, held.initial_states) > 0.0)
+    def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
+        """Return its anchor, of all coordinates together."""
+        slip, coefficient = self._slipping(ends), self.sliding
+        if self.stribeck_speed > 0.0:
+            share = math.exp(-((float(np.linalg.norm(slip)) / self.stribeck_speed) ** 2))
+            coefficient += share * (self.static - self.sliding)
+        holds, slides = self._cap(states, self.static), self._cap(states, coefficient)
+        return [Anchor(self._rows, slip, np.ones(self.count), holds, slides, self.stiffness, self.damping)]
+
+    def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
+        """Return the states with the stretch of its anchor, and whether it sticks."""
+        (anchor,), after = self.anchors(ends, states), states.copy()
+        after[: self.count] = anchor.stretch(drags[0])
+        after[self.count : self.count + self.has_memory] = SLIPS if slips[0] else STICKS
+        return after
 
     def state_scales(self, acceleration: float) -> Vector:
         """Return small ones: a stretch is small beside the scene, and what holds has to be followed closely."""
@@ -205,9 +216,7 @@ class CoordinateFriction(Load):
         """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""
         if self._slip_force(ends, states) > 0.0:
             return None
-        rows = np.zeros((self.count, 6 * self.count))
-        rows[range(self.count), range(FORCE, 6 * self.count, 6)] = self.arms
-        return Tangent(rows, np.full(self.count, self.stiffness), np.full(self.count, self.damping))
+        return Tangent(self._rows, np.full(self.count, self.stiffness), np.full(self.count, self.damping))
 
     @property
     def kernel(self) -> LoadKernel:
@@ -249,6 +258,13 @@ class CoordinateFriction(Load):
         slip, stick = (self._slip, self._stick) if self.has_memory else (None, None)
         return LoadEvent("slip", self._above, 1, slip), LoadEvent("stick", self._below, -1, stick)
 
+    @property
+    def _rows(self) -> Matrix:
+        """Rates of slip by the motion of the ends."""
+        rows = np.zeros((self.count, 6 * self.count))
+        rows[range(self.count), range(FORCE, 6 * self.count, 6)] = self.arms
+        return rows
+
     def _is_held(self, states: Vector) -> bool:
         return not self.has_memory or bool(states[self.count] > 0.5)
 
@@ -276,6 +292,9 @@ class CoordinateFriction(Load):
 
     def _drag(self, ends: Sequence[End], states: Vector) -> Vector:
         pull, slips = self._pull(ends, states), self._slip_force(ends, states)
+        if self.has_memory and self.rest is None and self._is_held(states):
+            # the event of the slip ends the step
+            slips = float(np.linalg.norm(pull)) - HELD_BEYOND * self._cap(states)
         return pull if slips <= 0.0 else (1.0 - slips / float(np.linalg.norm(pull))) * pull
 
     def _slip_force(self, ends: Sequence[End], states: Vector) -> float:

@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +24,8 @@ if TYPE_CHECKING:
     from kanefe.contact.shape import Probe, SurfaceShape
     from kanefe.contact.surface import Surface
 
-SHARE_OF_CRITICAL = 0.1
+STIFFNESS_RATIO = 1.0
+"""Of the stiffness of an anchor of friction over that of the normal law, where it is not given."""
 
 ALONG = 1e-9
 """Of a surface velocity: what of it may be along the normal of a plane, as round-off of a normal that is turned."""
@@ -193,12 +193,11 @@ class ContactMethods(LoadMethods):
             check_rigid(other.shape, probes, friction, belt, label)
             self.add(RigidContact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt))
             return
-        mass = self._mass_in_series(frames[0], other.frame)
         if isinstance(friction, Coulomb):
             if friction.rolling > 0.0 and min(probe.lever for _, probe in probes) <= 0.0:
                 raise ModelError(f"{label} has points, which do not roll. Remedy: rolling=0, or balls, capsules, tori")
-            friction = self._complete(friction, normal, mass, label)
-        given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt, mass or 1.0
+            friction = _anchored(friction, normal, label)
+        given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt
         self.add(Contact(*given) if convex is None else ConvexContact(*given, touching=convex))
 
     @checked("ignore")
@@ -290,32 +289,21 @@ class ContactMethods(LoadMethods):
         probes = tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
         return frames, other, probes, None
 
-    def _complete(self, friction: Coulomb, normal: NormalLaw, mass: float, label: str) -> Coulomb:
-        """Return friction with the stiffness and damping of its anchors."""
-        stiffness = friction.stiffness
-        if stiffness is None:
-            if normal.exponent != 1.0:
-                raise ModelError(
-                    f"{label}: the normal law has no one stiffness that the friction's anchors could take. "
-                    "Remedy: stiffness= of Coulomb"
-                )
-            stiffness = normal.stiffness
-        damping = friction.damping
-        if damping is None:
-            damping = SHARE_OF_CRITICAL * 2.0 * sqrt(stiffness * mass) if mass else sqrt(stiffness)
-        return replace(friction, stiffness=stiffness, damping=damping)
 
-    def _mass_in_series(self, *frames: Frame) -> float:
-        """Return by what two bodies that touch move each other, kg; 0 where neither has a mass."""
-        inverse = sum(1.0 / mass for mass in map(self._mass, frames) if mass > 0.0)
-        return 1.0 / inverse if inverse else 0.0
+def _anchored(friction: Coulomb, normal: NormalLaw, label: str) -> Coulomb:
+    """Return friction with the stiffness of its anchors.
 
-    def _mass(self, frame: Frame) -> float:
-        """Return the mass of the body of a frame, kg; 0: of the ground, which counts as without end."""
-        if frame.number < 0:
-            return 0.0
-        entry = self._entries[frame.number]
-        return float(entry.flexible.mass if entry.flexible is not None else entry.rigid.mass if entry.rigid else 0.0)
+    That of the normal law: bodies in contact yield alike in both directions, by Mindlin's theory along the surface at
+    (1 - nu/2)/(1 - nu) of what they do across it.
+    """
+    if friction.stiffness is not None:
+        return friction
+    if normal.exponent != 1.0:
+        raise ModelError(
+            f"{label}: the normal law has no one stiffness that the friction's anchors could take. "
+            "Remedy: stiffness= of Coulomb"
+        )
+    return replace(friction, stiffness=STIFFNESS_RATIO * normal.stiffness)
 
 
 def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> None:

@@ -13,8 +13,8 @@ from joint_scenes import assert_routes_agree, scene_of
 from kanefe.equations.model import Model
 
 MASS, CAP = 2.0, 4.0
-SPRING = CAP / 1e-5
-"""Stiffness that an anchor has where none is given."""
+SPRING = CAP / 1e-7
+"""Stiffness that an anchor has where none is given, in a scene of 1 m."""
 
 
 def block(push: object = None, speed: float = 0.0, **law: object) -> kf.System:
@@ -27,12 +27,11 @@ def block(push: object = None, speed: float = 0.0, **law: object) -> kf.System:
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-8])
-def test_below_the_cap_a_block_moves_by_the_stretch_of_its_anchor_and_does_not_creep(rtol: float) -> None:
-    push = 1.9  # twice of it, which a load that comes at once pulls with, is below the cap
+def test_below_the_cap_a_block_stays_where_it_is(rtol: float) -> None:
+    push = 3.99
     result = block((push, 0, 0)).simulate((0.0, 1000.0), rtol=rtol)
     x = result.joint_coordinates("block")[:, 0]
-    assert x[-1] == pytest.approx(push / SPRING, rel=1e-12)
-    assert abs(x[100:] - x[-1]).max() < 1e-15
+    assert abs(x).max() < 1e-15
     assert not len(result.events["block slip"])
     assert result.load("friction of block")[-1] == pytest.approx((-push, push / SPRING, 1.0, 0.0), rel=1e-12)
     assert result.statistics["method"] == "radau5"
@@ -44,10 +43,10 @@ def test_the_anchor_of_a_shaken_block_stays(rtol: float) -> None:
     def shake(t: float) -> tuple[float, float, float]:
         return (2.0 + 1.5 * math.sin(2 * math.pi * t) * min(t, 1.0), 0.0, 0.0)
 
-    result = block(shake, friction_damping=800.0).simulate((0.0, 60.0), rtol=rtol)
+    result = block(shake).simulate((0.0, 60.0), rtol=rtol)
     stretch = result.load("friction of block")[:, 1]
-    assert np.ptp(stretch) > 5e-6  # what is pulled at gives way: m
-    assert abs(result.joint_coordinates("block")[:, 0] - stretch).max() < 1e-14
+    assert np.ptp(stretch) > 5e-8  # what is pulled at gives way: m
+    assert abs(result.joint_coordinates("block")[:, 0] - (stretch - stretch[0])).max() < 1e-14
     assert not len(result.events["block slip"])
 
 
@@ -58,14 +57,11 @@ def test_above_the_cap_it_slides_with_what_is_left(method: str) -> None:
     late = t > 0.1
     assert np.diff(v[late]) / np.diff(t[late]) == pytest.approx((6.0 - CAP) / MASS, rel=1e-5)
     told = result.load("friction of block")[late]
-    assert told[:, :3] == pytest.approx(np.tile((-CAP, 1e-5, 0.0), (late.sum(), 1)), rel=1e-4)
+    assert told[:, :3] == pytest.approx(np.tile((-CAP, 1e-7, 0.0), (late.sum(), 1)), rel=1e-4)
     assert told[:, 3] == pytest.approx(v[late], rel=1e-5)
-    assert len(result.events["block slip"]) == 1
-    assert result.events["block slip"][0] < math.pi * math.sqrt(MASS / SPRING)  # within half a swing on the anchor
+    assert not len(result.events["block slip"])  # it slips from the start
     assert abs(result.energy.balance_error).max() < 1e-5
-    taken = CAP * (result.joint_coordinates("block")[-1, 0] - 1e-5)
-    # what is lost in the first swing is some of the energy of the anchor's spring
-    assert result.energy.dissipated[-1] == pytest.approx(taken, abs=0.5 * CAP * 1e-5)
+    assert result.energy.dissipated[-1] == pytest.approx(CAP * result.joint_coordinates("block")[-1, 0], rel=1e-6)
 
 
 @pytest.mark.parametrize("method", ["auto", "dop853"])
@@ -75,11 +71,12 @@ def test_a_slide_ends_where_the_textbook_says_as_the_anchor_grows_stiff(method: 
         result = block(speed=v, friction_stiffness=stiffness).simulate((0.0, 0.8), rtol=1e-8, method=method)
         ends.append(result.joint_coordinates("block")[-1, 0] - MASS * v**2 / (2 * CAP))
         times.append(result.events["block stick"][-1] - MASS * v / CAP)
-    # as it begins and as it ends, the anchor's spring gives way by F / k
+    # as it ends, the anchor's spring gives way by F / k
     assert abs(ends[0]) < 2.0 * CAP / SPRING
     assert abs(ends[1]) < 2.0 * CAP / (4.0 * SPRING)
     assert abs(times[0]) < 1e-5
-    assert result.energy.dissipated[-1] == pytest.approx(0.5 * MASS * v**2, rel=1e-6)
+    # the spring of the anchor is stretched from the start
+    assert result.energy.dissipated[-1] == pytest.approx(0.5 * MASS * v**2 + 0.125 * CAP**2 / SPRING, rel=1e-8)
 
 
 @pytest.mark.parametrize(("stiffness", "within"), [(1e6, 1e-5), (1e7, 5e-6)])
@@ -199,10 +196,10 @@ def test_a_rest_hangs_on_friction_that_holds_what_it_has_to() -> None:
     forces = kf.CoordinateForce(friction=30.0, static_friction=40.0, friction_stiffness=stiffness)
     scene.add_rigid_body("weight", MASS, joint=kf.Prismatic("z", position=0.3, forces=forces))
     rest = kf.equilibrium(scene)
-    assert rest.joint_coordinates("weight")[0] == pytest.approx(0.3 - MASS * 9.81 / stiffness, rel=1e-12)
-    modes = rest.linearise().modes()
-    assert modes.natural_frequencies[0] == pytest.approx(math.sqrt(stiffness / MASS) / (2 * math.pi), rel=1e-9)
-    assert modes.damping_ratios[0] == pytest.approx(0.1, rel=1e-9)
+    assert rest.joint_coordinates("weight")[0] == pytest.approx(0.3, rel=1e-12)  # it is held where it is
+    modes = rest.linearise().modes()  # critical: the double root is known to half the digits
+    assert modes.natural_frequencies[0] == pytest.approx(math.sqrt(stiffness / MASS) / (2 * math.pi), rel=1e-7)
+    assert modes.damping_ratios[0] == pytest.approx(1.0, rel=1e-7)
     again = kf.System(gravity=(0, 0, -9.81))
     again.add_rigid_body("weight", MASS, joint=kf.Prismatic("z", forces=forces))
     result = again.simulate((0.0, 1.0), start=rest)
@@ -212,10 +209,10 @@ def test_a_rest_hangs_on_friction_that_holds_what_it_has_to() -> None:
     )
 
 
-def test_damping_that_is_not_given_is_a_tenth_of_critical() -> None:
+def test_damping_that_is_not_given_is_critical() -> None:
     friction = block().freeze().loads[0]
     assert friction.stiffness == pytest.approx(SPRING, rel=1e-14)
-    assert friction.damping == pytest.approx(0.2 * math.sqrt(SPRING * MASS), rel=1e-14)
+    assert friction.damping == pytest.approx(2.0 * math.sqrt(SPRING * MASS), rel=1e-14)
 
 
 def test_names_and_what_is_said_of_them() -> None:

@@ -64,6 +64,7 @@ from kanefe.kernels.force_elements.places import (
     V,
     W,
 )
+from kanefe.kernels.tolerances import HELD_BEYOND
 from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 
 ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
@@ -382,6 +383,8 @@ def kept(numbers: Any, pull: Numbers, normal: Numbers, A_s: Numbers, press: Any,
         return one
     if is_held:
         most = mu * ratio * press
+        if numbers[HAS_MEMORY] > 0.0 and numbers[RESTS_AT] == 0.0:
+            most = HELD_BEYOND * most
         return one if size.real <= most.real else most / size
     speed = numbers[STRIBECK_SPEED]
     if speed == 0.0:

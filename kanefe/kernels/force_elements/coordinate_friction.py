@@ -18,6 +18,7 @@ from kanefe.kernels.force_elements.places import (
     P,
     V,
 )
+from kanefe.kernels.tolerances import HELD_BEYOND
 from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, times
 
 # Numbers: see `kanefe.loads.coordinate_friction.CoordinateFriction.kernel`
@@ -83,6 +84,12 @@ def is_held(numbers: Any, states: Any) -> bool:
 
 
 @inlined
+def waits_for_its_event(numbers: Any, states: Any) -> bool:
+    """Tell whether an event ends the sticking: see `kanefe.kernels.tolerances.HELD_BEYOND`."""
+    return numbers[HAS_MEMORY] > 0.0 and numbers[AT_REST] == 0.0 and is_held(numbers, states)
+
+
+@inlined
 def load_state(numbers: Any) -> int:
     """Return where the load that is felt is among the states."""
     return int(numbers[COUNT]) + int(numbers[HAS_MEMORY])
@@ -137,6 +144,8 @@ def share_kept(numbers: Any, ends: Any, states: Any) -> Any:
     """Return the share of the pull that friction can take, at most 1."""
     size = pull_size(numbers, ends, states)
     cap = (numbers[STATIC] if is_held(numbers, states) else numbers[SLIDING]) * load_on(numbers, states)
+    if waits_for_its_event(numbers, states):
+        cap = HELD_BEYOND * cap
     if size.real <= cap.real:
         return 0.0 * size + 1.0
     return cap / size

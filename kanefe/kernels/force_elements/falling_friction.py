@@ -17,6 +17,7 @@ from kanefe.kernels.force_elements.coordinate_friction import (
     is_held,
     load_on,
     pull_size,
+    share_kept,
 )
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
 
@@ -29,8 +30,10 @@ MOST_TRIALS = 60
 def falling_friction(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces along the coordinates, and the rates of the stretches."""
     size = pull_size(numbers, ends, states)
-    slips = slip_force(numbers, size, ends, states)
-    kept = 1.0 - slips / size if slips.real > 0.0 else 0.0 * size + 1.0
+    kept = share_kept(numbers, ends, states)
+    if not is_held(numbers, states):
+        slips = slip_force(numbers, size, ends, states)
+        kept = 1.0 - slips / size if slips.real > 0.0 else 0.0 * size + 1.0
     drag_along(numbers, ends, states, kept, out)
 
 

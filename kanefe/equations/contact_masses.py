@@ -1,0 +1,67 @@
+"""What contacts hold: the masses that move on both sides, by which the anchors of their friction are damped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.frames import Vector
+from kanefe.loads.base import Load
+from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.contact.contact import Contact
+
+DAMPING_RATIO = 1.0
+"""Of critical: what sticks overshoots by exp(-2) of its change of load. By 0.1 it would by 0.7, and slip for nothing.
+
+More does no harm, as where less moves than counts here; less rings, and costs steps: see docs/theory/contact.md.
+"""
+
+
+def with_contact_masses(model: ModelData, loads: Sequence[Load]) -> tuple[Load, ...]:
+    """Return loads with what contacts hold, and with damping of their anchors where none is given."""
+    if not any(load.kind == "contact" for load in loads):
+        return tuple(loads)
+    from kanefe.contact.contact import Contact
+
+    trees, masses = _trees(model)
+    return tuple(_completed(load, trees, masses) if isinstance(load, Contact) else load for load in loads)
+
+
+def _completed(contact: Contact, trees: Sequence[int], masses: Vector) -> Contact:
+    from kanefe.contact.friction_laws import Coulomb
+
+    surface, *touching = ({trees[end.body]} if end.body >= 0 else {-1} for end in contact.ends)
+    sides = surface, set().union(*touching)
+    inverse = sum(1.0 / mass for side in sides if (mass := sum(masses[tree] for tree in side)) > 0.0)
+    mass = 1.0 / inverse if inverse > 0.0 else 1.0
+    friction = contact.friction
+    if isinstance(friction, Coulomb) and friction.damping is None:
+        damping = 2.0 * DAMPING_RATIO * sqrt(float(friction.stiffness or 0.0) * mass)
+        friction = replace(friction, damping=damping)
+    return replace(contact, mass=mass, friction=friction)
+
+
+def _trees(model: ModelData) -> tuple[list[int], Vector]:
+    """Return of each body the number of the tree that moves with it, and the masses of these, kg.
+
+    The last is of what moves as it is given, or not at all: its mass is without end.
+    """
+    trees: list[int] = []
+    masses: list[float] = []
+    for body in model.bodies:
+        parent = trees[body.parent] if body.parent >= 0 else -1
+        is_free = body.flexible is not None or bool(np.any(body.speeds < model.free_count))
+        if parent < 0 and is_free:
+            parent = len(masses)
+            masses.append(0.0)
+        trees.append(parent)
+        if parent >= 0:
+            masses[parent] += float(body.rigid.mass) if body.rigid is not None else 0.0
+            masses[parent] += float(body.flexible.body.mass) if body.flexible is not None else 0.0
+    return trees, np.array([*masses, inf])

@@ -1,0 +1,51 @@
+"""Anchors of dry friction, as the start of a run sees them: what each may hold, and how it slips."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+
+
+class Anchor(NamedTuple):
+    """An anchor of a load: one to three directions in which friction acts together.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (r, 6 ends)
+        Partial derivatives of the rates of slip by velocity and angular velocity of each end, in N.
+    slip : ndarray, shape (r,)
+        Rates of slip.
+    shares : ndarray, shape (r,)
+        Of friction in the directions: x with a length of no more than what it holds is a friction ``shares * x``.
+    holds, slides : float
+        What friction holds, and with what it rubs at these rates, of x.
+    stiffness, damping : float
+        Of spring and damper, the same in all directions.
+    """
+
+    rows: Matrix
+    slip: Vector
+    shares: Vector
+    holds: float
+    slides: float
+    stiffness: float
+    damping: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether it slips fast: its damper alone asks for more than friction holds."""
+        return self.damping * float(np.linalg.norm(self.slip / self.shares)) > self.holds
+
+    @property
+    def steady(self) -> Vector:
+        """Friction x of what moves, against its slip."""
+        against = self.slip / self.shares
+        return self.slides / float(np.linalg.norm(against)) * against
+
+    def stretch(self, x: Vector) -> Vector:
+        """Return the stretch of the spring with which it gives a friction x, of what moves in steady sliding."""
+        drag = self.shares * x
+        return (drag if self.moves else drag - self.damping * self.slip) / self.stiffness
