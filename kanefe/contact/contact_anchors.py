@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from kanefe.contact.contact_events import Touching
 from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.touch import Touch
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import End
@@ -19,36 +19,12 @@ if TYPE_CHECKING:
     from kanefe.contact.shape import Probe
 
 
-class Touching(Protocol):
+class Anchored(Touching, Protocol):
     """What the anchors are asked of: a `kanefe.contact.contact.Contact`."""
-
-    @property
-    def friction(self) -> Coulomb | LuGre | None:
-        """The law."""
-        ...
-
-    @property
-    def probes(self) -> tuple[tuple[int, Probe], ...]:
-        """Each with the number of its end."""
-        ...
 
     @property
     def rest(self) -> Rest | None:
         """Of a contact that is looked at about a rest."""
-        ...
-
-    @property
-    def begins(self) -> int:
-        """Where the states of the first probe are."""
-        ...
-
-    @property
-    def each(self) -> int:
-        """How many states a probe has."""
-        ...
-
-    def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
-        """Return what each probe does."""
         ...
 
     def anchor(self, law: Coulomb | LuGre, probe: Probe) -> tuple[float, float]:
@@ -69,13 +45,13 @@ class _Placed(NamedTuple):
     marked: int | None = None
 
 
-def anchors_of(contact: Touching, ends: Sequence[End], states: Vector) -> list[Anchor]:
+def anchors_of(contact: Anchored, ends: Sequence[End], states: Vector) -> list[Anchor]:
     """Return the anchors of the probes that touch: see `kanefe.loads.base.Load.anchors`."""
     return [placed.anchor for placed in _placed(contact, ends, states)]
 
 
 def anchored(
-    contact: Touching, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]
+    contact: Anchored, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]
 ) -> Vector:
     """Return the internal states with which they give some friction: see `kanefe.loads.base.Load.anchored`."""
     after = states.copy()
@@ -90,7 +66,7 @@ def anchored(
     return after
 
 
-def _placed(contact: Touching, ends: Sequence[End], states: Vector) -> Iterator[_Placed]:
+def _placed(contact: Anchored, ends: Sequence[End], states: Vector) -> Iterator[_Placed]:
     law = contact.friction
     if not isinstance(law, Coulomb) or contact.rest is not None:
         return

@@ -87,9 +87,9 @@ def test_points_slip_where_the_block_does(normal, static):
     """Pulled in the plane of the feet all slip at mu m g = 10 t; the pull goes on."""
     result = pulled(normal, 0.0, mu=0.4, static=static).simulate((0.0, 1.2), rtol=1e-8, events="feet slip of *")
     begins = (static or 0.4) * MASS * G / 10.0
-    # as the pull grows in a second, springs follow it within the tolerance
+    # dampers of four anchors, 2 sqrt(1e6 N/m 2 kg) each, times 1e-8 m/s of the tolerance, over the 10 N/s of the pull
     for what in ("", *(f" of point {i}" for i in range(4))):
-        assert result.events[f"feet slip{what}"] == pytest.approx(begins, abs=1e-6)
+        assert result.events[f"feet slip{what}"] == pytest.approx(begins, abs=1.2e-5)
         assert len(result.events[f"feet slip{what}"]) == 1 or not what  # with two coefficients told of each that slips
     # how four rigid points share their load is decided in steps, in which some are let go and held again
     assert all(not len(result.events[f"feet {what} of point {i}"]) for what in ("lift", "touch") for i in range(4))

@@ -1,0 +1,244 @@
+"""Forces of a run: at interfaces, in joints and loops, of loads between frames and contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.arguments import checked
+from kanefe.errors import ModelError
+from kanefe.results.contact_history import ContactHistory, contact_history
+from kanefe.results.contact_points import ContactPoints, contact_points
+from kanefe.results.contact_report import contact_report
+from kanefe.results.load_forces import load_forces
+from kanefe.results.load_lines import LoadLine
+from kanefe.results.quantity_reader import QuantityReader
+from kanefe.results.selection import Frames, frame_index
+from kanefe.tree.neighbours import Neighbours
+
+
+class ForceReader(QuantityReader):
+    """The part of `Reader` that tells forces."""
+
+    def coupling_force(self, name: str, interface: str, of: str | None = None) -> np.ndarray:
+        """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).
+
+        All that its neighbours do to it there: the body that carries it, where the interface is fixed in G, and bodies
+        that hang on it, by their joints with what acts in them; loops, contacts, loads between frames and given forces
+        on the interface, frames of it and nodes of the mesh that move with it as one. The moment is about the
+        interface where it is, deformed. Loads elsewhere on the body, gravity among them, are not in it. So on each body
+        the coupling forces of all interfaces, the loads elsewhere and inertia are in balance.
+
+        Parameters
+        ----------
+        name, interface : str
+        of : str, optional
+            Only a part (Eq. 30): "F_u", what is unknown before the equations are solved, by joints, loops and rigid
+            contacts, in components that the mesh does not have zero of what carries it (Eq. 39); "F_k", what is known,
+            by all other loads; or what does it: a body, at the other end of the joint ("ground": the inertial frame), a
+            loop, a load between frames, or a given force or torque by its label as in `SceneState.load`. Where two
+            have one name, with "body", "loop", "load", "force" or "carrier" in front. See `neighbours`.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body, interface or part; the message says what there is.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> from kanefe_fem import Material, Rectangle, beam_body, straight_beam
+        >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
+        >>> beam = straight_beam(1.0, Rectangle(0.02, 0.02), steel, elements=4)
+        >>> body = beam_body(beam, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=2))
+        >>> scene = kf.System()
+        >>> arm = scene.add_flexible_body("arm", body)
+        >>> above = scene.ground.frame(at=(1, 0, 1))
+        >>> scene.add_spring("rope", arm.interface("tip"), above, stiffness=100.0, rest_length=0.8)
+        >>> rest = kf.equilibrium(scene)
+        >>> rest.coupling_force("arm", "tip", of="rope")[2].round(1)
+        19.8
+        >>> rest.neighbours("arm", "root")
+        Neighbours(unknown=('ground',), known=())
+        """
+        return self.read("coupling_force", name, interface, of)
+
+    @checked
+    def neighbours(self, name: str, interface: str) -> Neighbours:
+        """Return the names of what acts at an interface, `unknown` and `known`: parts that `coupling_force` takes."""
+        return self.body(name).neighbours[self._interface(self._flexible(name), "coupling_force", interface)]
+
+    @checked
+    def joint_reaction(self, name: str) -> np.ndarray:
+        """Return force (N) and moment (N m) of a body's joint on it, shape (T, 6).
+
+        About the origin of the body's frame, in its axes; the part of motors and drives is included.
+        """
+        return self.read("joint_reaction", name)
+
+    @checked
+    def driving_force(self, name: str) -> np.ndarray:
+        """Return the force (N) or torque (N m) that keeps a driven joint on its motion.
+
+        Of a joint that follows a given pose as a whole it is the power of the drive, W; the wrench is that of
+        `joint_reaction`. Shape (T,); (T, n) for a joint with n driven coordinates.
+        """
+        return self.read("driving_force", name)
+
+    @checked
+    def loop_force(self, name: str) -> np.ndarray:
+        """Return force (N) and moment (N m) of a loop joint or rolling contact on its end b, shape (T, 6).
+
+        About the origin of that end, in its axes.
+        """
+        return self.read("loop_force", name)
+
+    @checked
+    def load(self, name: str, column: str | None = None) -> np.ndarray:
+        """Return what a load between frames tells, such as the tension of a rope, (T, columns), or (T,) of one column.
+
+        Parameters
+        ----------
+        name : str
+            See `loads`, which names the columns too.
+        column : str, optional
+            The name of one column, with or without its unit: ``"tension"``, ``"force y [N]"``.
+
+        Raises
+        ------
+        ModelError
+            If there is no such load or column; lists what there is.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 2.0, joint=kf.Prismatic("z", position=-1.0))
+        >>> scene.add(kf.Rope("hoist", (scene.ground, ball), axial_stiffness=1e6, damping=1e3))
+        >>> result = scene.simulate((0.0, 1.0))
+        >>> float(result.load("hoist", "tension")[-1].round(1))  # N
+        19.6
+        """
+        found = self.read("load", name)
+        if column is None:
+            return found
+        columns = self.loads[name]
+        places = [i for i, one in enumerate(columns) if column in (one, one.partition(" [")[0])]
+        if not places:
+            raise ModelError(f"load {name!r} has no column {column!r}. It has: {', '.join(columns)}")
+        return np.asarray(found[..., places[0]])
+
+    @checked
+    def load_lines(self, frames: Frames | None = None) -> tuple[LoadLine, ...]:
+        """Return where springs, ropes and other loads along a line go, and when they are slack.
+
+        The line of a rope or winch goes over all its points, as its law has it; those of other loads join two ends.
+        Contacts have none.
+
+        Parameters
+        ----------
+        frames : int, slice or ints, optional
+            Which output times, by number; default: all, S = T.
+
+        Returns
+        -------
+        tuple of LoadLine
+            Each with its ``name``, its ``points`` (S, ends, 3) in N in m, and its ``states`` (S,): 0 where it is taut,
+            1 where it is slack, 2 where it has broken.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 2.0, at=(1, 0, -1), joint=kf.Prismatic("z"))
+        >>> over = scene.ground.frame(at=(1, 0, 0))
+        >>> scene.add(kf.Rope("hoist", (scene.ground, over, ball), axial_stiffness=1e6, damping=1e3, preload=19.62))
+        >>> (hoist,) = scene.simulate((0.0, 0.1)).load_lines()
+        >>> hoist.points[0].tolist()
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, -1.0]]
+        """
+        rows = np.arange(len(self.times))[frame_index(frames, len(self.times))]
+        return self._channels.load_lines(np.atleast_1d(rows))
+
+    @checked
+    def load_force(self, name: str, end: int = -1) -> np.ndarray:
+        """Return force (N) and moment (N m) of a load between frames on one of its ends, in N, shape (T, 6).
+
+        The moment is about the origin of that end. In axes of the aircraft, the deck or any body: `in_axes_of`.
+
+        Parameters
+        ----------
+        name : str
+            See `loads`.
+        end : int
+            From 0; default: the last.
+
+        Raises
+        ------
+        ModelError
+            If there is no such load or end, the result is from a file, or the load is a rigid contact, whose force
+            `contact` tells.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> ball = scene.add_point("ball", 2.0, joint=kf.Prismatic("z", position=-1.0))
+        >>> scene.add(kf.Rope("rope", (scene.ground, ball), axial_stiffness=1e6, damping=2e3, preload=2 * 9.81))
+        >>> result = scene.simulate((0.0, 0.1))
+        >>> float(result.load_force("rope")[-1, 2].round(2))
+        19.62
+        """
+        self.read("load", name)  # names the loads there are
+        return load_forces(self.run, name, end)
+
+    @checked
+    def contact(self, name: str) -> ContactHistory:
+        """Return what a contact did: its forces, depth, slip, the work of its friction, and whether it stuck.
+
+        Examples
+        --------
+        ``result.contact("skid").slip[-1]``, ``result.contact("skid").normal.max()``
+        """
+        return contact_history(self.read("load", name), self.loads[name], name)
+
+    @checked
+    def contact_points(self, name: str) -> ContactPoints:
+        """Return what each point of a contact did: normal force, friction, depth, slip with its sign, and anchor.
+
+        Vectors are along the axes of the surface that is touched. The points are in the order of the frames, or of the
+        points of the patch; of a box, its corners; of a capsule, its ends.
+
+        Raises
+        ------
+        ModelError
+            If there is no such contact.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+        >>> sled = scene.add_rigid_body("sled", 2.0, 0.1, joint=kf.Free(velocity=(-3.0, 0, 0)))
+        >>> feet = [sled.frame(at=(x, y, 0)) for x in (-0.5, 0.5) for y in (-0.2, 0.2)]
+        >>> scene.add_contact("feet", feet, floor, normal=kf.HuntCrossley(1e6, damping=1.0), friction=kf.Coulomb(0.3))
+        >>> points = scene.simulate((0.0, 0.5)).contact_points("feet")
+        >>> points.slip_velocity[-1, :, 0].round(2)  # -3 m/s + 0.3 g t
+        array([-1.53, -1.53, -1.53, -1.53])
+        """
+        return contact_points(self.read("contact_points", name))
+
+    def contact_report(self) -> str:
+        """Return a table of the contacts: first touch, largest forces, how long it held, slip and work.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+        >>> ball = scene.add_point("ball", 1.0, at=(0, 0, 0.1))
+        >>> scene.add_contact("drop", ball, floor, normal=kf.KelvinVoigt(1e4, damping=40.0))
+        >>> result = scene.simulate((0.0, 0.5), output_step=1e-3)
+        >>> result.contact_report().splitlines()[1].split()[:3]
+        ['drop', '0.142784', '4']
+        """
+        return contact_report(self.times, {name: self.contact(name) for name in self.contacts}, self.events)
