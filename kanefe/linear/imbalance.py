@@ -130,7 +130,8 @@ def force_sizes(state: State) -> Vector:
             moved = np.sqrt(np.diag(M)[terms.speeds] / mass)
             sizes[terms.speeds] += mass * moved * (pull + spin * lever)
             # elastic forces of a shape that differs by round-off from what it was made of: these are none
-            sizes[terms.speeds] += np.diag(terms.body.stiffness)[:k] * ROUNDED / BALANCED * lever / moved
+            rounded = np.divide(ROUNDED * lever, moved, out=np.zeros(k), where=moved > 0.0)
+            sizes[terms.speeds] += terms.body.stiffness.diagonal()[:k] * rounded / BALANCED
         force = mass * (pull + spin * lever)
         sizes += np.linalg.norm(frame.V, axis=0) * force + np.linalg.norm(frame.W, axis=0) * force * lever
         if body.has_coordinate_forces:
