@@ -184,8 +184,7 @@ def evaluate_load(
     Points have been gathered from those of load `first_gathered` on.
     """
     first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
-    own_span = span_of_load(between, n)
-    ends, out = workspace[place_of_load(between) :], workspace[own_span.start :]  # events may need more of it
+    ends, out = workspace[place_of_load(between) :], workspace[span_of_load(between, n)]
     for i in range(count):
         row, at = between.rows[first + i], END_NUMBERS * i
         if row == COORDINATE:
@@ -202,7 +201,7 @@ def evaluate_load(
         put_three(ends, at + W, w)
     if flexible is not None and between.loads[n, POINT_COUNT] > 0:
         put_points(between, n, first_gathered, flexible, work, ends, workspace)
-    workspace[own_span] = 0.0
+    out[:] = 0.0
     address = between.addresses[n, COMPLEX if np.iscomplexobj(work) else REAL]
     own = between.numbers[between.loads[n, FIRST_NUMBER] :]
     given, z = inputs[between.loads[n, INPUT] :], states[between.loads[n, FIRST_STATE] :]

@@ -121,7 +121,7 @@ def _tables(
 ) -> tuple[LoadsBetween, list[int]]:
     """Return the tables of loads by their numbers in the model, and these in the order of the tables.
 
-    `values` are what one of them writes at most, where that is not what it does.
+    `values` are what one of them writes at most, where that is not what it does: each has room for them beside states.
     """
     if not kernels:
         return no_loads_between(), []
@@ -139,7 +139,7 @@ def _tables(
             load, states, constants = model.loads[number], model.load_states[number], kernels[number][1]
             first, count = max(builder.inputs.of(load), 0), len(load.ends)
             own_points = count - 1 if builder.point_bodies[number] >= 0 else 0
-            where = len(rows), count, len(pool), first, states.start, states.stop - states.start
+            where = len(rows), count, len(pool), first, states.start, states.stop - states.start + values
             integers.append((*where, team, points, own_points, count - own_points))
             points += own_points
             if number in model.bearings:
@@ -162,7 +162,7 @@ def _tables(
         reach_size(reach),
         POINT_NUMBERS * max((int(count) for count in reach.teams[:, POINTS]), default=0),
     )
-    of_loads = values + max(load_workspace_size(row[1], row[5]) for row in integers)
+    of_loads = max(load_workspace_size(row[1], row[5]) for row in integers)
     return LoadsBetween(
         loads=np.array(integers, dtype=np.int64).reshape(-1, LOAD_INTEGERS),
         addresses=np.array([kernels[number][0] for number in order], dtype=np.int64).reshape(-1, 2),
