@@ -10,6 +10,7 @@ import numpy as np
 from kanefe.contact.shape import positive
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
+from kanefe.loads.falling_friction import share_of_static
 
 STEADY = 0.99
 """Of what it comes to in steady sliding: bristles bent so far are told to slip."""
@@ -69,8 +70,7 @@ class LuGre:
 
     def steady(self, speed: float) -> float:
         """Return g, the coefficient of friction in steady sliding but for its viscous part."""
-        fall = (self.static - self.coulomb) * math.exp(-((speed / self.stribeck_speed) ** 2))
-        return self.coulomb + fall
+        return self.coulomb + (self.static - self.coulomb) * share_of_static(speed, self.stribeck_speed)
 
     def arms(self, lever: float) -> list[float]:
         """Return the levers of what holds against turning: there is none."""

@@ -18,7 +18,7 @@ from kanefe.contact.friction_laws import Coulomb
 from kanefe.contact.rest import Rest
 from kanefe.contact.shapes import Box, Plane
 from kanefe.contact.starts import tell_of_start
-from kanefe.contact.touch import Touch, velocity_past
+from kanefe.contact.touch import Touch, along_surface, velocity_past
 from kanefe.frames import Vector, cross
 from kanefe.kernels.tolerances import HELD_BEYOND
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
@@ -239,8 +239,7 @@ class Contact(Load):
     ) -> Touch:
         """Return a probe that touches with what friction does to it."""
         n, A = touch.normal, surface.A
-        belt = A @ self.belt
-        carried = belt - (belt @ n) * n
+        carried = along_surface(A @ self.belt, n)
         along = v + touch.rate * n - carried
         if isinstance(law, LuGre):
             drag, rate, beyond = law.bent(n, along, w, self.rest is not None)
@@ -254,12 +253,11 @@ class Contact(Load):
                 reserve=beyond * touch.press,
             )
         k, c = self.anchor(law, probe)
-        pull = k * (w - (w @ n) * n) + c * along
+        pull = k * along_surface(w, n) + c * along
         size, most, kept = float(np.linalg.norm(pull)), 0.0, 1.0
         mu, across = law.coefficients
         if mu != across:
-            first = A @ law.axis
-            first = first - (first @ n) * n
+            first = along_surface(A @ law.axis, n)
             first = first / np.linalg.norm(first)
             size, mu = float(np.hypot(pull @ first / mu, pull @ cross(n, first) / across)), 1.0
         most = mu * (law.static_ratio if is_held else 1.0) * touch.press

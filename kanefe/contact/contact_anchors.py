@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.contact.contact_events import Touching
 from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.touch import along_surface
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import End
@@ -75,8 +76,7 @@ def _placed(contact: Anchored, ends: Sequence[End], states: Vector) -> Iterator[
         if touch.depth <= 0.0:
             continue
         n, probe, end = touch.normal, contact.probes[i][1], ends[touch.end]
-        first = surface.A @ law.axis
-        first = first - (first @ n) * n
+        first = along_surface(surface.A @ law.axis, n)
         if np.linalg.norm(first) < 1e-6:  # where there is but one coefficient any direction will do
             first = cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
         first = first / np.linalg.norm(first)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from kanefe.contact.shape import direction
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.loads.falling_friction import slip_speed
+from kanefe.loads.falling_friction import share_of_static, slip_speed
 
 
 @dataclass(frozen=True)
@@ -120,7 +119,7 @@ class Coulomb:
         """Return the coefficient of slipping at a speed (m/s), of that of fast slipping."""
         if self.stribeck_speed == 0.0:
             return 1.0
-        return 1.0 + (self.static_ratio - 1.0) * math.exp(-((speed / self.stribeck_speed) ** 2))
+        return 1.0 + (self.static_ratio - 1.0) * share_of_static(speed, self.stribeck_speed)
 
     def slip_speed(self, pull: float, normal: float, damping: float) -> float:
         """Return how fast an anchor moves that slips (m/s), 0 if it does not; mu falls from static to its own."""

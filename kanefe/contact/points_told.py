@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.contact.contact import OPEN, SLIPS, STICKS
 from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.touch import velocity_past
+from kanefe.contact.touch import along_surface, velocity_past
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.base import End
 
@@ -29,20 +29,15 @@ def points_told(contact: Contact, ends: Sequence[End], states: Vector) -> Matrix
 def _told(contact: Contact, ends: Sequence[End], touch: Touch) -> Vector:
     law, n, back = contact.friction, touch.normal, ends[0].A.T
     found = np.zeros(TOLD_OF_POINT)
-    found[4], found[5:8] = touch.depth, back @ _along(n, touch.stretch)
+    found[4], found[5:8] = touch.depth, back @ along_surface(touch.stretch, n)
     if touch.depth <= 0.0:
         found[11] = OPEN
         return found
     sticks = law is not None and touch.reserve <= 0.0
     found[0], found[1:4] = touch.press, -back @ touch.drag
     if law is None:
-        found[8:11] = back @ _along(n, velocity_past(ends[0], ends[touch.end], touch.point))
+        found[8:11] = back @ along_surface(velocity_past(ends[0], ends[touch.end], touch.point), n)
     elif not (sticks and isinstance(law, Coulomb)):  # bristles creep; of what sticks there is round-off alone
-        found[8:11] = back @ _along(n, touch.along - touch.stretch_rate)
+        found[8:11] = back @ along_surface(touch.along - touch.stretch_rate, n)
     found[11] = STICKS if sticks else SLIPS
     return found
-
-
-def _along(n: Vector, x: Vector) -> Vector:
-    """Return the part of a vector along a surface."""
-    return x - (x @ n) * n

@@ -196,11 +196,7 @@ class RigidContact(Load):
         """Return the coefficient of friction at a speed of slipping, m/s."""
         if self.friction is None:
             return 0.0
-        mu = max(self.friction.coefficients)
-        if self.friction.stribeck_speed > 0.0:
-            fall = math.exp(-((speed / self.friction.stribeck_speed) ** 2))
-            return mu * (1.0 + (self.friction.static_ratio - 1.0) * fall)
-        return mu
+        return max(self.friction.coefficients) * self.friction.fallen(speed)
 
     @property
     def static(self) -> float:

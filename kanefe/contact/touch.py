@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from kanefe.contact.couples import Couple
 
 
+def along_surface(x: Vector, n: Vector) -> Vector:
+    """Return the part of a vector across a unit normal."""
+    return x - (x @ n) * n
+
+
 class Touch(NamedTuple):
     """What a probe does.
 

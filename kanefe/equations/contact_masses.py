@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf, sqrt
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.frames import Vector
+from kanefe.loads.anchors import default_damping
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact
-
-DAMPING_RATIO = 1.0
-"""Of critical: what sticks overshoots by exp(-2) of its change of load. By 0.1 it would by 0.7, and slip for nothing.
-
-More does no harm, as where less moves than counts here; less rings, and costs steps: see docs/theory/contact.md.
-"""
 
 
 def with_contact_masses(model: ModelData, loads: Sequence[Load]) -> tuple[Load, ...]:
@@ -42,8 +37,7 @@ def _completed(contact: Contact, trees: Sequence[int], masses: Vector) -> Contac
     mass = 1.0 / inverse if inverse > 0.0 else 1.0
     friction = contact.friction
     if isinstance(friction, Coulomb) and friction.damping is None:
-        damping = 2.0 * DAMPING_RATIO * sqrt(float(friction.stiffness or 0.0) * mass)
-        friction = replace(friction, damping=damping)
+        friction = replace(friction, damping=default_damping(float(friction.stiffness or 0.0), mass))
     return replace(contact, mass=mass, friction=friction)
 
 

@@ -13,6 +13,7 @@ from kanefe.bodies.marker import CoordinateMarker
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
+from kanefe.loads.anchors import default_damping
 from kanefe.loads.base import Load
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
@@ -30,9 +31,6 @@ YIELD = 1e-7
 A tenth of what a run at the default tolerance, 1e-6, resolves. Less costs implicit methods little, and explicit ones
 the root of it in steps: see the curves in docs/theory/contact.md.
 """
-
-DAMPING_RATIO = 1.0
-"""Of critical: what sticks overshoots by exp(-2) of its change of load, and does not ring."""
 
 DAMPING_TIME = 1e-4
 """Damping over stiffness in scenes with unreduced bodies, where inertias along joints are not at hand, s.
@@ -107,7 +105,7 @@ def _given_friction(
     )
     damping = law.friction_damping
     if damping is None and inertias is not None:
-        damping = _damping(stiffness, float(inertias[body.speeds[i]]))
+        damping = default_damping(stiffness, float(inertias[body.speeds[i]]))
     return CoordinateFriction(
         f"friction of {subject}",
         (_marker(body, number, i),),
@@ -142,12 +140,11 @@ def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction
     inertias, reactions = np.diag(mass_matrix(state)), joint_reactions(state, accelerations(state))
     carried = _carried_masses(model)
     found = []
+    length = scene_length(model)
     for number, friction, bearing in rubbing:
         weight = float(carried[number] * np.linalg.norm(model.gravity))
         load = max(bearing.load(reactions[number], 0.0), weight)
-        found.append(
-            _loaded_friction(model.bodies[number], number, friction, bearing, inertias, load, scene_length(model))
-        )
+        found.append(_loaded_friction(model.bodies[number], number, friction, bearing, inertias, load, length))
     return found
 
 
@@ -177,7 +174,7 @@ def _loaded_friction(
         stiffness = static * large / (YIELD * min(ways))
     pairs = zip(body.speeds[: len(slips)].tolist(), slips, strict=True)
     mass = min(float(inertias[speed]) / arm**2 for speed, arm in pairs)
-    damping = friction.damping or _damping(stiffness, mass)
+    damping = friction.damping or default_damping(stiffness, mass)
     return CoordinateFriction(
         f"friction of {body.name}",
         tuple(_marker(body, number, i) for i in range(len(slips))),
@@ -200,10 +197,6 @@ def _start(model: ModelData, t: float) -> State:
     from kanefe.kane.state import State
 
     return State(model, t, model.initial_coordinates, model.initial_speeds)
-
-
-def _damping(stiffness: float, mass: float) -> float:
-    return DAMPING_RATIO * 2.0 * sqrt(stiffness * mass)
 
 
 def _marker(body: BodyTerms, number: int, i: int) -> CoordinateMarker:

@@ -110,10 +110,10 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
 
 def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
     """Return the state (q, u, z) of which a run begins, with the directions of slips that begin; None without."""
-    from kanefe.kane.impacts import START, resolved
-
     for one in events:
         if isinstance(one, ContactChange):
+            from kanefe.kane.impacts import START, resolved
+
             found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol)
             return np.concatenate((y[: one.model.coordinate_count], found.u, found.z))
     return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,7 +13,7 @@ from kanefe.joints.joint_friction import RubbingSurfaces
 from kanefe.kernels.tolerances import HELD_BEYOND
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
-from kanefe.loads.falling_friction import slip_speed
+from kanefe.loads.falling_friction import share_of_static, slip_speed
 
 FORCE = 0
 LARGE_STRETCH = 10.0
@@ -138,7 +137,7 @@ class CoordinateFriction(Load):
         """Return its anchor, of all coordinates together."""
         slip, coefficient = self._slipping(ends), self.sliding
         if self.stribeck_speed > 0.0:
-            share = math.exp(-((float(np.linalg.norm(slip)) / self.stribeck_speed) ** 2))
+            share = share_of_static(float(np.linalg.norm(slip)), self.stribeck_speed)
             coefficient += share * (self.static - self.sliding)
         holds, slides = self._cap(states, self.static), self._cap(states, coefficient)
         return [Anchor(self._rows, slip, np.ones(self.count), holds, slides, self.stiffness, self.damping)]

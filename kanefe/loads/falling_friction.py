@@ -7,6 +7,11 @@ import math
 MOST_TRIALS = 60
 
 
+def share_of_static(slip: float, speed: float) -> float:
+    """Return how much of the fall from static friction is still to come at a speed of slipping, of 1 at rest."""
+    return math.exp(-((slip / speed) ** 2))
+
+
 def slip_speed(pull: float, least: float, fall: float, damping: float, speed: float) -> float:
     """Return how fast an anchor slips (m/s): the root of ``c s + F(s) = pull``, 0 if there is none.
 
@@ -27,7 +32,7 @@ def slip_speed(pull: float, least: float, fall: float, damping: float, speed: fl
         return max(0.0, (pull - least) / damping)
     s = pull / damping
     for _ in range(MOST_TRIALS):
-        share = math.exp(-((s / speed) ** 2))
+        share = share_of_static(s, speed)
         value = damping * s + least + fall * share - pull
         slope = damping - 2.0 * fall * share * s / speed**2
         step = value / slope if slope > 0.0 else 0.5 * s

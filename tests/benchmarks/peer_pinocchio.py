@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import os
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-# What the libraries print must not get between the answers.
-ANSWERS = os.fdopen(os.dup(1), "w")
-os.dup2(2, 1)
-import pinocchio  # noqa: E402
-
-Answer = dict[str, Any]
+# before the peer: see there
+from peer_answers import Answer, answer_requests  # isort: skip
+import pinocchio  # isort: skip
 
 
 def versions() -> Answer:
@@ -80,17 +75,5 @@ def _least_constraint(model: Any, data: Any, q: np.ndarray, v: np.ndarray, coupl
     return free @ np.linalg.solve(free.T @ M @ free, -free.T @ bias)
 
 
-def answer_requests() -> None:
-    """Answer until there are no more requests."""
-    known = {function.__name__: function for function in (versions, robots, accelerations)}
-    for line in sys.stdin:
-        request = json.loads(line)
-        try:
-            answer = known[request.pop("do")](**request)
-        except Exception as error:  # noqa: BLE001  (the other side tells of it)
-            answer = {"error": f"{type(error).__name__}: {error}"}
-        print(json.dumps(answer), file=ANSWERS, flush=True)
-
-
 if __name__ == "__main__":
-    answer_requests()
+    answer_requests(versions, robots, accelerations)

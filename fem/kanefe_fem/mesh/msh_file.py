@@ -166,9 +166,7 @@ def _check_references(path: Path, nodes: bytes, elements: bytes, order: str) -> 
         for named in _named_in_binary(rows, int(head), order) if order else _named_in_text(rows, int(head)):
             _demand(bool(np.isin(named, known).all()))
     except (ValueError, OverflowError, IndexError) as problem:
-        raise FileError(
-            f"{path.name} is damaged: its {what} are not as many, or have other numbers, than it says. {REMEDY}"
-        ) from problem
+        raise _damaged(path, what) from problem
 
 
 def _named_in_binary(rows: bytes, count: int, order: str) -> Iterator[np.ndarray]:
@@ -218,9 +216,7 @@ def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:
             counted += count
         _demand(counted == of_elements.size)
     except (ValueError, OverflowError, TypeError) as problem:
-        raise FileError(
-            f"{path.name} is damaged: its {what} are not as many, or have other numbers, than it says. {REMEDY}"
-        ) from problem
+        raise _damaged(path, what) from problem
 
 
 def _blocks(section: Numbers, head: Head) -> Iterator[tuple[int, int, int]]:
@@ -230,6 +226,12 @@ def _blocks(section: Numbers, head: Head) -> Iterator[tuple[int, int, int]]:
         dimension, _, kind, count = section.numbers(3, 1)
         _demand(count >= 0)
         yield dimension, kind, count
+
+
+def _damaged(path: Path, what: str) -> FileError:
+    return FileError(
+        f"{path.name} is damaged: its {what} are not as many, or have other numbers, than it says. {REMEDY}"
+    )
 
 
 def _demand(is_so: bool) -> None:
