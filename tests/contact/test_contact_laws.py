@@ -51,7 +51,7 @@ def meeting_ends(
 ) -> tuple[End, End]:
     """Return the ends where the first point is so deep in the surface, and moves past it so, in axes of the surface."""
     point = np.array((0.05, -0.04, -depth))
-    at = SURFACE.p + TURN @ (point + (0.0, 0.0, radius))
+    at = SURFACE.p + TURN @ (point + np.array((0.0, 0.0, radius)))
     w = SURFACE.w + TURN @ SPIN
     past = TURN @ np.array((*slide, -rate))
     place = SURFACE.p + TURN @ point

@@ -1,4 +1,4 @@
-"""The law of dry friction along coordinates and under a joint's load against closed forms; Python and compiled alike."""
+"""Dry friction along coordinates and under a joint's load against closed forms; Python and compiled alike."""
 
 from __future__ import annotations
 
