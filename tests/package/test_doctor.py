@@ -17,7 +17,7 @@ from kanefe.doctor import examination, routes
 from kanefe.doctor.examination import Examination
 from kanefe.doctor.parts import PARTS, Dependency, Found, Search
 from kanefe.doctor.stores import BuiltKernels, kernels, stores
-from kanefe.kernels.build import NOT_OF_FLEXIBLE, all_units
+from kanefe.kernels.compiler.build import NOT_OF_FLEXIBLE, all_units
 from repository import ROOT, surroundings
 
 
@@ -82,7 +82,7 @@ def test_kernels_and_stores_are_counted(tmp_path: Path, monkeypatch: pytest.Monk
 
 USED = """
 from kanefe.doctor import routes
-from kanefe.kernels import units
+from kanefe.kernels.compiler import compiled_functions as units
 assert not any(solve.is_fault for solve in routes.solves())
 print(*sorted(name for _, name in units._loaded))
 """
