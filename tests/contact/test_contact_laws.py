@@ -15,7 +15,7 @@ import kanefe as kf
 from acting_loads import WAYS, acted, assert_complex_steps_are_differences
 from kanefe import shapes
 from kanefe.frames import cross, rotation_matrix
-from kanefe.kernels.tolerances import HELD_BEYOND
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.loads.base import Action, End
 
 SHARE = 0.5

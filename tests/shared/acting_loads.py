@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kanefe.kernels.addresses import addresses, call_in_python
+from kanefe.kernels.compiler.addresses import addresses, call_in_python
 from kanefe.kernels.force_elements.places import SIGNATURE, WRENCHES
 from kanefe.loads.base import Action, End, Load
 

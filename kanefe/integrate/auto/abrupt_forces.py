@@ -86,7 +86,6 @@ def explicit_serves_contacts(model: Model, sudden: Sequence[Load], start: float,
     With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
     """
     from kanefe.contact.contact import Contact
-    from kanefe.contact.laws.bristles import LuGre
 
     contacts = [load for load in sudden if isinstance(load, Contact)]
     allowed = LITTLE_AT_CONTACTS * radau_work(model, LEAST_BESIDE_KINKS)
@@ -97,13 +96,11 @@ def explicit_serves_contacts(model: Model, sudden: Sequence[Load], start: float,
     state = State(model, start, model.initial_coordinates, model.initial_speeds)
     (K, C), slipping = constant_tangents(model), 0.0
     for contact in contacts:
-        friction, law = contact.friction, contact.normal
-        if law.exponent != 1.0 or isinstance(friction, LuGre):
+        if contact.at_most is None:
             return False
-        stiffness, damping = law.stiffness, 0.0
-        if friction is not None and friction.stiffness and friction.damping:
-            stiffness, damping = max(stiffness, friction.stiffness), friction.damping
-            slipping = max(slipping, friction.stiffness / friction.damping)
+        stiffness, damping = contact.at_most
+        if contact.friction is not None:
+            slipping = max(slipping, contact.friction.relaxation)
         G = _velocities_squared(state, contact)
         K, C = K + stiffness * G, C + damping * G
     rate = max(highest_rate(model, start, K, C), slipping)
