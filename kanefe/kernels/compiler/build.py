@@ -10,8 +10,8 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from fnmatch import fnmatchcase
 from pathlib import Path
+from types import FunctionType
 
 import kanefe.kernels
 from kanefe.errors import FileError, MissingDependency
@@ -33,14 +33,6 @@ from kanefe.kernels.compiler.entries import Entry, Pointer
 from kanefe.kernels.compiler.side_by_side import BUILDER, Say, batches_of, build_by_name, processors_here
 from kanefe.storage.kept_code import is_sound, kept, opened
 
-NOT_OF_FLEXIBLE = (
-    *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
-    *("aerodynamics*", "bearing*", "bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*"),
-    *("falling_friction*", "oleo*", "periodic_load*", "pose_table*", "rope*", "spring*", "winch*"),
-    *("between_states", "look_at", "march_crowd", "motions_of_rows", "pass_quiet_steps", "revisit", "watch_states*"),
-)
-"""Patterns of the names of units that trees of flexible bodies without contacts do without."""
-
 
 def all_units() -> list[Unit]:
     """Return all there is to build."""
@@ -53,7 +45,7 @@ def all_units() -> list[Unit]:
                 units = [value.unit(variant) for variant in value.variants]
             elif isinstance(value, Pointer):
                 units = [value.unit]
-            elif hasattr(value, "kinds"):
+            elif isinstance(value, FunctionType) and hasattr(value, "kinds"):
                 units = units_of(value, value.kinds)
             else:
                 continue
@@ -61,7 +53,7 @@ def all_units() -> list[Unit]:
     return list(found.values())
 
 
-def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_flexible: bool = False) -> int:
+def build(folder: Path, jobs: int, say: Say, generation: str | None = None, only_first: bool = False) -> int:
     """Build what is missing in a folder; return how many units were built.
 
     Parameters
@@ -73,8 +65,8 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
         Gets lines of progress.
     generation : str, optional
         A key of `GENERATIONS`; else the processor of this machine.
-    is_flexible : bool
-        Whether to build what a tree of flexible bodies without contacts needs, and leave the rest to later.
+    only_first : bool
+        Whether to build what is marked with `built_first`, and leave the rest to later.
 
     Raises
     ------
@@ -83,10 +75,7 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
     subprocess.CalledProcessError
         If a compiler fails; what it said has been printed.
     """
-    units = all_units()
-    if is_flexible:
-        units = [unit for unit in units if not any(fnmatchcase(unit.name, name) for name in NOT_OF_FLEXIBLE)]
-    missing = [unit.name for unit in units if not _is_there(folder, unit)]
+    missing = [unit.name for unit in all_units() if (unit.is_first or not only_first) and not _is_there(folder, unit)]
     if missing and shutil.which(linker()) is None:
         raise MissingDependency(
             f"the C compiler {linker()!r}", "the solver, to be built,", "apt-get install gcc libc6-dev, or CC=..."
@@ -150,7 +139,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=own_folder(), help="where to; else the cache of the user")
     parser.add_argument("--wheel", choices=("here", "all"), help="into the package, for this generation or for all")
     parser.add_argument("--jobs", type=int, default=processors_here(), help="compilers side by side")
-    parser.add_argument("--flexible", action="store_true", help="what trees of flexible bodies need, and no more")
+    parser.add_argument("--first", action="store_true", help="what trees of flexible bodies need, and no more")
     parser.add_argument("--for", dest="generation", choices=GENERATIONS, help=argparse.SUPPRESS)
     parser.add_argument("--only", nargs="*", help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -164,7 +153,7 @@ def main() -> None:
         generations = list(GENERATIONS) if options.wheel == "all" else generations_here()[:1]
         build_into_package(generations, options.jobs, say)
     else:
-        build(options.folder, options.jobs, say, is_flexible=options.flexible)
+        build(options.folder, options.jobs, say, only_first=options.first)
 
 
 if __name__ == "__main__":

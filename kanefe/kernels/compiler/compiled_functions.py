@@ -82,11 +82,14 @@ class Unit(NamedTuple):
     module : str
         Where its kernel is.
     compile : function () -> ObjectCode
+    is_first : bool
+        Whether the first build makes it: see `kanefe.kernels.compiler.entries.built_first`.
     """
 
     name: str
     module: str
     compile: Callable[[], Any]
+    is_first: bool = False
 
 
 class MachineCode(NamedTuple):

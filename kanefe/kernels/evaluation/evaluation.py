@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import put_euler_rates, three
 from kanefe.kernels.compiler._numba import expanded, inlined
 from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.multipliers import Loops, answer_multipliers, hold, hold_size
 from kanefe.kernels.layout import (
@@ -163,6 +163,7 @@ IS_IMPLICIT = 0
 AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT, IS_ERROR = range(6)
 
 
+@built_first
 @entry(Variant(), Variant(has_flexible=True), Variant(has_flexible=True, is_complex=True))
 def evaluate(
     is_implicit: bool,

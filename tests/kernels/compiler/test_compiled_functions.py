@@ -89,7 +89,7 @@ def test_an_edit_concerns_what_imports_it_alone(copy: Copy) -> None:
         "kanefe.kernels.force_elements.given",
     )
     before = {module: copy.stamp(module) for module in modules}
-    with (copy.kernels / "elastic.py").open("a") as file:
+    with (copy.kernels / "sweeps" / "elastic.py").open("a") as file:
         file.write("# changed\n")
     after = {module: copy.stamp(module) for module in modules}
     assert [before[module] != after[module] for module in modules] == [True, True, False]
