@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.integrate.auto.suited_method import LEAST_SHARE, suited
+from kanefe.integrate.auto.suited_method import LEAST_SHARE, suited_method
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.method import LEAST_RTOL, Method
 from kanefe.integrate.methods.table import row_for
@@ -63,7 +63,7 @@ def choose(model: Model, options: RunOptions) -> Choice:
     control = StepControl(allowed, ATOL_SHARE * allowed if options.atol is None else options.atol, step)
     name, reason = options.method, "asked for"
     if name == AUTO:
-        found = suited(model, start, stop, allowed if step is None else None, control.atol)
+        found = suited_method(model, start, stop, allowed if step is None else None, control.atol)
         name, reason = found.name, found.reason
         control = replace(control, changes=found.changes)
         if options.atol is None and step is None:
