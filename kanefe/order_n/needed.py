@@ -49,7 +49,7 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
         found.append(close_state.unit(Variant(has_flexible=True)))
     if has_jacobian:
         found += [evaluate.unit(COMPLEX), derivatives.unit(Variant(is_complex=True))]
-    if _calls_python(model):
+    if InputLayout(model).calls_python or drive_tables(model) is None:
         found.append(next_command.unit(Variant()))
     else:
         found += [integrate.unit(Variant()), fill_nothing.unit, revisit.unit, between_states.unit]
@@ -79,8 +79,3 @@ def _both(
     """Return what is built for a function of real and of complex numbers; nothing for those that have an address."""
     found = compiled_functions_of(real, signature)[:1] if callable(real) else []
     return found + (compiled_functions_of(complex_, signature)[1:] if callable(complex_) else [])
-
-
-def _calls_python(model: ModelData) -> bool:
-    inputs = InputLayout(model)
-    return not (inputs.is_constant or inputs.compiled()) or drive_tables(model) is None

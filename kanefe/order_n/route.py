@@ -75,9 +75,7 @@ class OrderN(LiteralRoute):
         self.places: FrameOffsets = builder
         self.inputs = builder.inputs
         self._inputs_stay = self.inputs.is_constant and not self.inputs.held
-        parts = tuple(self.inputs.compiled())
-        self._has_compiled_loads = bool(parts)
-        self.fill = filler(parts)
+        self.fill = filler(tuple(self.inputs.compiled()))
         self._drives = model.drives
         self.motion_tables = drive_tables(model)
         self._frames = MotionsKernel(self)
@@ -98,8 +96,7 @@ class OrderN(LiteralRoute):
     @property
     def is_autonomous(self) -> bool:
         """Whether no Python function is called in a run, so that whole runs can be compiled."""
-        calls_python = not self.inputs.is_constant and not self._has_compiled_loads
-        return not calls_python and self.motion_tables is not None
+        return not self.inputs.calls_python and self.motion_tables is not None
 
     @property
     def _run_size(self) -> int:

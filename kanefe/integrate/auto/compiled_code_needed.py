@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from kanefe.equations.model import Model
 from kanefe.equations.routes import functions_of_route
-from kanefe.integrate.auto.choice import DEFAULT_RTOL
-from kanefe.integrate.auto.suited_method import may_suit
+from kanefe.integrate.auto.choice import method_names
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.table import ROWS
-from kanefe.integrate.options import AUTO, RunOptions
+from kanefe.integrate.options import RunOptions
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction
 from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
@@ -18,10 +17,7 @@ def functions_of_run(model: Model, options: RunOptions) -> list[CompiledFunction
 
     Which method "auto" takes is found by evaluations, for which they are built: all that it may take are in.
     """
-    rtol = DEFAULT_RTOL if options.rtol is None else options.rtol
-    names: tuple[str, ...] = (options.method,)
-    if options.method == AUTO:
-        names = may_suit(model, *options.span, rtol if options.step is None else None)
+    names = method_names(model, options)
     found: list[CompiledFunction] = []
     has_jacobian = False
     for row in ROWS:

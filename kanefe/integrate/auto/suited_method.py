@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -33,6 +34,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
+from kanefe.loads.base import Load
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 if TYPE_CHECKING:
@@ -104,8 +106,23 @@ class SuitedMethod(NamedTuple):
     changes: Vector | None = None
 
 
-def suited_method(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> SuitedMethod:
-    """Return the method that suits a scene; for fixed steps without rtol.
+class Candidates(NamedTuple):
+    """Methods of which one is taken for a scene.
+
+    Attributes
+    ----------
+    names : tuple of str
+        All that `choose` may return: known before anything is evaluated, so that they are compiled together.
+    choose : function () -> SuitedMethod
+        Evaluates the scene where it has to.
+    """
+
+    names: tuple[str, ...]
+    choose: Callable[[], SuitedMethod]
+
+
+def candidates(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Candidates:
+    """Return the methods of which one is taken for a scene, and what chooses among them; for fixed steps without rtol.
 
     `atol` is that of `StepControl`.
 
@@ -117,24 +134,45 @@ def suited_method(model: Model, start: float, stop: float, rtol: float | None, a
     once (stops, contacts, friction in joints unless the explicit one has far less work), and where that is too much
     work generalised-alpha; not under sampled controllers, at whose samples it would begin anew.
     """
-    if model.crowd is not None:
-        return _of_crowd(model, model.crowd, stop - start)
-    own = serving(model, *own_methods())
+    span = stop - start
+    crowd, own = model.crowd, serving(model, *own_methods())
+    if crowd is not None:
+        return Candidates(("moreau-jean",), lambda: _of_crowd(model, crowd, span))
     if len(own) == 1:
-        return SuitedMethod(own[0], f"the only one for {model.route.reason}")
-    span, abrupt = stop - start, [load for load in model.loads if load.acts_at_once]
+        return Candidates(tuple(own), lambda: SuitedMethod(own[0], f"the only one for {model.route.reason}"))
+    abrupt = [load for load in model.loads if load.acts_at_once]
     if abrupt and model.free_count + model.state_count <= MOST_SPEEDS:
-        share = min(CONTACT_ATOL / atol, 1.0)
-        if explicit_serves_friction(model, abrupt, start, span):
-            return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
-        reason = f"{abrupt[0].kind} {abrupt[0].name!r} may be stiff at once"
-        if explicit_serves_contacts(model, abrupt, start, span):
-            unknowns = model.free_count + model.state_count
-            reason += f", but {unknowns} speeds and states of contacts are much work for radau5"
-            return SuitedMethod("dop853", reason, share=share)
-        return SuitedMethod("radau5", reason, share=share)
+        return Candidates(("radau5", "dop853"), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))
+    rate = _fastest(model, start, span)
+    if not look_at_state(model) and not _is_stiff(rate, span):
+        return Candidates(("dop853",), lambda: SuitedMethod("dop853", "no stiff elastic modes"))
+    is_plain = not (model.loads or model.has_stops or look_at_state(model)) and all_damped(model)
+    names = ("extrapolation",) if is_plain and _is_loose(rtol) else ("extrapolation", "radau5", "dop853")
+    return Candidates((*names, "generalised-alpha"), lambda: _by_rates(model, (start, stop), rtol, atol, rate))
+
+
+def _is_loose(rtol: float | None) -> bool:
+    return rtol is None or rtol >= LOOSE_RTOL
+
+
+def _for_abrupt_forces(model: Model, abrupt: Sequence[Load], start: float, span: float, atol: float) -> SuitedMethod:
+    """Return the method for a scene with forces that act at once: contacts, friction, stops."""
+    share = min(CONTACT_ATOL / atol, 1.0)
+    if explicit_serves_friction(model, abrupt, start, span):
+        return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
+    reason = f"{abrupt[0].kind} {abrupt[0].name!r} may be stiff at once"
+    if explicit_serves_contacts(model, abrupt, start, span):
+        unknowns = model.free_count + model.state_count
+        reason += f", but {unknowns} speeds and states of contacts are much work for radau5"
+        return SuitedMethod("dop853", reason, share=share)
+    return SuitedMethod("radau5", reason, share=share)
+
+
+def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol: float, rate: float) -> SuitedMethod:
+    """Return the method for a scene by the rates (rad/s) of its elastic modes and of functions of the state."""
+    (start, stop), span = times, times[1] - times[0]
     dynamics = Dynamics(model)
-    outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
+    outside = rate_of_functions(dynamics, start)
     if not _is_stiff(max(rate, outside), span):
         return SuitedMethod("dop853", "no stiff elastic modes")
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
@@ -158,21 +196,7 @@ def suited_method(model: Model, start: float, stop: float, rtol: float | None, a
             return SuitedMethod("radau5", reason)
         return SuitedMethod("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
     changes = changes_of(dynamics, start, stop) if dynamics.calls_functions else np.zeros(0)
-    return _by_vibrations(dynamics, (start, stop), rtol, atol, reason, changes)._replace(changes=changes)
-
-
-def may_suit(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, ...]:
-    """Return the methods of which `suited_method` may take one, as far as is known before the scene is evaluated."""
-    if model.crowd is not None:
-        return ("moreau-jean",)
-    if any(load.acts_at_once for load in model.loads):
-        return "radau5", "dop853"
-    if not look_at_state(model) and not _is_stiff(_fastest(model, start, stop - start), stop - start):
-        return ("dop853",)
-    is_loose = rtol is None or rtol >= LOOSE_RTOL
-    if is_loose and all_damped(model) and not (model.loads or model.has_stops or look_at_state(model)):
-        return ("extrapolation",)
-    return "extrapolation", "radau5", "dop853"
+    return _by_vibrations(dynamics, times, rtol, atol, reason, changes)._replace(changes=changes)
 
 
 def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> SuitedMethod:
@@ -198,7 +222,7 @@ def _by_vibrations(
     They are those of the start, and those that begin where functions of the time change at once.
     """
     model, (start, stop) = dynamics.model, span
-    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    is_loose = _is_loose(rtol)
     if is_loose and all_damped(model):
         return SuitedMethod("extrapolation", reason)
     found = vibrations(dynamics, start, stop - start)
@@ -258,7 +282,7 @@ def _followed(
     if not np.any(frequencies > 0.0) or (is_undamped and _has_springs(model)):
         return "vibrations on springs of joints are followed"
     slowest = undamped if is_undamped else float(frequencies[frequencies > 0.0].min())
-    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    is_loose = _is_loose(rtol)
     if span * slowest < 2.0 * math.pi * (FEW_IF_LOOSE if is_loose else FEW_PERIODS):
         return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
     longest = min((controller.every for controller in model.controllers), default=span)
