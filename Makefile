@@ -12,7 +12,7 @@ kernels: setup   ## build the solver for this machine: what is there already is 
 	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build
 
 demo: setup      ## set up, then run the demo (files under out/)
-	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build --flexible
+	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build --first
 	@bash .ci/in-env .venv kanefe demo
 
 test: kernels    ## set up, then run all the tests, on two cores

@@ -46,7 +46,7 @@ class Watched:
         names = ["touch", "lift", "slip", "stick"][: self.contact.events_of_each]
         # what changes the states is done by those of the contact, which are found with those of its points
         all_names = [(name, name) for name in names]
-        for i in range(len(self.contact.probes) if self.contact.tells_points else 0):
+        for i in range(len(self.contact.probes) if self.contact.reports_points else 0):
             all_names += [(of_point(name, i), name) for name in names]
         return tuple(
             LoadEvent(name, partial(self.value, k), -1 if k % 2 else 1, changes.get(name), ends_step=kind == "touch")

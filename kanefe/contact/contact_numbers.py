@@ -45,7 +45,7 @@ def numbers_of(contact: Contact) -> Vector:
         rests_at=rests_at,
         softness=0.0 if rest is None else rest.softness,
         belt=contact.belt,
-        tells_points=contact.tells_points,
+        reports_points=contact.reports_points,
         normal=law.kind,
         normal_at=put(flat(law.block)),
         stiffness=law.stiffness,
@@ -113,7 +113,7 @@ class InPython:
 
     def watched(self) -> list[float]:
         """Return what the events of the contact look at, in their order."""
-        points = len(self.contact.probes) if self.contact.tells_points else 0
+        points = len(self.contact.probes) if self.contact.reports_points else 0
         out: list[Any] = [0.0] * (self.contact.events_of_each * (1 + points))
         seen = kernels.nothing_seen()
         for i, met in self._met():

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kanefe.kernels.tolerances import HELD_BEYOND
 from scipy.integrate import quad
 from scipy.optimize import brentq
 

@@ -10,41 +10,33 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from fnmatch import fnmatchcase
 from pathlib import Path
+from types import FunctionType
 
 import kanefe.kernels
 from kanefe.errors import FileError, MissingDependency
 from kanefe.kernels.compiler._numba_objects import build_alone
-from kanefe.kernels.compiler.addresses import units_of
+from kanefe.kernels.compiler.addresses import compiled_functions_of
 from kanefe.kernels.compiler.compiled_functions import (
     BUILT,
     GENERATIONS,
-    Unit,
+    CompiledFunction,
     can_keep,
     folder_for,
     generations_here,
     linker,
     name_of,
     own_folder,
-    write_unit,
+    write_compiled_function,
 )
 from kanefe.kernels.compiler.entries import Entry, Pointer
 from kanefe.kernels.compiler.side_by_side import BUILDER, Say, batches_of, build_by_name, processors_here
 from kanefe.storage.kept_code import is_sound, kept, opened
 
-NOT_OF_FLEXIBLE = (
-    *("advance_keeping", "interpolate_keeping", "balance-*", "close*", "evaluate", "evaluate_planar"),
-    *("aerodynamics*", "bearing*", "bushing*", "contact*", "coordinate_*", "curve*", "deck_motion*"),
-    *("falling_friction*", "oleo*", "periodic_load*", "pose_table*", "rope*", "spring*", "winch*"),
-    *("between_states", "look_at", "march_crowd", "motions_of_rows", "pass_quiet_steps", "revisit", "watch_states*"),
-)
-"""Patterns of the names of units that trees of flexible bodies without contacts do without."""
 
-
-def all_units() -> list[Unit]:
+def all_compiled_functions() -> list[CompiledFunction]:
     """Return all there is to build."""
-    found: dict[str, Unit] = {}
+    found: dict[str, CompiledFunction] = {}
     for module in pkgutil.walk_packages(kanefe.kernels.__path__, "kanefe.kernels."):
         if module.name == BUILDER:
             continue
@@ -53,15 +45,15 @@ def all_units() -> list[Unit]:
                 units = [value.unit(variant) for variant in value.variants]
             elif isinstance(value, Pointer):
                 units = [value.unit]
-            elif hasattr(value, "kinds"):
-                units = units_of(value, value.kinds)
+            elif isinstance(value, FunctionType) and hasattr(value, "kinds"):
+                units = compiled_functions_of(value, value.kinds)
             else:
                 continue
             found |= {unit.name: unit for unit in units}
     return list(found.values())
 
 
-def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_flexible: bool = False) -> int:
+def build(folder: Path, jobs: int, say: Say, generation: str | None = None, only_first: bool = False) -> int:
     """Build what is missing in a folder; return how many units were built.
 
     Parameters
@@ -73,8 +65,8 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
         Gets lines of progress.
     generation : str, optional
         A key of `GENERATIONS`; else the processor of this machine.
-    is_flexible : bool
-        Whether to build what a tree of flexible bodies without contacts needs, and leave the rest to later.
+    only_first : bool
+        Whether to build what is marked with `built_first`, and leave the rest to later.
 
     Raises
     ------
@@ -83,10 +75,11 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, is_f
     subprocess.CalledProcessError
         If a compiler fails; what it said has been printed.
     """
-    units = all_units()
-    if is_flexible:
-        units = [unit for unit in units if not any(fnmatchcase(unit.name, name) for name in NOT_OF_FLEXIBLE)]
-    missing = [unit.name for unit in units if not _is_there(folder, unit)]
+    missing = [
+        unit.name
+        for unit in all_compiled_functions()
+        if (unit.is_first or not only_first) and not _is_there(folder, unit)
+    ]
     if missing and shutil.which(linker()) is None:
         raise MissingDependency(
             f"the C compiler {linker()!r}", "the solver, to be built,", "apt-get install gcc libc6-dev, or CC=..."
@@ -105,7 +98,7 @@ def build_into_package(generations: Iterable[str], jobs: int, say: Say) -> None:
         with _folder_to_build_in(folder_for(generation)) as folder:
             build(folder, jobs, say, generation)
             (BUILT / generation).mkdir(parents=True, exist_ok=True)
-            for unit in all_units():
+            for unit in all_compiled_functions():
                 path = kept(folder, name_of(unit))
                 if path is None:
                     raise FileError(f"{unit.name} was built and is gone from {folder}. Remedy: build again")
@@ -127,7 +120,7 @@ def _folder_to_build_in(wanted: Path) -> Iterator[Path]:
             yield Path(folder)
 
 
-def _is_there(folder: Path, unit: Unit) -> bool:
+def _is_there(folder: Path, unit: CompiledFunction) -> bool:
     """Return whether a folder has a unit, whole."""
     path = kept(folder, name_of(unit))
     return path is not None and is_sound(path)
@@ -138,9 +131,9 @@ def write_named(names: set[str], folder: Path, generation: str | None) -> None:
     if generation is not None:
         os.environ |= {"NUMBA_CPU_NAME": GENERATIONS[generation].compiler_name, "NUMBA_CPU_FEATURES": ""}
     build_alone()
-    for unit in all_units():
+    for unit in all_compiled_functions():
         if unit.name in names:
-            write_unit(folder, unit)
+            write_compiled_function(folder, unit)
             print(unit.name, flush=True)
 
 
@@ -150,7 +143,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=own_folder(), help="where to; else the cache of the user")
     parser.add_argument("--wheel", choices=("here", "all"), help="into the package, for this generation or for all")
     parser.add_argument("--jobs", type=int, default=processors_here(), help="compilers side by side")
-    parser.add_argument("--flexible", action="store_true", help="what trees of flexible bodies need, and no more")
+    parser.add_argument("--first", action="store_true", help="what trees of flexible bodies need, and no more")
     parser.add_argument("--for", dest="generation", choices=GENERATIONS, help=argparse.SUPPRESS)
     parser.add_argument("--only", nargs="*", help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -164,7 +157,7 @@ def main() -> None:
         generations = list(GENERATIONS) if options.wheel == "all" else generations_here()[:1]
         build_into_package(generations, options.jobs, say)
     else:
-        build(options.folder, options.jobs, say, is_flexible=options.flexible)
+        build(options.folder, options.jobs, say, only_first=options.first)
 
 
 if __name__ == "__main__":

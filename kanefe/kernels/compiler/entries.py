@@ -11,14 +11,14 @@ import ctypes
 from collections.abc import Callable
 from enum import Enum, auto
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler._numba_objects import compiled_entry, compiled_pointer
 from kanefe.kernels.compiler.arrays import Prepared
-from kanefe.kernels.compiler.compiled_functions import MachineCode, Unit, machine_code
+from kanefe.kernels.compiler.compiled_functions import CompiledFunction, MachineCode, machine_code
 from kanefe.kernels.compiler.signatures import (
     BOOLEAN,
     INTEGER,
@@ -59,6 +59,7 @@ class Entry:
         self.function, self.variants = function, variants
         self.__name__, self.__qualname__ = function.__name__, function.__qualname__
         self.__module__, self.__doc__ = function.__module__, function.__doc__
+        self.is_built_first = False
         self._names = function.__code__.co_varnames[: function.__code__.co_argcount]
 
     def __reduce__(self) -> str:
@@ -68,14 +69,16 @@ class Entry:
         """Call it once: what is called often is bound first."""
         return self.bound(*arguments)()
 
-    def unit(self, variant: Variant) -> Unit:
+    def unit(self, variant: Variant) -> CompiledFunction:
         """Return what is built for a variant."""
         name = f"{self.__name__}-{variant.label}".rstrip("-")
 
         def compile_() -> Any:
             return compiled_entry(self.function, *wrapper_source(signature_of(self.function, variant)))
 
-        return Unit(name, self.__module__, compile_)
+        # where there are variants with flexible bodies, these serve the first runs
+        is_first = variant.has_flexible or not any(other.has_flexible for other in self.variants)
+        return CompiledFunction(name, self.__module__, compile_, self.is_built_first and is_first)
 
     def bound(self, *arguments: Any, is_complex: bool = False) -> Bound:
         """Return it with arguments that stay the same; in the place of others is LATER.
@@ -112,7 +115,7 @@ class Bound:
         self._places, self._numbers = places, numbers
 
     @property
-    def unit(self) -> Unit:
+    def unit(self) -> CompiledFunction:
         """What is built for it."""
         return self._entry.unit(self._variant)
 
@@ -280,7 +283,7 @@ class Pointer:
     """
 
     def __init__(self, function: Callable[..., Any], kind: str) -> None:
-        self.function, self.kind = function, kind
+        self.function, self.kind, self.is_built_first = function, kind, False
         self.__name__, self.__qualname__ = function.__name__, function.__qualname__
         self.__module__, self.__doc__ = function.__module__, function.__doc__
 
@@ -292,14 +295,26 @@ class Pointer:
         return self.function(*arguments)
 
     @property
-    def unit(self) -> Unit:
+    def unit(self) -> CompiledFunction:
         """What is built for it."""
-        return Unit(self.__name__, self.__module__, lambda: compiled_pointer(self.function, self.kind))
+        function, kind = self.function, self.kind
+        return CompiledFunction(
+            self.__name__, self.__module__, lambda: compiled_pointer(function, kind), self.is_built_first
+        )
 
     @property
     def address(self) -> int:
         """Where its machine code is."""
         return machine_code(self.unit).address
+
+
+Declared = TypeVar("Declared", Entry, Pointer)
+
+
+def built_first(kernel: Declared) -> Declared:
+    """Mark a kernel that trees of flexible bodies need: the first build makes these, and leaves the rest to later."""
+    kernel.is_built_first = True
+    return kernel
 
 
 def pointer(kind: str) -> Callable[[Callable[..., Any]], Pointer]:

@@ -262,10 +262,10 @@ def watched(
     slipped; both have their sign where it does not touch.
     """
     deepest, shallowest, most, least, is_any = seen
-    has_memory, tells_points = numbers[AT.has_memory] > 0.0, numbers[AT.tells_points] > 0.0
+    has_memory, reports_points = numbers[AT.has_memory] > 0.0, numbers[AT.reports_points] > 0.0
     holds, stiffness = numbers[AT.holds] > 0.0, numbers[AT.stiffness]
     at = (4 if holds else 2) * (i + 1)  # after those of the contact
-    if tells_points:
+    if reports_points:
         out[at] = out[at + 1] = depth
         if holds:
             out[at + 2], out[at + 3] = depth * stiffness, -depth * stiffness
@@ -274,7 +274,7 @@ def watched(
         return deepest, shallowest, most, least, is_any
     found = touching(numbers, i, depth, normal, point, A_s, ends, states)
     beyond, force, held = found[5][5], found[4][0], is_held(numbers, place_of(numbers, i), states)
-    if tells_points:
+    if reports_points:
         near = AT_THE_LIMIT * force if has_memory else 0.0
         if held:
             out[at + 2] = beyond + near

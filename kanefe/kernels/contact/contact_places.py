@@ -21,7 +21,7 @@ class ContactNumbers(NamedTuple):
         m: see `kanefe.contact.rest.Rest`.
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
-    tells_points : float
+    reports_points : float
         Whether events of each point are looked for.
     normal, normal_at : float
         Kind of the normal law, and where its numbers begin.
@@ -47,7 +47,7 @@ class ContactNumbers(NamedTuple):
     rests_at: float
     softness: float
     belt: Vector
-    tells_points: float
+    reports_points: float
     normal: float
     normal_at: float
     stiffness: float

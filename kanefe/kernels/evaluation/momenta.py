@@ -26,7 +26,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.layout import (
     AXES,
@@ -263,6 +263,7 @@ def balance(
         _put_rigid_motions(tables, work, integers, reals, vectors)
 
 
+@built_first
 @entry(Variant(has_flexible=True))
 def balances_of_states(
     tables: Tables,

@@ -25,7 +25,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.layout import (
     ABOUT,
@@ -228,6 +228,7 @@ def _interface(
     put_matrix(work, i, TANGENT, T)
 
 
+@built_first
 @entry(Variant(), Variant(has_flexible=True))
 def motions_of_rows(
     tables: Tables,
