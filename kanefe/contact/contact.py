@@ -153,6 +153,11 @@ class Contact(Load):
         return self.normal.straight
 
     @property
+    def slip_damping(self) -> float:
+        """Pull of all its probes beyond what friction holds, over the speed of their slip, N s/m."""
+        return 0.0 if self.friction is None else self.friction.anchor(1.0, 0.0)[1]
+
+    @property
     def at_most(self) -> tuple[float, float] | None:
         """Stiffness and damping of all its points at once, pressed and stuck; None: they are not known before a run."""
         k, c = self.straight, 0.0
@@ -237,7 +242,9 @@ class Contact(Load):
     def rested(self, ends: Sequence[End], states: Vector) -> Vector:
         """Return the internal states at rest: anchors are stretched by what friction holds."""
         after, law = states.copy(), self.friction
-        for i, touch in enumerate(self.touches(ends, states) if law is not None else ()):
+        if law is None:
+            return after
+        for i, touch in enumerate(self.touches(ends, states)):
             share, lever = self.probes[i][1].share, self.probes[i][1].lever
             k, at = law.anchor(share, max(touch.press, 1e-300))[0], self.begins + self.each * i
             after[at : at + 3] = ends[0].A.T @ touch.drag / k

@@ -14,7 +14,6 @@ from kanefe.loads.base import End, LoadEvent
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact
-    from kanefe.contact.touching_point import Touch
 
 
 def of_point(what: str, i: int) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.contact.touching_point import Touch
 from kanefe.frames import Vector
 from kanefe.kernels.contact import contact_forces as kernels
-from kanefe.kernels.contact.contact_places import POINTS, ContactNumbers, PointNumbers
+from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS, ContactNumbers, PointNumbers
 from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.bushing import nine
@@ -100,7 +100,7 @@ class InPython:
             if met is None:
                 yield i, self.contact.found(self.ends[0], self.ends[number])
             else:
-                own = POINTS + kernels.POINT_NUMBERS * i
+                own = POINTS + POINT_NUMBERS * i
                 yield i, Met(*located(self._numbers, own, self._ends, met))
 
     def action(self) -> Action:
@@ -109,7 +109,9 @@ class InPython:
         out: list[Any] = [0.0] * (last + len(self._states))
         for i, met in self._met():
             kernels.put_point(self._numbers, i, *met, self._axes, self._ends, self._states, out)
-        return Action(np.array(out[WRENCHES:last]).reshape(-1, WRENCH), *out[:WRENCHES], np.array(out[last:]))
+        potential, taken, given = out[:WRENCHES]
+        wrenches = np.array(out[WRENCHES:last]).reshape(-1, WRENCH)
+        return Action(wrenches, potential, taken, given, np.array(out[last:]))
 
     def watched(self) -> list[float]:
         """Return what the events of the contact look at, in their order."""
@@ -138,9 +140,7 @@ class InPython:
         if contact.friction is not None and contact.friction.turning_states:
             out: list[Any] = [0.0] * (WRENCHES + WRENCH * len(self.ends) + len(self._states))
             moment = -np.array(
-                kernels.turned(
-                    self._numbers, i, met.normal, self._axes, self._ends, pressed[0], self._states, out
-                )
+                kernels.turned(self._numbers, i, met.normal, self._axes, self._ends, pressed[0], self._states, out)
             )
-        vectors = (np.array(x) for x in (along, drag, w, w_rate))
-        return Touch(met.depth, number, place, normal, pressed[0], *vectors, beyond, moment)
+        vectors = [np.array(x) for x in (along, drag, w, w_rate)]
+        return Touch(met.depth, number, place, normal, pressed[0], *vectors, reserve=beyond, moment=moment)

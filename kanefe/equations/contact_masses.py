@@ -35,7 +35,7 @@ def _completed(contact: Contact, trees: Sequence[int], masses: Vector) -> Contac
     mass = 1.0 / inverse if inverse > 0.0 else 1.0
     friction = contact.friction
     if friction is not None and friction.lacks_damping:
-        friction = friction.with_numbers(damping=default_damping(friction.spring, mass))
+        friction = friction.with_damping(default_damping(friction.spring, mass))
     return replace(contact, mass=mass, friction=friction)
 
 

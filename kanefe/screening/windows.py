@@ -316,7 +316,7 @@ class _Run:
                 stick = sticks[sticks >= slip][0]
                 before, after = np.searchsorted(found.times, slip, "right") - 1, np.searchsorted(found.times, stick)
                 # of one point it is the pull itself, of several their sum
-                pull = load.friction.anchor(1.0, 0.0)[1] * (path[min(after, len(path) - 1)] - path[before])
+                pull = load.slip_damping * (path[min(after, len(path) - 1)] - path[before])
                 self.grazing[event.name] += bool(pull <= limit * (stick - slip))
 
     def _wanted(self, begin: float, end: float) -> Vector:

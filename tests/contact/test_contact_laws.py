@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kanefe.kernels.tolerances import HELD_BEYOND
 from scipy.integrate import quad
 from scipy.optimize import brentq
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kanefe.kernels.tolerances import HELD_BEYOND
 from scipy.optimize import brentq
 
 from acting_loads import WAYS, acted, assert_complex_steps_are_differences

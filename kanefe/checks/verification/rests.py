@@ -7,10 +7,9 @@ from collections.abc import Iterator
 
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.checks.verification.contact import GRAVITY
-from kanefe.contact import shapes
-from kanefe.contact import Coulomb, HuntCrossley, Rigid
-from kanefe.kernels.contact.laws.normal_law import NormalLaw
+from kanefe.contact import Coulomb, HuntCrossley, Rigid, shapes
 from kanefe.joints import Free
+from kanefe.kernels.contact.laws.normal_law import NormalLaw
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.system import System
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from typing import ClassVar, NamedTuple
 
@@ -11,7 +10,6 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import AXES, Matrix, Vector
 from kanefe.loads.reach import Bounds
-
 
 
 class Probe(NamedTuple):

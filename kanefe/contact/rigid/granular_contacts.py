@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -82,13 +82,17 @@ class RigidCrowd(Load):
         return states
 
 
-def is_crowd(law: object, pairs: int) -> bool:
+def is_crowd(law: object, pairs: int) -> TypeGuard[Rigid]:
     """Return whether so many pairs with a law are one load, over whose impacts time stepping goes."""
     return isinstance(law, Rigid) and pairs > FEW
 
 
 def crowd_of(
-    name: str, among: Sequence[Surface], law: Rigid, friction: FrictionLaw | None, ignore: Sequence[tuple[Surface, Surface]]
+    name: str,
+    among: Sequence[Surface],
+    law: Rigid,
+    friction: FrictionLaw | None,
+    ignore: Sequence[tuple[Surface, Surface]],
 ) -> RigidCrowd:
     """Return rigid contacts of each surface with each other one.
 

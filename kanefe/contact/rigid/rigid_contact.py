@@ -13,8 +13,8 @@ from kanefe.bodies.marker import Marker
 from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
 from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
 from kanefe.contact.contact_events import of_point
-from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.rigid.meeting import Meeting, meetings_with, turned
+from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
@@ -120,9 +120,7 @@ class RigidContact(Load):
                 "Remedy: a law that yields, such as kanefe.HuntCrossley(1e6)"
             )
         check_rigid(wanted.shape, wanted.probes, wanted.friction, wanted.belt, wanted.label)
-        return cls(
-            wanted.name, wanted.ends, wanted.shape, wanted.probes, wanted.normal, wanted.friction, wanted.belt
-        )
+        return cls(wanted.name, wanted.ends, wanted.shape, wanted.probes, wanted.normal, wanted.friction, wanted.belt)
 
     @property
     def title(self) -> str:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from kanefe.frames import Vector
 from kanefe.kernels.force_elements.blocks import places
 
 
@@ -46,7 +45,7 @@ class ContactNumbers(NamedTuple):
     shape: float
     rests_at: float
     softness: float
-    belt: Vector
+    belt: Any
     reports_points: float
     normal: float
     normal_at: float
@@ -72,11 +71,11 @@ class PointNumbers(NamedTuple):
     """Numbers of a point, see `kanefe.contact.geometry.shape.Probe`, with that of its end first."""
 
     end: float
-    point: Vector
+    point: Any
     radius: float
     share: float
     ring: float
-    axis: Vector
+    axis: Any
 
 
 OF_POINT = places(PointNumbers, point=3)

@@ -36,7 +36,7 @@ class FunctionNumbers(NamedTuple):
 
     address: float
     has_slopes: float
-    constants: np.ndarray
+    constants: Any
 
 
 AT = places(FunctionNumbers)

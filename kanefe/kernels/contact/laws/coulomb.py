@@ -32,7 +32,7 @@ class CoulombNumbers(NamedTuple):
     damping: float
     torsional: float
     rolling: float
-    along: Vector
+    along: Any
 
 
 AT = places(CoulombNumbers)

@@ -102,6 +102,10 @@ class FrictionLaw(ABC):
         """Whether the damping of its anchors is to be that of the masses that they hold."""
         return False
 
+    def with_damping(self, damping: float) -> Self:
+        """Return the law with the damping that it lacks, N s/m."""
+        return self
+
     @property
     def at_most(self) -> tuple[float, float] | None:
         """Stiffness and damping of all points that stick; None: unknown before the run."""
@@ -174,6 +178,10 @@ class AnchoredFriction(FrictionLaw):
     def with_numbers(self, **changes: Any) -> Self:
         """Return the law with other numbers."""
         return replace(self, **changes)  # type: ignore[type-var]
+
+    def with_damping(self, damping: float) -> Self:
+        """Return the law with a damping of all points together, N s/m."""
+        return self.with_numbers(damping=damping)
 
     @property
     def lacks_damping(self) -> bool:

@@ -48,7 +48,9 @@ def lugre(numbers: Any, at: int, press: Any, normal: Numbers, v: Numbers, z: Num
     if not rests:
         rate = minus(v, times(stiffness * speed / g, z))
     flat, flat_rate = minus(z, times(dot(z, normal), normal)), minus(rate, times(dot(rate, normal), normal))
-    drag = plus(times(stiffness, flat), plus(times(numbers[at + AT.sigma1], flat_rate), times(numbers[at + AT.sigma2], v)))
+    drag = plus(
+        times(stiffness, flat), plus(times(numbers[at + AT.sigma1], flat_rate), times(numbers[at + AT.sigma2], v))
+    )
     beyond = press * (stiffness * norm(flat) - STEADY * g)
     return times(press, drag), rate, 0.0, norm(minus(v, rate)), beyond
 

@@ -23,8 +23,8 @@ class TableNumbers(NamedTuple):
     """Numbers of `TableLaw`: s/m, how many pieces there are, and these."""
 
     damping: float
-    count: float
-    pieces: np.ndarray
+    length: float
+    pieces: Any
 
 
 AT = places(TableNumbers)
@@ -33,7 +33,7 @@ AT = places(TableNumbers)
 @inlined
 def by_table(numbers: Any, at: int, share: float, depth: Any, rate: Any) -> Any:
     """Return force, elastic part and its energy of a table with damping."""
-    elastic, energy = of_pieces(numbers, int(numbers[at + AT.count]), at + AT.pieces, share, depth)
+    elastic, energy = of_pieces(numbers, int(numbers[at + AT.length]), at + AT.pieces, share, depth)
     return elastic * (1.0 + numbers[at + AT.damping] * rate), elastic, energy
 
 
