@@ -20,6 +20,8 @@ from kanefe.kernels.contact.laws.power_laws import Hertz as Hertz
 from kanefe.kernels.contact.laws.power_laws import HuntCrossley as HuntCrossley
 from kanefe.kernels.contact.laws.power_laws import KelvinVoigt as KelvinVoigt
 from kanefe.kernels.contact.laws.power_laws import Restitution as Restitution
+from kanefe.kernels.contact.laws.stribeck import STRIBECK, stribeck
+from kanefe.kernels.contact.laws.stribeck import Stribeck as Stribeck
 from kanefe.kernels.contact.laws.table_law import TABLE, by_table
 from kanefe.kernels.contact.laws.table_law import TableLaw as TableLaw
 
@@ -99,4 +101,6 @@ def rub(
     """
     if kind == LUGRE:
         return lugre(numbers, at, pressed, normal, along, w, rests)
+    if kind == STRIBECK:
+        return stribeck(numbers, at, share, pressed, normal, along, w, is_held, waits)
     return coulomb(numbers, at, share, pressed, normal, A_s, along, w, is_held, waits)
