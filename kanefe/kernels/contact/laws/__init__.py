@@ -9,6 +9,8 @@ from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.contact.laws.bump_stop import BUMP_STOP, with_hysteresis
+from kanefe.kernels.contact.laws.bump_stop import BumpStop as BumpStop
 from kanefe.kernels.contact.laws.compiled_law import BY_FUNCTION, by_function
 from kanefe.kernels.contact.laws.compiled_law import CompiledLaw as CompiledLaw
 from kanefe.kernels.contact.laws.coulomb import Coulomb as Coulomb
@@ -48,6 +50,8 @@ def press(kind: float, numbers: Any, at: int, share: float, depth: Any, rate: An
         force, elastic, energy = by_function(numbers, at, share, depth, rate)
     elif kind == TABLE:
         force, elastic, energy = by_table(numbers, at, share, depth, rate)
+    elif kind == BUMP_STOP:
+        force, elastic, energy, branch_rate = with_hysteresis(numbers, at, share, depth, rate, branch)
     elif kind == KELVIN_VOIGT:
         force, elastic, energy = spring_and_damper(numbers, at, share, depth, rate)
     else:
