@@ -45,7 +45,7 @@ def with_hysteresis(numbers: Any, at: int, share: float, depth: Any, rate: Any, 
 
 @dataclass(frozen=True, init=False)
 class BumpStop(NormalLaw):
-    """``F = f(d) (1 + hysteresis z)``, f by a table, with ``dz/dt = (v - |v| z) / turning`` of the rate v of the depth d.
+    """``F = f(d) (1 + hysteresis z)``, f by a table, ``dz/dt = (v - |v| z) / turning`` with the rate v of the depth.
 
     z is the branch that the point is on: it goes to 1 on the way in and to -1 on the way out, over a depth of `turning`
     and however fast, as Dahl's friction (1968) does. A closed loop of depths loses the area between both branches. A
