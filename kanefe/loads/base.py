@@ -341,8 +341,14 @@ class Load(ABC):
         return self
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return its stiffness and damping; None: not known, which iterations take longer for."""
-        return None
+        """Return its stiffness and damping; None: not known, which iterations take longer for.
+
+        Of a load with a kernel for complex numbers they are the exact derivatives of it, as far as these resist.
+        """
+        from kanefe.loads.by_kernel import resistances
+
+        found = resistances(self, t, ends, states)
+        return None if found is None else Tangent(*found)
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
         """Return the anchors of its friction that act, for the start of a run."""

@@ -7,12 +7,14 @@ from which come exact derivatives (Squire & Trapp 1998).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.frames import Vector
+from kanefe.frames import Matrix, Vector
 from kanefe.kernels.addresses import call_in_python
+from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES, A, P, V
 
 if TYPE_CHECKING:
     from kanefe.loads.base import End, Load
@@ -21,6 +23,12 @@ Kernel = Callable[..., None] | int
 
 COMPLEX_STEP = 1e-30
 """Imaginary part of what is changed: its square vanishes beside 1, so that nothing is cut off and nothing cancels."""
+
+
+AXES = 3
+NO_INPUTS = np.zeros(0)
+ROUND_OFF = 1e-12
+"""Stiffness or damping, of the largest of a load, that is none."""
 
 
 def numbers_of(ends: Sequence[End]) -> list[Any]:
@@ -43,7 +51,8 @@ def written_by(
     return found.tolist()
 
 
-class EventByKernel(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class EventByKernel:
     """A function of an event of a load that its kernel writes: see `LoadKernel.watch`; an object, so that it pickles.
 
     Attributes
@@ -64,11 +73,8 @@ class EventByKernel(NamedTuple):
         kernel = self.load.kernel
         if kernel is None:
             raise TypeError(f"{self.load.name!r} has no kernel")
-        count = 6 * len(ends) + 3  # kernels use the room that their forces have
+        count = WRENCHES + WRENCH * len(ends)  # kernels use the room that their forces have
         return float(written_by(self.watch, t, kernel.numbers, NO_INPUTS, numbers_of(ends), states, count)[self.place])
-
-
-NO_INPUTS = np.zeros(0)
 
 
 def slopes(function: Callable[..., Any], *at: float) -> list[float]:
@@ -76,3 +82,44 @@ def slopes(function: Callable[..., Any], *at: float) -> list[float]:
     steps = [[complex(x, COMPLEX_STEP * (i == k)) for k, x in enumerate(at)] for i in range(len(at))]
     with np.errstate(all="ignore"):
         return [float(np.imag(function(*moved))) / COMPLEX_STEP for moved in steps]
+
+
+def resistances(load: Load, t: float, ends: Sequence[End], states: Vector) -> tuple[Matrix, Vector, Vector] | None:
+    """Return rows, stiffness and damping of what resists motions of the ends: see `kanefe.Tangent`; None: nothing does.
+
+    The symmetric parts of all that its complex kernel tells, along their principal directions, of which those that
+    drive a motion are left out. By complex steps within the branch of the law in which it is.
+    """
+    kernel = load.kernel
+    if kernel is None or kernel.complex_ is None:
+        return None
+    at, count, function = numbers_of(ends), WRENCH * len(ends), kernel.complex_
+    inputs = load.inputs(t, ends, states) if load.input_count else NO_INPUTS
+
+    def forces(moved: dict[int, float]) -> Vector:
+        """Return the derivative of all wrenches as some numbers of the ends change at these rates."""
+        own = [complex(x, COMPLEX_STEP * moved.get(i, 0.0)) for i, x in enumerate(at)]
+        found = written_by(function, t, kernel.numbers, inputs, own, states, WRENCHES + count + len(states))
+        return np.asarray(np.imag(found[WRENCHES : WRENCHES + count]) / COMPLEX_STEP)
+
+    K, C = np.zeros((2, count, count))
+    for i in range(len(ends)):
+        first = END_NUMBERS * i
+        for c in range(WRENCH):
+            moved = {first + P + c: 1.0} if c < AXES else _turned(at, first + A, c - AXES)
+            K[:, WRENCH * i + c], C[:, WRENCH * i + c] = -forces(moved), -forces({first + V + c: 1.0})
+    parts = [np.linalg.eigh(0.5 * (matrix + matrix.T)) for matrix in (K, C)]
+    rows, of_k, of_c = [], [], []
+    for which, (values, along) in enumerate(parts):
+        for value, row in zip(values, along.T, strict=True):
+            if value > ROUND_OFF * np.abs(values).max():
+                rows.append(row)
+                of_k.append(value * (which == 0))
+                of_c.append(value * (which == 1))
+    return (np.array(rows), np.array(of_k), np.array(of_c)) if rows else None
+
+
+def _turned(at: list[float], first: int, axis: int) -> dict[int, float]:
+    """Return how fast a matrix, row by row, changes as it turns about an axis of N by 1 rad/s."""
+    one, other = first + AXES * ((axis + 1) % AXES), first + AXES * ((axis + 2) % AXES)
+    return {one + c: -at[other + c] for c in range(AXES)} | {other + c: at[one + c] for c in range(AXES)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-MOST_TRIALS = 60
+from kanefe.kernels.force_elements.falling_friction import slip_speed as slip_speed_where_it_falls
 
 
 def share_of_static(slip: float, speed: float) -> float:
@@ -15,7 +15,7 @@ def share_of_static(slip: float, speed: float) -> float:
 def slip_speed(pull: float, least: float, fall: float, damping: float, speed: float) -> float:
     """Return how fast an anchor slips (m/s): the root of ``c s + F(s) = pull``, 0 if there is none.
 
-    ``F(s) = least + fall exp(-(s/speed)^2)``. Newton's method from above, halved where it would leave.
+    ``F(s) = least + fall exp(-(s/speed)^2)``.
 
     Parameters
     ----------
@@ -30,15 +30,4 @@ def slip_speed(pull: float, least: float, fall: float, damping: float, speed: fl
     """
     if speed == 0.0:
         return max(0.0, (pull - least) / damping)
-    s = pull / damping
-    for _ in range(MOST_TRIALS):
-        share = share_of_static(s, speed)
-        value = damping * s + least + fall * share - pull
-        slope = damping - 2.0 * fall * share * s / speed**2
-        step = value / slope if slope > 0.0 else 0.5 * s
-        if abs(step) <= 1e-15 * s:
-            break
-        s = max(s - step, 0.5 * s)
-        if s * damping < 1e-12 * pull:
-            return 0.0
-    return s
+    return float(slip_speed_where_it_falls(pull, least, fall, damping, speed))

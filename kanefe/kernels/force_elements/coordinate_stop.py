@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from kanefe.kernels._numba import inlined
 from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
 from kanefe.kernels.vectors import Numbers
 
-LOWER, UPPER, STIFFNESS = range(3)
+
+class StopNumbers(NamedTuple):
+    """Numbers of a stop: limits, and N/m or N m/rad."""
+
+    lower: float
+    upper: float
+    stiffness: float
+
+
+AT = places(StopNumbers)
 
 
 @called_by_address(*SIGNATURE)
 def coordinate_stop(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write the force along the coordinate; `numbers`: `kanefe.loads.coordinate_stop.CoordinateStop.kernel`."""
+    """Write the force along the coordinate; see `StopNumbers`."""
     d, way = beyond(numbers, ends)
     if d.real <= 0.0:
         return
-    rate, elastic = way * ends[V], numbers[STIFFNESS] * d
+    rate, elastic = way * ends[V], numbers[AT.stiffness] * d
     push = elastic * (1.0 + states[0] * rate)
     if push.real < 0.0:
         push = 0.0 * push
@@ -36,7 +46,7 @@ def coordinate_stop_watch(t: float, numbers: Any, inputs: Any, ends: Any, states
 @inlined
 def beyond(numbers: Any, ends: Any) -> Numbers:
     """Return how far the coordinate is beyond the nearer limit, and the way outward there."""
-    above, below = ends[P] - numbers[UPPER], numbers[LOWER] - ends[P]
+    above, below = ends[P] - numbers[AT.upper], numbers[AT.lower] - ends[P]
     if above.real > below.real:
         return above, 1.0
     return below, -1.0
