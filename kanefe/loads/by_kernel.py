@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.addresses import call_in_python
+from kanefe.kernels.compiler.addresses import call_in_python
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES, A, P, V
 
 if TYPE_CHECKING:

@@ -36,7 +36,7 @@ SLIPS, STICKS = 0.0, 1.0
 
 @dataclass(frozen=True, eq=False)
 class CoordinateFriction(Load):
-    """Friction along coordinates of a joint, as `kanefe.contact.friction_laws.Coulomb` has it.
+    """Friction along coordinates of a joint, as `kanefe.contact.laws.friction_laws.Coulomb` has it.
 
     The surface slips by ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``,
     what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is

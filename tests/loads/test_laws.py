@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 
 import kanefe as kf
 from kanefe.joints.joint_friction import RubbingSurfaces
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.kernels.force_elements.coordinate_friction import BALL, PADS, THREAD
-from kanefe.kernels.tolerances import HELD_BEYOND
 from kanefe.loads.base import End, Load
 from kanefe.loads.bushing import Bushing
 from kanefe.loads.coordinate_friction import CoordinateFriction

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, minus, rotated_back, three
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.periodic_load import put_own
 from kanefe.kernels.force_elements.places import SIGNATURE, A, V
-from kanefe.kernels.vectors import Numbers, minus, rotated_back, three
 
 
 class AerodynamicsNumbers(NamedTuple):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.bushing import nine, put_on_both, six_by_six
 from kanefe.kernels.force_elements.places import (
@@ -20,7 +21,6 @@ from kanefe.kernels.force_elements.places import (
     V,
     W,
 )
-from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 
 
 class BearingNumbers(NamedTuple):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
+from kanefe.kernels.contact.contact_shapes import norm
 from kanefe.kernels.force_elements.blocks import places
-from kanefe.kernels.force_elements.contact_shapes import norm
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     POTENTIAL,
@@ -19,8 +21,6 @@ from kanefe.kernels.force_elements.places import (
     P,
     V,
 )
-from kanefe.kernels.tolerances import HELD_BEYOND
-from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, times
 
 
 class FrictionNumbers(NamedTuple):
@@ -97,7 +97,7 @@ def is_held(numbers: Any, states: Any) -> bool:
 
 @inlined
 def waits_for_its_event(numbers: Any, states: Any) -> bool:
-    """Tell whether an event ends the sticking: see `kanefe.kernels.tolerances.HELD_BEYOND`."""
+    """Tell whether an event ends the sticking: see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`."""
     return numbers[AT.has_memory] > 0.0 and numbers[AT.is_at_rest] == 0.0 and is_held(numbers, states)
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
-from kanefe.kernels.vectors import Numbers
 
 
 class StopNumbers(NamedTuple):

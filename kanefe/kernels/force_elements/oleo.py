@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES
 from kanefe.kernels.force_elements.spring import line_between

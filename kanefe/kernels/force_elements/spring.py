@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, three, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
-from kanefe.kernels.vectors import Numbers, dot, minus, three, times
 
 
 class SpringNumbers(NamedTuple):
