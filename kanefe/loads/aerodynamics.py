@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -153,7 +154,7 @@ class Aerodynamics(Load):
         own = self.action(t, ends, states).wrenches.reshape(2, 3) @ end.A
         return np.array((float(np.linalg.norm(r)), math.atan2(-r[1], -r[0]), *own.ravel()))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         rest = np.concatenate((self.wind.numbers, self.pieces.ravel()))

@@ -198,7 +198,7 @@ class Bearing(Load):
         on_shaft = self.action(t, ends, states).wrenches[1]
         return np.array((*d, *tilt, *(on_shaft[:3] @ ends[0].A), *(on_shaft[3:] @ ends[0].A), self._speed(ends)))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel: one row of coefficients, or a row for each speed."""
         head = AXES.index(self.axis), len(self.ends)

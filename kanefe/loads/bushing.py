@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -80,7 +81,7 @@ class Bushing(Load):
         on_b = self.action(t, ends, states).wrenches[1]
         return np.concatenate((self.offset(ends)[0], on_b[:3] @ ends[0].A, on_b[3:] @ ends[0].A))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         return LoadKernel(bushing, flat(BushingNumbers(self.stiffness, self.damping, self.input_count)), bushing)

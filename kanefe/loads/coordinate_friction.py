@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -146,7 +147,7 @@ class CoordinateFriction(Load):
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
         """Return its anchor, of all coordinates together."""
-        slip, coefficient = self._slipping(ends), self.sliding
+        slip, coefficient = self._anchor(ends, states)[1], self.sliding
         if self.stribeck_speed > 0.0:
             share = share_of_static(float(np.linalg.norm(slip)), self.stribeck_speed)
             coefficient += share * (self.static - self.sliding)
@@ -202,13 +203,12 @@ class CoordinateFriction(Load):
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the forces on the body, the stretch, whether it sticks, how fast the anchor slips, and the load."""
-        w, drag, sticks = self._stretch(ends, states), self._drag(ends, states), self._sticks(ends, states)
-        slip = self._slipping(ends) - (drag - self.stiffness * w) / self.damping
-        if sticks:
-            slip = np.zeros(self.count)  # but for round-off
+        forces, w, slip = self.action(t, ends, states).wrenches[:, FORCE], *self._anchor(ends, states)
+        sticks = self._sticks(ends, states)
+        slip = np.zeros(self.count) if sticks else slip + (forces / self.arms + self.stiffness * w) / self.damping
         scale = self.arms[0] if self.count == 1 else 1.0
         load = () if self.bearing is None else (max(0.0, float(states[self.load_state])),)
-        return np.array((*(-drag * self.arms), *(w / scale), sticks, *(slip / scale), *load))
+        return np.array((*forces, *(w / scale), sticks, *(slip / scale), *load))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""
@@ -216,7 +216,7 @@ class CoordinateFriction(Load):
             return None
         return Tangent(self._rows, np.full(self.count, self.stiffness), np.full(self.count, self.damping))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         bearing = self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
@@ -261,22 +261,19 @@ class CoordinateFriction(Load):
         rows[range(self.count), range(FORCE, 6 * self.count, 6)] = self.arms
         return rows
 
-    def _slipping(self, ends: Sequence[End]) -> Vector:
-        given, at = self.kernel.numbers, numbers_of(ends)
-        return np.array([slipping(given, at, i) for i in range(self.count)])
-
-    def _stretch(self, ends: Sequence[End], states: Vector) -> Vector:
-        given, at = self.kernel.numbers, numbers_of(ends)
-        return np.array([stretch(given, at, states, i) for i in range(self.count)])
+    def _anchor(self, ends: Sequence[End], states: Vector) -> tuple[Vector, Vector]:
+        """Return the stretch of its spring, and how fast the surface slips on what it hangs on."""
+        given, at, directions = self.kernel.numbers, numbers_of(ends), range(self.count)
+        stretches = np.array([stretch(given, at, states, i) for i in directions])
+        return stretches, np.array([slipping(given, at, i) for i in directions])
 
     def _drag(self, ends: Sequence[End], states: Vector) -> Vector:
         return np.asarray(-self.action(0.0, ends, states).wrenches[:, FORCE] / self.arms)
 
     def _sticks(self, ends: Sequence[End], states: Vector) -> bool:
         """Return whether friction holds what spring and damper ask for."""
-        above, below = self.events
-        looks = above if is_held(self.kernel.numbers, states) else below
-        return looks.function(0.0, ends, states) <= 0.0
+        look = EventByKernel(self, self._watch, 0 if is_held(self.kernel.numbers, states) else 1)
+        return look(0.0, ends, states) <= 0.0
 
     def _slip(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         return self._marked(states, SLIPS)

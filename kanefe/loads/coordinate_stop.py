@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -11,10 +12,16 @@ import numpy as np
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Vector
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.kernels.force_elements.coordinate_stop import StopNumbers, beyond, coordinate_stop, coordinate_stop_watch
+from kanefe.kernels.force_elements.coordinate_stop import (
+    StopNumbers,
+    beyond,
+    coordinate_stop,
+    coordinate_stop_watch,
+    push_of,
+)
 from kanefe.kernels.force_elements.places import V
-from kanefe.loads.base import End, Load, LoadEvent, LoadKernel
-from kanefe.loads.by_kernel import EventByKernel, numbers_of
+from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.by_kernel import EventByKernel, numbers_of, slopes
 
 FORCE = 0
 
@@ -93,7 +100,18 @@ class CoordinateStop(Load):
         force = self.action(t, ends, states).wrenches[0, FORCE]
         return np.array((force, beyond(self.kernel.numbers, numbers_of(ends))[0]))
 
-    @property
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
+        """Return stiffness and damping beyond a limit."""
+        at = numbers_of(ends)
+        d, way = beyond(self.kernel.numbers, at)
+        if d <= 0.0:
+            return None
+        k, c = slopes(lambda x, v: push_of(self.stiffness * x, v, states[0]), d, way * at[V])
+        row = np.zeros((1, 6))
+        row[0, FORCE] = 1.0
+        return Tangent(row, np.array((k,)), np.array((c,))) if k > 0.0 else None
+
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         given = StopNumbers(max(self.lower, -FAR), min(self.upper, FAR), self.stiffness)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -183,7 +184,7 @@ class Oleo(AlongLine):
             stroke, gas, oil = self.forces(length, rate)
         return np.array((stroke, -rate, gas, oil))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         rebound = self.orifice if self.rebound is None else self.rebound

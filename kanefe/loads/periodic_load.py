@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -122,7 +123,7 @@ class PeriodicLoad(Load):
         force, moment = own_at(t, self.kernel.numbers)
         return np.array((*force, *moment))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         times, shares = self.share or ALWAYS

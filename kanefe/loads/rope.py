@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -160,7 +161,7 @@ class Rope(AlongLine):
         elastic, tension = tensions(self.kernel.numbers, length, rate, states)
         return np.array((length, rate, tension, float(elastic == 0.0)))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         l0 = self.slack_length

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -85,7 +86,7 @@ class SpringDamper(AlongLine):
         length, rate, _ = self.path(t, ends)
         return np.array((length, rate, self.pull(t, length, rate, states)))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         coefficients = self.stiffness, self.damping, self.rest_length

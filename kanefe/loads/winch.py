@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -174,7 +175,7 @@ class Winch(AlongLine):
         pull = self.pull(t, length, rate, states)
         return np.array((length, out, rate, pull, float(pull == 0.0)))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         cable = len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -99,13 +100,13 @@ def wind_at(t: float, numbers: Any, first: int) -> Numbers:
     for _ in range(int(numbers[first + OF.gusts])):
         since = t - numbers[at]
         if since > 0.0 and since < numbers[at + 1]:
-            grown = 0.5 * (1.0 - np.cos(2.0 * np.pi * since / numbers[at + 1]))
+            grown = 0.5 * (1.0 - math.cos(2.0 * math.pi * since / numbers[at + 1]))
             vx += grown * numbers[at + 2]
             vy += grown * numbers[at + 3]
             vz += grown * numbers[at + 4]
         at += GUST
     for _ in range(int(numbers[first + OF.harmonics])):
-        c, s = np.cos(numbers[at] * t), np.sin(numbers[at] * t)
+        c, s = math.cos(numbers[at] * t), math.sin(numbers[at] * t)
         vx += c * numbers[at + 1] + s * numbers[at + 4]
         vy += c * numbers[at + 2] + s * numbers[at + 5]
         vz += c * numbers[at + 3] + s * numbers[at + 6]

@@ -29,9 +29,7 @@ def coordinate_stop(t: float, numbers: Any, inputs: Any, ends: Any, states: Any,
     if d.real <= 0.0:
         return
     rate, elastic = way * ends[V], numbers[AT.stiffness] * d
-    push = elastic * (1.0 + states[0] * rate)
-    if push.real < 0.0:
-        push = 0.0 * push
+    push = push_of(elastic, rate, states[0])
     out[POTENTIAL] = 0.5 * elastic * d
     out[TAKEN] = (push - elastic) * rate
     out[WRENCHES] = -way * push
@@ -41,6 +39,13 @@ def coordinate_stop(t: float, numbers: Any, inputs: Any, ends: Any, states: Any,
 def coordinate_stop_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write how far it is beyond a limit, for a touch and for a lift."""
     out[0] = out[1] = beyond(numbers, ends)[0]
+
+
+@inlined
+def push_of(elastic: Any, rate: Any, damping: Any) -> Any:
+    """Return what a stop pushes back with, of what its spring does alone, at a rate outward; it does not pull."""
+    push = elastic * (1.0 + damping * rate)
+    return push if push.real >= 0.0 else 0.0 * push
 
 
 @inlined

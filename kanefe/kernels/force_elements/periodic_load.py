@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers, dot, rotated, three
 from kanefe.kernels.compiler._numba import inlined
@@ -52,7 +51,7 @@ def own_at(t: float, numbers: Any) -> tuple[Numbers, Numbers]:
     m0, m1, m2 = numbers[AT.mean + 3], numbers[AT.mean + 4], numbers[AT.mean + 5]
     for i in range(count):
         at = AT.harmonics_and_table + HARMONIC * i
-        c, s = np.cos(numbers[at] * turned), np.sin(numbers[at] * turned)
+        c, s = math.cos(numbers[at] * turned), math.sin(numbers[at] * turned)
         f0 += c * numbers[at + 1] + s * numbers[at + 7]
         f1 += c * numbers[at + 2] + s * numbers[at + 8]
         f2 += c * numbers[at + 3] + s * numbers[at + 9]
