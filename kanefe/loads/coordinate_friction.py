@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Matrix, Vector
 from kanefe.joints.joint_friction import RubbingSurfaces
+from kanefe.kernels.contact.laws.falling import still_to_fall
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.coordinate_friction import (
     MOST_DIRECTIONS,
@@ -27,7 +28,6 @@ from kanefe.kernels.force_elements.falling_friction import falling_friction, fal
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of
-from kanefe.loads.falling_friction import share_of_static
 
 FORCE = 0
 LARGE_STRETCH = 10.0
@@ -37,7 +37,7 @@ SLIPS, STICKS = 0.0, 1.0
 
 @dataclass(frozen=True, eq=False)
 class CoordinateFriction(Load):
-    """Friction along coordinates of a joint, as `kanefe.contact.laws.friction_laws.Coulomb` has it.
+    """Friction along coordinates of a joint, as `kanefe.Coulomb` has it.
 
     The surface slips by ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``,
     what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is
@@ -149,7 +149,7 @@ class CoordinateFriction(Load):
         """Return its anchor, of all coordinates together."""
         slip, coefficient = self._anchor(ends, states)[1], self.sliding
         if self.stribeck_speed > 0.0:
-            share = share_of_static(float(np.linalg.norm(slip)), self.stribeck_speed)
+            share = still_to_fall(float(np.linalg.norm(slip)), self.stribeck_speed, 2.0)[1]
             coefficient += share * (self.static - self.sliding)
         load = float(load_on(self.kernel.numbers, states))
         one = np.ones(self.count)

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
@@ -392,16 +391,7 @@ def _between(values: np.ndarray) -> Matrix:
 def _stuck(load: Load) -> Load:
     if not isinstance(load, Contact) or load.friction is None:
         return load
-    law = load.friction
-    if not isinstance(law, Coulomb):
-        raise TypeError("only Coulomb's friction gets as far as here")
-    mu = np.multiply(law.mu, STICKY)
-    more = replace(
-        law,
-        mu=float(mu) if mu.ndim == 0 else (float(mu[0]), float(mu[1])),
-        static=None if law.static is None else STICKY * law.static,
-    )
-    return replace(load, friction=more)
+    return replace(load, friction=load.friction.stuck(STICKY))
 
 
 def _only_anchors(load: Load) -> bool:
@@ -421,12 +411,9 @@ def _check(model: Model) -> None:
     elif model.has_unreduced:
         found = "unreduced bodies"
     for load in model.loads:
-        if isinstance(load, Contact) and load.friction is not None:
-            law = load.friction
-            if not isinstance(law, Coulomb):
-                found = f"friction that creeps, as of contact {load.name!r}"
-            elif law.turning_states:
-                found = f"friction against turning, as of contact {load.name!r}"
+        if isinstance(load, Contact):
+            if what := load.not_screened:
+                found = f"{what}, as of contact {load.name!r}"
         elif load.has_rates and not _only_anchors(load):
             found = f"loads whose internal states move by themselves, as of {load.kind} {load.name!r}"
     if found:

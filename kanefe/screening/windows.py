@@ -10,7 +10,6 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.contact.contact import Contact
-from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
@@ -308,7 +307,7 @@ class _Run:
         model = self.sticking.model
         for event in self.sticking.events:
             load = model.loads[event.number]
-            if not (isinstance(load, Contact) and isinstance(load.friction, Coulomb) and event.of.name == "slip"):
+            if not (isinstance(load, Contact) and event.of.name == "slip"):
                 continue
             sticks = np.append(found.events[f"{load.subject} stick"], span[1])
             path = found.internal[:, model.load_states[event.number].start]
@@ -317,7 +316,7 @@ class _Run:
                 stick = sticks[sticks >= slip][0]
                 before, after = np.searchsorted(found.times, slip, "right") - 1, np.searchsorted(found.times, stick)
                 # of one point it is the pull itself, of several their sum
-                pull = float(load.friction.damping or 0.0) * (path[min(after, len(path) - 1)] - path[before])
+                pull = load.slip_damping * (path[min(after, len(path) - 1)] - path[before])
                 self.grazing[event.name] += bool(pull <= limit * (stick - slip))
 
     def _wanted(self, begin: float, end: float) -> Vector:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
 from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
 from kanefe.contact.contact_events import of_point
 from kanefe.contact.rigid.meeting import Meeting, meetings_with, turned
+from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
@@ -21,13 +22,13 @@ from kanefe.loads.base import Action, End, Load
 
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe, SurfaceShape
-    from kanefe.contact.laws.friction_laws import Coulomb
-    from kanefe.contact.laws.rigid import Rigid
+    from kanefe.contact.wanted_contact import WantedContact
+    from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
-TOLD_EVENTS = "touch", "lift", "slip", "stick", "rest"
+REPORTED_EVENTS = "touch", "lift", "slip", "stick", "rest"
 """What a run tells of a contact; all but the last of a probe too."""
 
-TOLD, EACH = 2, 7
+REPORTED_CHANGES, EACH = 2, 7
 """Internal states of a contact: the path slid and the work of friction; then of each probe its status; where on the
 surface it sticks, or in which direction along it it slips, as long as the speed (m/s) up to which that is kept; and the
 rate of the latter."""
@@ -52,7 +53,7 @@ TURNED = 0.5
 
 
 def check_rigid(
-    shape: SurfaceShape, probes: Sequence[tuple[int, Probe]], friction: Coulomb | None, belt: Vector, label: str
+    shape: SurfaceShape, probes: Sequence[tuple[int, Probe]], friction: FrictionLaw | None, belt: Vector, label: str
 ) -> None:
     """Raise a ModelError that names what a rigid contact does not have."""
     if not shape.is_smooth:
@@ -67,12 +68,8 @@ def check_rigid(
         raise ModelError(
             f"{label}: a surface velocity of rigid contacts takes a plane. Remedy: kanefe.HuntCrossley(...)"
         )
-    if friction is not None and len(set(friction.coefficients)) > 1:
-        raise ModelError(f"{label}: friction of rigid contacts is the same in all directions. Remedy: one coefficient")
-    if friction is not None and (friction.stiffness is not None or friction.damping is not None):
-        raise ModelError(f"{label}: what is rigid sticks without springs. Remedy: leave out stiffness and damping")
-    if friction is not None and friction.turning_states:
-        raise ModelError(f"{label}: rigid contacts slip, but turn freely. Remedy: kanefe.HuntCrossley(...)")
+    if friction is not None and friction.not_rigid:
+        raise ModelError(f"{label}: {friction.not_rigid}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +88,10 @@ class RigidContact(Load):
     probes : tuple of (int, Probe)
         Each with the number of its end.
     law : Rigid
-    friction : Coulomb or None
+    friction : FrictionLaw or None
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
-    tells_points : bool
+    reports_points : bool
         Whether a run tells what each probe does too.
     """
 
@@ -103,13 +100,27 @@ class RigidContact(Load):
     shape: SurfaceShape
     probes: tuple[tuple[int, Probe], ...]
     law: Rigid
-    friction: Coulomb | None
+    friction: FrictionLaw | None
     belt: np.ndarray
-    tells_points: bool = False
+    reports_points: bool = False
 
     kind = "rigid contact"
+    straight = None
     columns = Contact.columns
     needs_rotation = False
+
+    @classmethod
+    def of(cls, wanted: WantedContact) -> Self | None:
+        """Return the contact that a scene wants, if its law is rigid; a ModelError says what that does not have."""
+        if not isinstance(wanted.normal, Rigid):
+            return None
+        if wanted.convex is not None:
+            raise ModelError(
+                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not served. "
+                "Remedy: a law that yields, such as kanefe.HuntCrossley(1e6)"
+            )
+        check_rigid(wanted.shape, wanted.probes, wanted.friction, wanted.belt, wanted.label)
+        return cls(wanted.name, wanted.ends, wanted.shape, wanted.probes, wanted.normal, wanted.friction, wanted.belt)
 
     @property
     def title(self) -> str:
@@ -119,23 +130,23 @@ class RigidContact(Load):
     @property
     def initial_states(self) -> Vector:
         """All open: a run finds out what touches at its start."""
-        return np.zeros(TOLD + EACH * len(self.probes))
+        return np.zeros(REPORTED_CHANGES + EACH * len(self.probes))
 
     def state_scales(self, acceleration: float) -> Vector:
         """Return what counts as large of a path and of a work: the way of one second."""
         scales = np.ones(len(self.initial_states))
-        scales[:TOLD] = max(acceleration, 1e-3)
+        scales[:REPORTED_CHANGES] = max(acceleration, 1e-3)
         return scales
 
     @property
     def told(self) -> tuple[str, ...]:
         """What a run tells of it, after its name: of the contact, and where that is asked for of each probe."""
-        numbers = range(len(self.probes) if self.tells_points else 0)
-        return *TOLD_EVENTS, *(of_point(what, i) for i in numbers for what in TOLD_EVENTS[:4])
+        numbers = range(len(self.probes) if self.reports_points else 0)
+        return *REPORTED_EVENTS, *(of_point(what, i) for i in numbers for what in REPORTED_EVENTS[:4])
 
     def in_detail(self) -> RigidContact | None:
         """Return the contact with what each probe does; None of one probe."""
-        return replace(self, tells_points=True) if len(self.probes) > 1 else None
+        return replace(self, reports_points=True) if len(self.probes) > 1 else None
 
     @property
     def exchanges_energy(self) -> bool:
@@ -170,21 +181,21 @@ class RigidContact(Load):
 
     def status(self, z: Vector) -> list[int]:
         """Return OPEN, STICKS or SLIPS of each probe from the internal states of the contact."""
-        return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[TOLD::EACH]]
+        return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[REPORTED_CHANGES::EACH]]
 
     def kept(self, z: Vector, i: int) -> Vector:
         """Return where a probe sticks, or in which direction it slips and up to which speed, in axes of the surface."""
-        at = TOLD + EACH * i + 1
+        at = REPORTED_CHANGES + EACH * i + 1
         return z[at : at + 3]
 
     def with_status(self, z: Vector, i: int, status: int, kept: Vector, rate: Vector | float = 0.0) -> None:
         """Write the status of a probe, and what is kept of it with its rate, to the internal states of the contact."""
-        at = TOLD + EACH * i
+        at = REPORTED_CHANGES + EACH * i
         z[at], z[at + 1 : at + 4], z[at + 4 : at + 7] = status, kept, rate
 
     def turn(self, z: Vector, i: int, rates: Vector) -> None:
         """Write the rate of the direction in which a probe slips to those of the internal states of the contact."""
-        at = TOLD + EACH * i + 1
+        at = REPORTED_CHANGES + EACH * i + 1
         rates[at : at + 3] = z[at + 3 : at + 6]
 
     def has_mark(self, i: int) -> bool:
@@ -196,12 +207,12 @@ class RigidContact(Load):
         """Return the coefficient of friction at a speed of slipping, m/s."""
         if self.friction is None:
             return 0.0
-        return max(self.friction.coefficients) * self.friction.fallen(speed)
+        return self.friction.coefficient(speed)
 
     @property
     def static(self) -> float:
         """The coefficient that it sticks by."""
-        return 0.0 if self.friction is None else max(self.friction.coefficients) * self.friction.static_ratio
+        return 0.0 if self.friction is None else self.friction.holding
 
     def slip_directions(self, found: Sequence[Meeting], kept: np.ndarray, surface: MarkerMotion) -> np.ndarray:
         """Return the directions of slips over the two directions along the surface, (slips, 2).
@@ -348,4 +359,4 @@ def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wren
     return -e, cross(e, point - a.p), e, cross(point - b.p, e)
 
 
-__all__ = ["EACH", "OPEN", "SLIPS", "STICKS", "TOLD", "ContactRow", "RigidContact", "wrenches_of"]
+__all__ = ["EACH", "OPEN", "REPORTED_CHANGES", "SLIPS", "STICKS", "ContactRow", "RigidContact", "wrenches_of"]

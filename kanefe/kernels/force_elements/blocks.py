@@ -30,7 +30,4 @@ def places(block: type[Block], **widths: int) -> Block:
 
 def flat(block: tuple[Any, ...]) -> np.ndarray:
     """Return the numbers of a block one after the other, arrays row by row."""
-    found: list[float] = []
-    for part in block:
-        found += part.ravel().tolist() if isinstance(part, np.ndarray) else [part]
-    return np.array(found, dtype=float)
+    return np.concatenate([np.ravel(part) for part in block]).astype(float)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, times
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, plus, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
-from kanefe.kernels.contact.contact_shapes import norm
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.contact.laws.falling import slip_speed
 from kanefe.kernels.force_elements.coordinate_friction import (
     AT,
     drag_along,
@@ -17,8 +16,6 @@ from kanefe.kernels.force_elements.coordinate_friction import (
     share_kept,
 )
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
-
-MOST_TRIALS = 60
 
 
 @called_by_address(*SIGNATURE)
@@ -47,30 +44,8 @@ def slip_force(numbers: Any, size: Any, ends: Any, states: Any) -> Any:
     below = size - numbers[AT.static] * load
     if is_held(numbers, states):
         return below
+    if size.real <= 0.0:
+        return below
     fall = (numbers[AT.static] - numbers[AT.sliding]) * load
-    s = slip_speed(size, numbers[AT.sliding] * load, fall, c, numbers[AT.stribeck_speed])
+    s = slip_speed(size, numbers[AT.sliding] * load, fall, c, numbers[AT.stribeck_speed], 2.0)
     return c * s if s.real > 0.0 else below
-
-
-@inlined
-def slip_speed(pull: Any, least: Any, fall: Any, damping: Any, speed: Any) -> Any:
-    """Return how fast an anchor slips (m/s): the root of ``c s + F(s) = pull``, 0 if there is none.
-
-    ``F(s) = least + fall exp(-(s/speed)^2)``, N: friction of fast slipping, and how much more it is at rest; c is the
-    damping of the anchor, N s/m. Newton's method from above, halved where it would leave.
-    """
-    s = pull / damping
-    if s.real <= 0.0:
-        return 0.0 * s
-    for _ in range(MOST_TRIALS):
-        share = np.exp(-s * s / (speed * speed))
-        value = damping * s + least + fall * share - pull
-        slope = damping - 2.0 * fall * share * s / (speed * speed)
-        step = value / slope if slope.real > 0.0 else 0.5 * s
-        if abs(step.real) <= 1e-15 * s.real:
-            s = s - step
-            break
-        s = s - step if (s - step).real > 0.5 * s.real else 0.5 * s
-        if s.real * damping < 1e-12 * pull.real:
-            return 0.0 * s
-    return s

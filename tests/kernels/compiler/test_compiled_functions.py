@@ -15,7 +15,7 @@ import pytest
 
 import kanefe.kernels
 from kanefe.kernels.compiler._numba import IS_COMPILED
-from kanefe.kernels.compiler.build import all_units, build
+from kanefe.kernels.compiler.build import all_compiled_functions, build
 from kanefe.kernels.compiler.compiled_functions import ALWAYS, imports_of, stamp
 from kanefe.kernels.compiler.filling import fill_nothing
 from kanefe.kernels.compiler.signatures import signature_of, wrapper_source
@@ -164,15 +164,15 @@ def test_stamps_differ_with_what_is_imported() -> None:
 
 
 def test_every_unit_has_a_name_of_its_own() -> None:
-    names = [unit.name for unit in all_units()]
+    names = [unit.name for unit in all_compiled_functions()]
     assert len(names) == len(set(names))
     assert {"integrate", "evaluate_planar", "spring-complex", "advance_radau"} <= set(names)
 
 
 @pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
 def test_what_is_there_is_not_built_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    few = [unit for unit in all_units() if unit.name in ("given-real", "fill_nothing")]
-    monkeypatch.setattr("kanefe.kernels.compiler.build.all_units", lambda: few)
+    few = [unit for unit in all_compiled_functions() if unit.name in ("given-real", "fill_nothing")]
+    monkeypatch.setattr("kanefe.kernels.compiler.build.all_compiled_functions", lambda: few)
     said: list[str] = []
     assert build(tmp_path, 2, said.append) == 2
     assert "preparing the solver: 2 of 2 parts" in said[-1]
