@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import ABC
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import isfinite
@@ -193,9 +193,9 @@ class LoadEvent(NamedTuple):
 class Load(ABC):
     """A force between frames: springs, bushings, ropes, and what a user writes; added by ``System.add``.
 
-    A subclass has to have a name and ends, and to say in `action` what it does; all else has a default. None of it
-    knows the tree. The literal route calls `action`; the compiled one a kernel, where the load brings one, and else
-    `action` too, from Python.
+    A subclass has to have a name and ends, and to say what it does: in `action`, or by a `kernel`, from which `action`
+    comes by itself. All else has a default. None of it knows the tree. The literal route calls `action`; the compiled
+    one a kernel, where the load brings one, and else `action` too, from Python.
 
     Attributes
     ----------
@@ -250,9 +250,22 @@ class Load(ABC):
     may_part: ClassVar[bool] = False
     runs_over_ends: ClassVar[bool] = False
 
-    @abstractmethod
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return what the load does at time t (s), with its ends there and its internal states (states,)."""
+        """Return what the load does at time t (s), with its ends there and its internal states (states,).
+
+        That is what its kernel writes; a load without a kernel has to say it itself.
+        """
+        kernel = self.kernel
+        if kernel is None:
+            raise NotImplementedError(f"{self.kind} {self.name!r} has no kernel and no action of its own")
+        from kanefe.loads.by_kernel import numbers_of, written_by
+
+        inputs = self.inputs(t, ends, states) if self.input_count else NO_STATES
+        last = 3 + 6 * len(ends)
+        motion, count = numbers_of(ends), last + len(states)
+        out = np.array(written_by(kernel.real, t, kernel.numbers, inputs, motion, states, count))
+        potential, taken, given = out[:3].tolist()
+        return Action(out[3:last].reshape(-1, 6), potential, taken, given, out[last:])
 
     @property
     def subject(self) -> str:
@@ -328,8 +341,14 @@ class Load(ABC):
         return self
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return its stiffness and damping; None: not known, which iterations take longer for."""
-        return None
+        """Return its stiffness and damping; None: not known, which iterations take longer for.
+
+        Of a load with a kernel for complex numbers they are the exact derivatives of it, as far as these resist.
+        """
+        from kanefe.loads.by_kernel import resistances
+
+        found = resistances(self, t, ends, states)
+        return None if found is None else Tangent(*found)
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
         """Return the anchors of its friction that act, for the start of a run."""
