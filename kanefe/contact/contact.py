@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.contact.contact_anchors import anchored, anchors_of
 from kanefe.contact.contact_events import Watched
-from kanefe.contact.contact_numbers import InPython, kernel_of, numbers_of
+from kanefe.contact.contact_numbers import InPython, contact_numbers, kernel_of
 from kanefe.contact.rest import Rest
 from kanefe.contact.starts import warn_of_start
 from kanefe.frames import Vector, across, cross
@@ -184,7 +184,7 @@ class Contact(Load):
     @cached_property
     def numbers(self) -> Vector:
         """What compiled code is given of it."""
-        return numbers_of(self)
+        return contact_numbers(self)
 
     @cached_property
     def listed(self) -> list[float]:

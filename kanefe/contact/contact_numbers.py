@@ -16,14 +16,13 @@ from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
 from kanefe.loads.base import Action, End, LoadKernel
+from kanefe.loads.by_kernel import numbers_of
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact
 
-NO_INPUTS: list[float] = []
 
-
-def numbers_of(contact: Contact) -> Vector:
+def contact_numbers(contact: Contact) -> Vector:
     """Return the numbers of a contact: see `ContactNumbers`."""
     law, friction, rest = contact.normal, contact.friction, contact.rest
     points = [flat(PointNumbers(float(end), *probe)) for end, probe in contact.probes]
@@ -90,7 +89,7 @@ class InPython:
     def __init__(self, contact: Contact, ends: Sequence[End], states: Vector) -> None:
         self.contact, self.ends = contact, ends
         self._numbers = contact.listed
-        self._ends = np.concatenate([x for end in ends for x in (end.p, end.A.ravel(), end.v, end.w)]).tolist()
+        self._ends = numbers_of(ends)
         self._states = np.asarray(states).tolist()
         self._axes = nine(self._ends, A)
 
