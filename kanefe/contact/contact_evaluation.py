@@ -91,5 +91,5 @@ class InPython:
                 kernels.turned(self._numbers, i, met.normal, self._axes, self._ends, pressed[0], self._states, out)
             )
         found = Touch(met.depth, number, place, normal, pressed[0], reserve=beyond, moment=moment)
-        vectors = {"along": along, "drag": drag, "stretch": w, "stretch_rate": w_rate}
-        return found._replace(**{name: np.array(x) for name, x in vectors.items()})
+        slides, friction, stretch, stretch_rate = (np.array(x) for x in (along, drag, w, w_rate))
+        return found._replace(along=slides, drag=friction, stretch=stretch, stretch_rate=stretch_rate)

@@ -45,17 +45,17 @@ def press(kind: float, numbers: Any, at: int, share: float, depth: Any, rate: An
     branch : float
         Of a hysteresis, -1 to 1.
     """
-    branch_rate = 0.0 * rate
     if kind == BY_FUNCTION:
-        force, elastic, energy = by_function(numbers, at, share, depth, rate)
+        found = by_function(numbers, at, share, depth, rate, more, branch)
     elif kind == TABLE:
-        force, elastic, energy = by_table(numbers, at, share, depth, rate)
+        found = by_table(numbers, at, share, depth, rate, more, branch)
     elif kind == BUMP_STOP:
-        force, elastic, energy, branch_rate = with_hysteresis(numbers, at, share, depth, rate, branch)
+        found = with_hysteresis(numbers, at, share, depth, rate, more, branch)
     elif kind == KELVIN_VOIGT:
-        force, elastic, energy = spring_and_damper(numbers, at, share, depth, rate)
+        found = spring_and_damper(numbers, at, share, depth, rate, more, branch)
     else:
-        force, elastic, energy = by_power(numbers, at, share, depth, rate, more)
+        found = by_power(numbers, at, share, depth, rate, more, branch)
+    force, elastic, energy, branch_rate = found
     if force.real < 0.0:
         force = 0.0 * force
     return force, elastic, energy, branch_rate

@@ -31,8 +31,8 @@ AT = places(BumpStopNumbers)
 
 
 @inlined
-def with_hysteresis(numbers: Any, at: int, share: float, depth: Any, rate: Any, branch: Any) -> Any:
-    """Return force, elastic part and its energy, and the rate of the branch."""
+def with_hysteresis(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what a table with hysteresis gives: see `NormalLaw.law`."""
     elastic, energy = of_pieces(numbers, int(numbers[at + AT.length]), at + AT.pieces, share, depth)
     speed = rate if rate.real >= 0.0 else -rate
     return (
@@ -77,6 +77,7 @@ class BumpStop(NormalLaw):
     """
 
     kind = BUMP_STOP
+    law = staticmethod(with_hysteresis)
     has_branch = True
     stiffness: float = 0.0
     damping: float = field(default=0.0, init=False)
