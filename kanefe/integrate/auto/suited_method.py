@@ -134,12 +134,22 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
     once (stops, contacts, friction in joints unless the explicit one has far less work), and where that is too much
     work generalised-alpha; not under sampled controllers, at whose samples it would begin anew.
     """
-    span = stop - start
-    crowd, own = model.crowd, serving(model, *own_methods())
+    span, crowd = stop - start, model.crowd
     if crowd is not None:
         return Candidates(("moreau-jean",), lambda: _of_crowd(model, crowd, span))
-    if len(own) == 1:
-        return Candidates(tuple(own), lambda: SuitedMethod(own[0], f"the only one for {model.route.reason}"))
+    found = _of_many(model, start, stop, rtol, atol)
+    return Candidates(found.names, lambda: _only_one(model) or found.choose())
+
+
+def _only_one(model: Model) -> SuitedMethod | None:
+    """Return the method of a scene that no other serves; its route is asked, for which kernels are compiled."""
+    own = serving(model, *own_methods())
+    return SuitedMethod(own[0], f"the only one for {model.route.reason}") if len(own) == 1 else None
+
+
+def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Candidates:
+    """Return the methods that may suit a scene which several serve."""
+    span = stop - start
     abrupt = [load for load in model.loads if load.acts_at_once]
     if abrupt and model.free_count + model.state_count <= MOST_SPEEDS:
         return Candidates(("radau5", "dop853"), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))
