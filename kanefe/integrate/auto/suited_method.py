@@ -137,14 +137,19 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
     span, crowd = stop - start, model.crowd
     if crowd is not None:
         return Candidates(("moreau-jean",), lambda: _of_crowd(model, crowd, span))
+    if model.has_unreduced:
+        return Candidates(own_methods(), lambda: _of_route(model, serving(model, *own_methods())))
     found = _of_many(model, start, stop, rtol, atol)
-    return Candidates(found.names, lambda: _only_one(model) or found.choose())
+
+    def choose() -> SuitedMethod:
+        own = serving(model, *own_methods())  # its route is asked, for which kernels are compiled
+        return _of_route(model, own) if len(own) == 1 else found.choose()
+
+    return Candidates(found.names, choose)
 
 
-def _only_one(model: Model) -> SuitedMethod | None:
-    """Return the method of a scene that no other serves; its route is asked, for which kernels are compiled."""
-    own = serving(model, *own_methods())
-    return SuitedMethod(own[0], f"the only one for {model.route.reason}") if len(own) == 1 else None
+def _of_route(model: Model, own: Sequence[str]) -> SuitedMethod:
+    return SuitedMethod(own[0], f"the only one for {model.route.reason}")
 
 
 def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Candidates:
