@@ -147,13 +147,17 @@ class Contact(Load):
             return "a hysteresis"
         return "" if self.friction is None else self.friction.not_screened
 
+    def stuck(self, factor: float) -> Contact:
+        """Return the contact with friction that holds so many times as much."""
+        return self if self.friction is None else replace(self, friction=self.friction.stuck(factor))
+
     @property
     def straight(self) -> float | None:
         """Stiffness of its normal law where that is a straight line, N/m."""
         return self.normal.straight
 
     @property
-    def slip_damping(self) -> float:
+    def slip_damping(self) -> float:  # type: ignore[override]
         """Pull of all its probes beyond what friction holds, over the speed of their slip, N s/m."""
         return 0.0 if self.friction is None else self.friction.anchor(1.0, 0.0)[1]
 
