@@ -31,6 +31,10 @@ OPEN, STICKS, SLIPS = range(3)
 class Contact(ContactData):
     """A contact that presses and rubs, by laws that yield: see `ContactData`."""
 
+    def stuck(self, factor: float) -> Contact:
+        """Return the contact with friction that holds so many times as much."""
+        return self if self.friction is None else replace(self, friction=self.friction.stuck(factor))
+
     @classmethod
     def made(cls, wanted: WantedContact, **more: Any) -> Self:
         """Return the contact that a scene wants; a ModelError says what is wrong with its laws."""

@@ -147,7 +147,7 @@ class ContactData(Load):
         return self.normal.straight
 
     @property
-    def slip_damping(self) -> float:
+    def slip_damping(self) -> float:  # type: ignore[override]
         """Pull of all its probes beyond what friction holds, over the speed of their slip, N s/m."""
         return 0.0 if self.friction is None else self.friction.anchor(1.0, 0.0)[1]
 

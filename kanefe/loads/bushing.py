@@ -64,6 +64,11 @@ class Bushing(Load):
         circulates = bool((self.stiffness != self.stiffness.T).any())
         return bool(self.damping.any() or circulates or self.function is not None)
 
+    @property
+    def turns_by_half_at_most(self) -> bool:  # type: ignore[override]
+        """Whether it resists rotation by its springs: its rotation vector jumps there."""
+        return bool(self.stiffness[3:].any() or self.stiffness[:, 3:].any())
+
     def offset(self, ends: Sequence[End]) -> tuple[Vector, Vector]:
         """Return where b is seen from a, in the axes of a, (6,), m and rad; and how it moves, (dd, w_ab), (6,)."""
         d, theta, rate, spin = seen_from_a(numbers_of(ends))

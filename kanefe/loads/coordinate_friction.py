@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from kanefe.kernels.force_elements.coordinate_friction import (
 )
 from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
 from kanefe.loads.anchors import Anchor
-from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.base import End, HeldCoordinates, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
 FORCE = 0
@@ -189,6 +190,40 @@ class CoordinateFriction(Load):
         after[: self.count] = self._drag(ends, states) / self.stiffness
         return after
 
+    @property
+    def reaction_load(self) -> Self | None:
+        """The friction itself, if it follows the load of its joint."""
+        return None if self.bearing is None else self
+
+    @property
+    def surfaces(self) -> RubbingSurfaces:
+        """How the load comes of the joint's reaction; of given caps there is none."""
+        return self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
+
+    def with_first_load(self, load: float) -> Self:
+        """Return the same friction with what is felt at the start, N."""
+        return replace(self, first_load=load)
+
+    @property
+    def held_coordinates(self) -> HeldCoordinates:
+        """Its anchor, and how fast that gives way where it slips, and the load is followed."""
+        squares = np.square(self.arms)
+        follows = 0.0 if self.bearing is None else 1.0 / self.load_time
+        along = tuple(self.stiffness * squares), tuple(self.damping * squares)
+        return HeldCoordinates(*along, max(self.stiffness / self.damping, follows))
+
+    def slipping(self, ends: Sequence[End], states: Vector) -> tuple[float, str] | None:
+        """Return what it holds of its only coordinate, where that slips."""
+        if self.count > 1 or self._sticks(ends, states):
+            return None
+        held = float(self.action(0.0, ends, states).wrenches[0, FORCE])
+        return abs(held), "N m" if self.units[0] == "rad" else "N"
+
+    @property
+    def not_screened(self) -> str:
+        """Nothing where it follows no load: states of anchors follow what sticks."""
+        return "" if self.bearing is None else super().not_screened
+
     def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
         """Return the rates of the load that is felt and of its own rate, from the joint's reaction (6,)."""
         rates = np.zeros(len(states))
@@ -219,7 +254,7 @@ class CoordinateFriction(Load):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
-        bearing = self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
+        bearing = self.surfaces
         unused = (0.0,) * (MOST_DIRECTIONS - self.count)
         given = FrictionNumbers(
             self.count,

@@ -115,6 +115,11 @@ class PeriodicLoad(Load):
             object.__setattr__(self, "share", checked_history(self.share, f"share of {label}"))
         object.__setattr__(self, "ends", (self.on,))
 
+    @property
+    def highest_forcing(self) -> float:  # type: ignore[override]
+        """That of the highest harmonic which does anything."""
+        return float(self.rows[self.rows[:, 1:].any(axis=1), 0].max(initial=0.0)) * abs(self.rate)
+
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> None:
         """Return none: it follows nothing but the axes of its frame."""
 

@@ -85,6 +85,7 @@ class Rope(AlongLine):
     columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [1]")
     needs_rotation = False
     runs_over_ends = True
+    pull_column = "tension [N]"
 
     def __post_init__(self) -> None:
         label = f"rope {self.name!r}"
@@ -120,6 +121,11 @@ class Rope(AlongLine):
     def initial_states(self) -> Vector:
         """Of one that can break: 1 while it holds, then 0."""
         return NO_STATES if self.breaking_load is None else np.ones(1)
+
+    @property
+    def strongest_pull(self) -> float:  # type: ignore[override]
+        """The breaking load, if there is one."""
+        return math.inf if self.breaking_load is None else self.breaking_load
 
     @property
     def has_rates(self) -> bool:

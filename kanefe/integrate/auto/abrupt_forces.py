@@ -51,21 +51,20 @@ def explicit_serves_friction(model: Model, abrupt: Sequence[Load], start: float,
 
     With what does as all of it sticks, and as anchors give way that slip.
     """
-    from kanefe.loads.coordinate_friction import CoordinateFriction
-
-    frictions = [load for load in abrupt if isinstance(load, CoordinateFriction)]
-    if len(frictions) < len(abrupt) or model.has_stops:
+    frictions = [load.held_coordinates for load in abrupt]
+    if model.has_stops:
         return False
-    K, C = constant_tangents(model)
-    for load in frictions:
-        for end, arm in zip(load.ends, load.arms, strict=True):
+    (K, C), rate = constant_tangents(model), 0.0
+    for load, held in zip(abrupt, frictions, strict=True):
+        if held is None:
+            return False
+        for end, k, c in zip(load.ends, held.stiffness, held.damping, strict=True):
             at = int(model.bodies[end.body].speeds[end.coordinate])
             if at < model.free_count:
-                K[at, at] += load.stiffness * arm**2
-                C[at, at] += load.damping * arm**2
-    slipping = max(load.stiffness / load.damping for load in frictions)
-    following = max((1.0 / load.load_time for load in frictions if load.bearing is not None), default=0.0)
-    rate = max(highest_rate(model, start, K, C), slipping, following)
+                K[at, at] += k
+                C[at, at] += c
+        rate = max(rate, held.rate)
+    rate = max(rate, highest_rate(model, start, K, C))
     moved = min(span * _rate_of_motion(model, start), MOST_MOVED)
     steps = max(LEAST_BESIDE_KINKS, STEPS_A_RADIAN * len(frictions) * moved)
     return explicit_work(model, span * rate) < LITTLE * radau_work(model, steps)
