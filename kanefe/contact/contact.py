@@ -16,7 +16,8 @@ from kanefe.contact.rest import Rest
 from kanefe.contact.starts import warn_of_start
 from kanefe.frames import Vector, across, cross
 from kanefe.kernels.contact.laws.normal_law import NormalLaw, normal_law
-from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.action import Action, End, LoadKernel, Tangent
+from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.reach import LoadReach
 
 if TYPE_CHECKING:

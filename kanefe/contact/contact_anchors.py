@@ -9,8 +9,8 @@ import numpy as np
 
 from kanefe.contact.touching_point import along_surface
 from kanefe.frames import Matrix, Vector, across, cross
+from kanefe.loads.action import End
 from kanefe.loads.anchors import Anchor
-from kanefe.loads.base import End
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact

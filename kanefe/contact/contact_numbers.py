@@ -15,7 +15,7 @@ from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
-from kanefe.loads.base import Action, End, LoadKernel
+from kanefe.loads.action import Action, End, LoadKernel
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact
