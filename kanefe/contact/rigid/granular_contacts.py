@@ -13,7 +13,8 @@ from kanefe.contact.rigid.rigid_contact import check_rigid
 from kanefe.contact.shapes import Plane, Points, Sphere
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.loads.base import Action, End, Load
+from kanefe.loads.action import Action, End
+from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import SurfaceShape

@@ -20,7 +20,7 @@ from kanefe.kernels.loads.loads_layout import (
 )
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.kernels.loads.reach import POINTS, reach_size
-from kanefe.loads.base import LoadKernel
+from kanefe.loads.action import LoadKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.reach_tables import in_teams, reach_tables, sweeps
 from kanefe.tree.model_data import ModelData
