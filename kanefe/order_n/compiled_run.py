@@ -12,6 +12,7 @@ from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
 from kanefe.kernels.steppers.integration import Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
+from kanefe.kernels.steppers.steps_with_events import Watched
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -80,14 +81,14 @@ class CompiledRun:
         command, _ = self._integrate(run)
         return self._explained(command, run)
 
-    def go_on_quietly(self, run: Run, values: np.ndarray) -> tuple[int, bool]:
-        """Go on until events of loads may have happened in the last step: see `pass_quiet_steps`."""
+    def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
+        """Go on over events of loads, until one needs Python: see `pass_steps`."""
         self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
         if self._passing is None or self._passing[0] is not run:
-            call = self._lookouts.passing(self._integrate.prepared(run), run, values)
+            call = self._lookouts.passing(self._integrate.prepared(run), run, watched, restart_share)
             self._passing = run, call
-        command, is_quiet = self._passing[1]()
-        return self._explained(int(command), run), bool(is_quiet)
+        command, is_done = self._passing[1]()
+        return self._explained(int(command), run), bool(is_done)
 
     def prepared(self, run: Run) -> tuple[Call, list[Call], np.ndarray]:
         """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""

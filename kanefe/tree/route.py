@@ -17,6 +17,7 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kernels.steppers.step_commands import Run
+    from kanefe.kernels.steppers.steps_with_events import Watched
 
 
 class Obstacle(NamedTuple):
@@ -85,8 +86,8 @@ class PreparedRun(Protocol):
         """Go on; return what the method wants that is not to be had in compiled code."""
         ...
 
-    def go_on_quietly(self, run: Run, values: Vector) -> tuple[int, bool]:
-        """Go on until events of loads may have happened; return that, and whether the last step was quiet."""
+    def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
+        """Go on over events of loads; return what the method wants, and whether the last step needs no Python."""
         ...
 
     def prepared(self, run: Run) -> tuple[Any, list[Any], Vector]:

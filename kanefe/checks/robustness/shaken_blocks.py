@@ -22,8 +22,8 @@ from kanefe.checks.robustness.runs import follow
 from kanefe.contact import Coulomb, Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.frames import Vector, rotation_about
-from kanefe.integrate.events.crossings import crossing_between
 from kanefe.joints import Free, Motion, Prismatic
+from kanefe.kernels.steppers.event_search import crossing_between
 from kanefe.result import Result
 from kanefe.storage.scipy_later import scipy
 from kanefe.system import System
@@ -180,7 +180,7 @@ def _first_fall(f: Callable[[float], float], start: float, stop: float) -> float
     times = np.linspace(start, stop, max(3, round(LOOKS * (stop - start)) if stop - start > 1.0 else LOOKS))
     for a, b in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
         if f(b) < 0.0:
-            return crossing_between(f, a, b, (max(f(a), 0.0), f(b)), 1e-15)
+            return crossing_between(lambda of, t: of(t), f, a, b, max(f(a), 0.0), f(b), 1e-15)
     return stop
 
 
