@@ -134,12 +134,27 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
     once (stops, contacts, friction in joints unless the explicit one has far less work), and where that is too much
     work generalised-alpha; not under sampled controllers, at whose samples it would begin anew.
     """
-    span = stop - start
-    crowd, own = model.crowd, serving(model, *own_methods())
+    span, crowd = stop - start, model.crowd
     if crowd is not None:
         return Candidates(("moreau-jean",), lambda: _of_crowd(model, crowd, span))
-    if len(own) == 1:
-        return Candidates(tuple(own), lambda: SuitedMethod(own[0], f"the only one for {model.route.reason}"))
+    if model.has_unreduced:
+        return Candidates(own_methods(), lambda: _of_route(model, serving(model, *own_methods())))
+    found = _of_many(model, start, stop, rtol, atol)
+
+    def choose() -> SuitedMethod:
+        own = serving(model, *own_methods())  # its route is asked, for which kernels are compiled
+        return _of_route(model, own) if len(own) == 1 else found.choose()
+
+    return Candidates(found.names, choose)
+
+
+def _of_route(model: Model, own: Sequence[str]) -> SuitedMethod:
+    return SuitedMethod(own[0], f"the only one for {model.route.reason}")
+
+
+def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Candidates:
+    """Return the methods that may suit a scene which several serve."""
+    span = stop - start
     abrupt = [load for load in model.loads if load.acts_at_once]
     if abrupt and model.free_count + model.state_count <= MOST_SPEEDS:
         return Candidates(("radau5", "dop853"), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))

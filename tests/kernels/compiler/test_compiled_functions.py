@@ -115,7 +115,7 @@ ALONE = """
 from numba.core import analysis, codegen, ir_utils
 from kanefe.kernels.compiler import _numba_objects as objects
 from kanefe.kernels.force_elements.bushing import bushing
-from kanefe.kernels.compiler.addresses import units_of
+from kanefe.kernels.compiler.addresses import compiled_functions_of
 
 of_numba, of_house, seen = analysis.compute_live_map, objects.live_variables, []
 
@@ -131,7 +131,7 @@ optimise = codegen.CPUCodeLibrary._optimize_final_module
 codegen.CPUCodeLibrary._optimize_final_module = lambda library: (whole.append(library.name), optimise(library))
 codegen.JITCodeLibrary._finalize_specific = lambda library: of_machine.append(library.name)
 objects.build_alone()
-unit, *_ = units_of(bushing, bushing.kinds)
+unit, *_ = compiled_functions_of(bushing, bushing.kinds)
 print(len(unit.compile().code) > 1000, len(whole), len(of_machine), max(seen) > 10)
 """
 
