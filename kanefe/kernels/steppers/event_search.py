@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import exact
 
 LEAST_DIP = 0.3
 """Largest height of a parabola above zero, over that of the highest of its three samples, that is looked at closely."""
@@ -40,13 +40,15 @@ ROUND_OFF = 1e-15
 Value = Callable[[Any, float], float]
 
 
-@inlined
+@exact
 def sign_of(x: float) -> float:
     """Return 1, -1 or 0."""
-    return float(x > 0.0) - float(x < 0.0)
+    if x > 0.0:
+        return 1.0
+    return -1.0 if x < 0.0 else 0.0
 
 
-@inlined
+@exact
 def dips(v0: float, v1: float, v2: float, x: float) -> bool:
     """Tell whether the parabola through three values above zero, at -1, x and 1, comes near zero between them."""
     b = 0.5 * (v2 - v0)
@@ -57,7 +59,7 @@ def dips(v0: float, v1: float, v2: float, x: float) -> bool:
     return bool(lowest <= LEAST_DIP * max(v0, v1, v2))
 
 
-@kernel
+@exact
 def dips_from(times: np.ndarray, values: np.ndarray, k: int) -> bool:
     """Tell whether three samples from the k-th on have one sign and may come to zero between them."""
     sign = sign_of(values[k])
@@ -67,7 +69,7 @@ def dips_from(times: np.ndarray, values: np.ndarray, k: int) -> bool:
     return dips(v0, v1, v2, 2.0 * (times[k + 1] - times[k]) / (times[k + 2] - times[k]) - 1.0)
 
 
-@kernel
+@exact
 def is_quiet(times: np.ndarray, values: np.ndarray, count: int) -> bool:
     """Tell whether so many samples have one sign, and no three of them come near zero."""
     sign = sign_of(values[0])
@@ -82,7 +84,7 @@ def is_quiet(times: np.ndarray, values: np.ndarray, count: int) -> bool:
     return not found
 
 
-@kernel
+@exact
 def crossing_between(value: Value, data: Any, a: float, b: float, fa: float, fb: float, width: float) -> float:
     """Return where a function passes zero between a and b, to a width, by Chandrupatla's method.
 
@@ -120,7 +122,7 @@ def crossing_between(value: Value, data: Any, a: float, b: float, fa: float, fb:
         share = min(1.0 - least, max(least, share)) if abs(share) < np.inf else 0.5
 
 
-@kernel
+@exact
 def lowest_between(value: Value, data: Any, sign: float, a: float, b: float, tolerance: float) -> tuple[float, float]:
     """Return where ``sign value`` with one minimum between a and b is lowest, by golden sections, and it there.
 
@@ -141,7 +143,7 @@ def lowest_between(value: Value, data: Any, sign: float, a: float, b: float, tol
     return (c, fc) if fc < fd else (d, fd)
 
 
-@kernel
+@exact
 def first_with_sign(values: np.ndarray, count: int, noise: float) -> int:
     """Return the number of the first value that has a sign; that of the last one if none has."""
     for k in range(count):
@@ -150,7 +152,7 @@ def first_with_sign(values: np.ndarray, count: int, noise: float) -> int:
     return count - 1
 
 
-@kernel
+@exact
 def find_brackets(
     value: Value,
     data: Any,
@@ -193,7 +195,7 @@ def find_brackets(
     return found
 
 
-@inlined
+@exact
 def _add(brackets: np.ndarray, found: int, a: float, b: float, way: float) -> int:
     """Put in an interval at its place in time, if its function passes zero the way that counts."""
     if way < 0.0:
@@ -206,13 +208,13 @@ def _add(brackets: np.ndarray, found: int, a: float, b: float, way: float) -> in
     return found + 1
 
 
-@inlined
+@exact
 def time_tolerance(span: float, t: float) -> float:
     """Return how near to each other two moments are one, s."""
     return max(ROOT_TOLERANCE * span, 4.0 * EPSILON * abs(t))
 
 
-@kernel
+@exact
 def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond: bool) -> float:
     """Return where a function passes zero between a and b; on request where it has its new sign.
 
@@ -229,7 +231,7 @@ def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond:
     return found
 
 
-@kernel
+@exact
 def noise_after(value: Value, data: Any, root: float, start: float, span: float, largest: float) -> float:
     """Return below what a function has no sign after its root; of one that jumps by the value before it.
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import exact, inlined, kernel
 from kanefe.kernels.compiler.arrays import Filler, Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
@@ -207,7 +207,7 @@ def _is_at_zero(watched: Watched) -> bool:
     return found
 
 
-@kernel
+@exact
 def _look_through(lookout: Lookout, run: Run, vectors: RealRows) -> None:
     """Write the values at the places of the lookout in the last step."""
     start, h = run.reals[TIME_OLD], run.reals[TIME] - run.reals[TIME_OLD]
@@ -217,7 +217,7 @@ def _look_through(lookout: Lookout, run: Run, vectors: RealRows) -> None:
     _look(lookout, run, vectors)
 
 
-@kernel
+@exact
 def _deal_with(
     lookout: Lookout, single: Lookout, watched: Watched, run: Run, vectors: RealRows, restart_share: float
 ) -> bool:
@@ -251,7 +251,7 @@ def _deal_with(
     return True
 
 
-@kernel
+@exact
 def _sample(lookout: Lookout, watched: Watched, event: int, start: float) -> int:
     """Write the samples of an event from the start of the step on, each time once; return how many there are."""
     watched.times[0], watched.samples[0] = start, watched.values[event]
@@ -264,7 +264,7 @@ def _sample(lookout: Lookout, watched: Watched, event: int, start: float) -> int
     return count
 
 
-@kernel
+@exact
 def _find_roots(
     lookout: Lookout, single: Lookout, watched: Watched, run: Run, vectors: RealRows, is_quiet_alone: bool
 ) -> int:
@@ -282,7 +282,7 @@ def _find_roots(
         brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
         for k in range(min(brackets, len(watched.found) - total)):
             a, b = watched.brackets[k, 0], watched.brackets[k, 1]
-            t = root_in(value_at, data, a, b, watched.span, watched.kinds[event] == ENDS_STEP)
+            t = root_in(value_at, data, a, b, watched.span, watched.kinds[event] != ACTS)
             is_known = t - watched.last[event] <= 2.0 * time_tolerance(watched.span, t)
             if is_known and watched.kinds[event] == REPORTS:
                 continue  # another event ended the step at that moment
@@ -295,7 +295,7 @@ def _find_roots(
     return total
 
 
-@kernel
+@exact
 def _first_acting(watched: Watched, found: int) -> float:
     """Return the time of the first event that does more than to be reported; infinity without one."""
     for i in range(found):
@@ -306,7 +306,7 @@ def _first_acting(watched: Watched, found: int) -> float:
     return np.inf
 
 
-@kernel
+@exact
 def _set_noise(
     lookout: Lookout, single: Lookout, watched: Watched, run: Run, vectors: RealRows, found: int, has_acted: bool
 ) -> None:
