@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kanefe.kernels.tolerances import HELD_BEYOND
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -16,6 +15,7 @@ import kanefe as kf
 from acting_loads import WAYS, acted, assert_complex_steps_are_differences
 from kanefe import shapes
 from kanefe.frames import cross, rotation_matrix
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.loads.base import Action, End
 
 SHARE = 0.5
