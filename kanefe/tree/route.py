@@ -79,6 +79,14 @@ class FrameMotions(NamedTuple):
     angular_acceleration: Matrix | None
 
 
+class MethodNeeds(NamedTuple):
+    """What a method asks for besides rates: linearly implicit evaluations, energy and momenta, derivatives."""
+
+    implicit: bool = False
+    balance: bool = False
+    derivatives: bool = False
+
+
 class PreparedRun(Protocol):
     """A run that stays in compiled code, of one thread at a time."""
 
@@ -258,13 +266,9 @@ class Route(Protocol):
         ...
 
     def compiled_run(
-        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, needs: MethodNeeds
     ) -> PreparedRun:
-        """Return a run in compiled code, if `is_autonomous`, of a method with that memory.
-
-        `is_implicit`, `is_balanced`: whether the method asks for linearly implicit evaluations, and for energy and
-        momenta.
-        """
+        """Return a run in compiled code, if `is_autonomous`, of a method with that memory."""
         ...
 
     def check_functions(self, t: float, y: Vector) -> None:

@@ -75,6 +75,7 @@ from kanefe.kernels.steppers.step_commands import (
     next_command,
 )
 from kanefe.tree.model_data import QUADRATURES
+from kanefe.tree.route import MethodNeeds
 from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
@@ -356,8 +357,8 @@ class KernelStepper:
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
-        wants = self._kernels.is_implicit, self._kernels.keeps_balance
-        return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, *wants)
+        needs = MethodNeeds(self._kernels.is_implicit, self._kernels.keeps_balance, self._has_jacobian)
+        return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)
 
     @cached_property
     def _restart_share(self) -> float:
