@@ -127,6 +127,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         StiffeningWarning
             If a body with stiffening="inertial" carries bodies, loads or loops, which should stiffen it too.
         """
+        if start is None and self._kept is not None and self._kept[0] == t and not self._kept[1].has_functions:
+            return self._checked(self._kept[1], t)
         data = build_model(
             self._entries,
             self.gravity,
@@ -135,10 +137,15 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             self._controllers,
             self._surfaces_on_markers(),
         )
-        model = model_at_start(data, self._loads, t, start)
+        model = self._checked(model_at_start(data, self._loads, t, start), t)
+        self.is_frozen = True
+        if start is None:
+            self._kept = t, model  # a frozen scene does not change, but functions of the user may
+        return model
+
+    def _checked(self, model: Model, t: float) -> Model:
         check_planar_inertias(model, t)
         warn_of_loads_that_do_not_stiffen(model)
-        self.is_frozen = True
         return model
 
     @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress")
