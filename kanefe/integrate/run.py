@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from kanefe.integrate.events import Event, checked_events
 from kanefe.integrate.knots import accelerations_at, sample_times
 from kanefe.integrate.load_events import events_of_loads
 from kanefe.integrate.loop import RunLoop
-from kanefe.integrate.options import RunOptions
+from kanefe.integrate.options import RunKeywords, RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.ranges import ends_of_ranges
 from kanefe.integrate.sampling import Sampler
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
 
-def integrate(model: Model, t_span: tuple[float, float], **options: Any) -> Trajectory:
+def integrate(model: Model, t_span: tuple[float, float], **options: Unpack[RunKeywords]) -> Trajectory:
     """Run a model in time.
 
     Parameters
