@@ -37,7 +37,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.integrate.methods.table import METHODS
 from kanefe.joints import Prismatic
-from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.system import System
 from kanefe_fem.mesh.simple import box_mesh
 from repository import surroundings

@@ -10,7 +10,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.integrate.choice import choose
+from kanefe.integrate.auto.choice import choose
 from kanefe.integrate.options import RunOptions
 from robustness.tripod import tripod
 from scenes import derivatives

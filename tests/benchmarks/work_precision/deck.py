@@ -10,8 +10,8 @@ from benchmarks.clocks import repeated
 from benchmarks.goals import Figure, Goal, median
 from benchmarks.work_precision.machine import Machine
 from kanefe.environment import Sea, Ship, example_rao
-from kanefe.kernels._numba import IS_COMPILED, compiled
-from kanefe.kernels.addresses import addresses
+from kanefe.kernels.compiler._numba import IS_COMPILED, compiled
+from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.links.deck_motion import deck_motion
 from kanefe.kernels.links.places import SIGNATURE
 
