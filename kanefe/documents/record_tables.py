@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from kanefe.report.blocks import Block, Paragraph, Table
+from kanefe.documents.blocks import Block, Paragraph, Table
 
 MOST_ROWS = 30
 

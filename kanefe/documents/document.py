@@ -1,4 +1,4 @@
-"""A report as a list of blocks, and how it reads as text and Markdown. HTML: `kanefe.report.html`."""
+"""A report as a list of blocks, and how it reads as text and Markdown. HTML: `kanefe.documents.html`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kanefe.report.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
+from kanefe.documents.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
 from kanefe.storage.files import ready_path, write_whole
 
 WIDTH = 100
@@ -89,7 +89,7 @@ class Report:
 
     def to_html(self, path: str | Path, *, pictures: bool | None = None) -> Path:
         """Write the report as one HTML file that holds its pictures. Arguments and errors: `to_markdown`."""
-        from kanefe.report.html import page
+        from kanefe.documents.html import page
 
         return _write(path, page(self.title, self.with_pictures(pictures)))
 

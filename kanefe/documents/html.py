@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from html import escape
 from itertools import groupby
 
-from kanefe.report.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
+from kanefe.documents.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --line: #d5d9de; --band: #f5f6f8; --told: #fdf3ec; }
