@@ -17,7 +17,7 @@ from kanefe.kane.energy import momenta
 from kanefe.kane.state import State
 from kanefe.result import Result
 from kanefe.system import System
-from robustness.outcomes import implicit_methods, is_told
+from robustness.outcomes import implicit_methods, is_reported
 from robustness.tripod import tripod
 
 SOFT = 1.0
@@ -87,7 +87,7 @@ def _struck(method: str, effort: Effort) -> Iterator[Finding]:
             run = ended(model, span, rtol=1e-6, method=method, output_step=0.1, most_steps=MOST_STEPS * int(span))
             missing.append(1.0 - run.times[-1] / span)
             steps.append(run.statistics["steps"] / (run.times[-1] * stiff))
-            untold += not is_told(run)
+            untold += not is_reported(run)
             energy = Result(model, run).energy
             growth.append(float((energy.total - energy.total[0]).max() / energy.total[0]))
             momentum = np.array(

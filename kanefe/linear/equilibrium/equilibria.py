@@ -43,7 +43,7 @@ MOST_ROUNDS, SAME_LOADS = 30, 1e-10
 LOST = 1e-6
 """Imbalance later on from which a balance is lost: coordinates that turn carry the round-off of the turn."""
 
-MOST_TOLD = 6
+MOST_NAMED = 6
 """Modal coordinates of a body that are listed one by one."""
 
 
@@ -85,7 +85,7 @@ class Equilibrium(Instant):
         lines = [f"balance at t = {self.time:g} s after {self.iterations} iterations; {left}"]
         told = [f"  {name}: {value:.6g}" for name, value in self.coordinates.items()]
         for body in reversed(self.model.bodies):
-            if body.flexible is not None and body.flexible.body.free_count > MOST_TOLD:
+            if body.flexible is not None and body.flexible.body.free_count > MOST_NAMED:
                 eta = self.q[body.flexible.eta]
                 at = int(np.argmax(np.abs(eta)))
                 told[body.flexible.eta] = [
@@ -94,7 +94,7 @@ class Equilibrium(Instant):
         bending = self.bending
         told += [f"  bending inside bodies: {bending}"] if bending is not None else []
         other = [f"  {self.other_rest}"] if self.other_rest is not None else []
-        return "\n".join([*lines, *told, *self._told_of_contacts(), *other])
+        return "\n".join([*lines, *told, *self._contacts_in_words(), *other])
 
     @property
     def bending(self) -> Bending | None:
@@ -119,7 +119,7 @@ class Equilibrium(Instant):
         """Rigid contacts whose normal forces rigid bodies could share otherwise: those told are of least norm."""
         return undetermined(State(self.model, self.time, self.q, self.u, self.z))
 
-    def _told_of_contacts(self) -> list[str]:
+    def _contacts_in_words(self) -> list[str]:
         """Return a line for each contact."""
         lines, carrying, shared = [], self.carrying, self.undetermined
         for name in self.contacts:
