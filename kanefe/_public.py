@@ -4,6 +4,8 @@ And what serves methods from above. Users look for ``body.report()`` on the body
 method asks for its function by name; `kanefe/__init__.py` says in which room it is.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
