@@ -22,10 +22,9 @@ def served(name: str) -> Callable[..., Any]:
 
 
 def homes(path: str, name: str = "") -> dict[str, str]:
-    """Return the module of each name that lines ``from x import name`` of a file import, one name a line.
+    """Return the module of each name that lines ``from x import name as name`` of a file import, one name a line.
 
-    A star takes the names that the `__init__` of that package imports, so that what is added to a room such as
-    `kanefe.joints` is public at once.
+    A star takes the names of that package, so that what is added to a room such as `kanefe.joints` is public at once.
 
     Parameters
     ----------
@@ -40,19 +39,14 @@ def homes(path: str, name: str = "") -> dict[str, str]:
     for line in Path(path).read_text(encoding="utf-8").splitlines():
         word, _, rest = line.strip().partition(" ")
         module, _, names = rest.partition(" import ")
-        if word != "from" or not module.startswith(f"{name}.") or module.startswith(f"{name}._"):
+        if word != "from" or not module.startswith(f"{name.partition('.')[0]}."):
             continue
         if names.startswith("*"):
-            room = package.joinpath(*module.split(".")[1:])
-            found |= dict.fromkeys(_imported(room / "__init__.py", module), module)
-        else:
-            found[names.split()[0]] = module
+            room = package.parents[name.count(".")].joinpath(*module.split("."))
+            found |= dict.fromkeys(homes(str(room / "__init__.py"), module), module)
+        elif (words := names.split())[1:] == ["as", words[0]]:
+            found[words[0]] = module
     return found
-
-
-def _imported(path: Path, package: str) -> list[str]:
-    lines = map(str.strip, path.read_text(encoding="utf-8").splitlines())
-    return [line.split()[3] for line in lines if line.startswith(f"from {package}.")]
 
 
 def lazy(path: str, namespace: dict[str, Any]) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:

@@ -44,6 +44,14 @@ def told(value: object) -> str:
     return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 3]}..."
 
 
+def positive(value: object, what: str) -> float:
+    """Return a finite number above zero; a ModelError names what it is."""
+    number = numbers(value)
+    if number.shape != () or not np.isfinite(number) or number <= 0.0:
+        raise ModelError(f"{what} must be one number, finite and > 0, not {value!r}")
+    return float(number)
+
+
 @overload
 def checked(function: F, /) -> F: ...
 

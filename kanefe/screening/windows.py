@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.contact.contact import Contact
-from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
@@ -20,7 +18,6 @@ from kanefe.integrate.run import check_motions, integrate
 from kanefe.integrate.run_checks.energy_check import accounted
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
-from kanefe.loads.periodic_load import PeriodicLoad
 from kanefe.result import Result
 from kanefe.screening.riders import Motions
 from kanefe.screening.screened_run import ScreenedRun
@@ -129,9 +126,7 @@ def screen(
 def _refuse_fast_loads(model: Model, spacing: float) -> None:
     """Raise a ModelError that names a load of a rotor which repeats within a few steps of the superposition."""
     for load in model.loads:
-        if not isinstance(load, PeriodicLoad):
-            continue
-        most = float(load.rows[load.rows[:, 1:].any(axis=1), 0].max(initial=0.0)) * abs(load.rate)
+        most = load.highest_forcing
         if most * spacing * OF_PERIOD > 2.0 * np.pi:
             enough = 0.95 * 2.0 * np.pi / (OF_PERIOD * most)  # which rounds to less than the limit
             raise ModelError(
@@ -228,9 +223,7 @@ class _Run:
         is_near = values <= bound  # of ropes, which pull
         is_near[:, :count] = sides * values[:, :count] <= bound[:, :count]
         for rope, number in enumerate(self.sticking.ropes, count):
-            most = getattr(self.sticking.model.loads[number], "breaking_load", None)
-            if most is not None:
-                is_near[:, rope] |= values[:, rope] + bound[:, rope] >= most
+            is_near[:, rope] |= values[:, rope] + bound[:, rope] >= self.sticking.model.loads[number].strongest_pull
         return fine, is_near
 
     def _state_at(self, found: Superposed, row: int) -> Vector:
@@ -293,7 +286,7 @@ class _Run:
         model = self.sticking.model
         for event in self.sticking.events:
             load = model.loads[event.number]
-            if not (isinstance(load, Contact) and isinstance(load.friction, Coulomb) and event.of.name == "slip"):
+            if not (load.slip_damping and event.of.name == "slip"):
                 continue
             sticks = np.append(found.events[f"{load.subject} stick"], span[1])
             path = found.internal[:, model.load_states[event.number].start]
@@ -302,7 +295,7 @@ class _Run:
                 stick = sticks[sticks >= slip][0]
                 before, after = np.searchsorted(found.times, slip, "right") - 1, np.searchsorted(found.times, stick)
                 # of one point it is the pull itself, of several their sum
-                pull = float(load.friction.damping or 0.0) * (path[min(after, len(path) - 1)] - path[before])
+                pull = load.slip_damping * (path[min(after, len(path) - 1)] - path[before])
                 self.grazing[event.name] += bool(pull <= limit * (stick - slip))
 
     def _wanted(self, begin: float, end: float) -> Vector:

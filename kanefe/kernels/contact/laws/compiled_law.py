@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from kanefe.arguments import checked
-from kanefe.contact.geometry.shape import positive
-from kanefe.contact.laws.normal_laws import NormalLaw, Pressed
+from kanefe.arguments import checked, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.addresses import law_in_python
+from kanefe.kernels.compiler.calls import call_law
 from kanefe.kernels.compiler.foreign import address_of
+from kanefe.kernels.contact.laws.normal_law import NormalLaw
+from kanefe.kernels.force_elements.blocks import places
 
 BY_FUNCTION = 3.0
 LOOKED_AT = (1e-3, 0.1, 0.5, 1.0)
@@ -23,11 +24,45 @@ LOOKED_AT = (1e-3, 0.1, 0.5, 1.0)
 STEP = 1e-5
 """Share of a depth, or of a rate, by which differences go to both sides: truncation and round-off both leave 1e-10."""
 LEAST_STEP = 1e-6
-"""Of a rate, m/s."""
+"""Least step of a rate, m/s."""
 SHARE = 1e-3
 """Of the largest slope, by which differences may miss a given one: far below a wrong factor, above what they err."""
 AT_NOTHING = 1e-6
 """Share of a depth, and of the energy there: what is less is none."""
+
+
+class FunctionNumbers(NamedTuple):
+    """Numbers of `CompiledLaw`: where its function is, whether that writes derivatives, and its constants."""
+
+    address: float
+    has_slopes: float
+    constants: Any
+
+
+AT = places(FunctionNumbers)
+
+
+@kernel
+def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what a function of the user gives: see `NormalLaw.law`.
+
+    It takes real numbers; complex ones, which carry derivatives, are led through its slopes.
+    """
+    address, own = int(numbers[at + AT.address]), at + AT.constants
+    d, v = depth.real, rate.real
+    force, elastic, energy, by_depth, by_rate = call_law(address, d, v, numbers, own)
+    d_beside, v_beside = depth - d, rate - v
+    if numbers[at + AT.has_slopes] == 0.0 and (d_beside.imag != 0.0 or v_beside.imag != 0.0):
+        h, h_rate = STEP * d, STEP * abs(v) + LEAST_STEP
+        over, under = call_law(address, d + h, v, numbers, own)[0], call_law(address, d - h, v, numbers, own)[0]
+        by_depth = (over - under) / (2.0 * h)
+        over = call_law(address, d, v + h_rate, numbers, own)[0]
+        under = call_law(address, d, v - h_rate, numbers, own)[0]
+        by_rate = (over - under) / (2.0 * h_rate)
+    press = share * (force + by_depth * d_beside + by_rate * v_beside)
+    # what is taken is told, and nothing follows from it: the slope of the force serves for that of its elastic part
+    elastic_part = share * (elastic + (by_depth if force >= 0.0 else 0.0) * d_beside)
+    return press, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate
 
 
 @checked("slopes")
@@ -76,15 +111,18 @@ class CompiledLaw(NormalLaw):
     ...     out[2] = c[0] * d**2 / 2 + c[1] * d**4 / 4
     ...     out[0] = out[1] * (1 + c[2] * rate)
     >>> law = kf.CompiledLaw(rubber, depth=1e-3, constants=(1e5, 1e11, 0.5))
-    >>> round(law.pressed(1e-3, 0.0, 1.0, 0.0).force, 6)
+    >>> round(law.pressed(1e-3).force, 6)
     200.0
     """
 
+    kind = BY_FUNCTION
+    law = staticmethod(by_function)
+    stiffness: float = 0.0
+    damping: float = field(default=0.0, init=False)
     function: Any = field(default=None, compare=False)
     constants: np.ndarray = field(default_factory=lambda: np.zeros(0))
     has_slopes: bool = False
     gives: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    kind = BY_FUNCTION
 
     def __init__(self, function: Any, depth: float, constants: Any = (), slopes: bool = False) -> None:
         address = address_of(function, "the function of CompiledLaw")
@@ -92,18 +130,13 @@ class CompiledLaw(NormalLaw):
         own = np.ascontiguousarray(numbers(constants), dtype=float)
         if own.ndim != 1 or not np.all(np.isfinite(own)):
             raise ModelError(f"constants of CompiledLaw must be finite numbers in a row, not {constants!r}")
-        for name, value in (
-            ("damping", 0.0),
-            ("exponent", 0.0),
-            ("restitution", None),
-            ("function", function),
-            ("constants", own),
-            ("has_slopes", slopes),
-        ):
-            object.__setattr__(self, name, value)
-        given = _checked(lambda d, rate: _written(address, own, d, rate), depth, self.has_slopes)
-        object.__setattr__(self, "gives", given)  # by which one function is told from another
-        object.__setattr__(self, "stiffness", float(self._call(depth, 0.0)[0] / depth))
+
+        def called(d: float, rate: float) -> np.ndarray:
+            return np.array(law_in_python(address, d, rate, own, 0))
+
+        # by what it gives one function is told from another
+        self._set(function=function, constants=own, has_slopes=slopes, gives=_checked(called, depth, slopes))
+        self._set(stiffness=float(called(depth, 0.0)[0] / depth), damping=0.0)
 
     def __reduce__(self) -> NoReturn:
         raise ModelError(
@@ -116,32 +149,10 @@ class CompiledLaw(NormalLaw):
         """Where the function is in this process."""
         return address_of(self.function, "the function of CompiledLaw")
 
-    def pressed(self, d: float, rate: float, share: float, damping: float) -> Pressed:
-        """Return the force at a depth d > 0 (m) and its rate (m/s) of a point with a share of it."""
-        force, elastic, energy = self._call(d, rate)[:3]
-        return Pressed(share * max(0.0, float(force)), share * float(elastic), share * float(energy))
-
-    def slope(self, d: float, share: float) -> float:
-        """Return how fast the force grows with the depth, N/m."""
-        if self.has_slopes:
-            return share * float(self._call(d, 0.0)[3])
-        h = STEP * d
-        return share * float(self._call(d + h, 0.0)[0] - self._call(d - h, 0.0)[0]) / (2.0 * h)
-
-    def _call(self, d: float, rate: float) -> np.ndarray:
-        return _written(self.address, self.constants, d, rate)
-
-
-@cache
-def _function_at(address: int) -> Callable[..., None]:
-    return ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)(address)
-
-
-def _written(address: int, constants: np.ndarray, d: float, rate: float) -> np.ndarray:
-    """Return the five numbers that a function writes."""
-    out = np.zeros(5)
-    _function_at(address)(float(d), float(rate), constants.ctypes.data, out.ctypes.data)
-    return out
+    @property
+    def block(self) -> FunctionNumbers:
+        """Its numbers for compiled code."""
+        return FunctionNumbers(self.address, self.has_slopes, self.constants)
 
 
 def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: bool) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.kernels.contact.laws.normal_law import normal_law
 
 NEWTON, POISSON = "newton", "poisson"
 
@@ -53,3 +54,9 @@ class Rigid:
         if not isinstance(self.impact, str) or self.impact not in (NEWTON, POISSON):
             raise ModelError(f"impact of Rigid must be 'newton' or 'poisson', not {self.impact!r}")
         object.__setattr__(self, "restitution", float(np.asarray(e)))
+
+
+def check_normal(given: object, label: str) -> None:
+    """Raise a ModelError if something is no law of a contact that yields or is rigid."""
+    if not isinstance(given, Rigid):
+        normal_law(given, label)

@@ -1,74 +1,85 @@
-"""Normal forces of contacts that yield: what the penetration and its rate give."""
+"""Normal forces by a power of the depth: Hunt and Crossley's, Hertz's, Kelvin and Voigt's, and by restitution."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.geometry.shape import positive
+from kanefe.arguments import positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.contact.laws.normal_law import NormalLaw, not_negative
+from kanefe.kernels.force_elements.blocks import places
 
-HUNT_CROSSLEY, KELVIN_VOIGT = 0.0, 1.0
+POWER, KELVIN_VOIGT = 0.0, 1.0
 
 
-class Pressed(NamedTuple):
-    """What a law gives: force (N), the part of it that is elastic, and the energy of that (J)."""
+class PowerNumbers(NamedTuple):
+    """Numbers of a power of the depth, in the words and units of `HuntCrossley` and `KelvinVoigt`."""
 
-    force: float
-    elastic: float
-    potential: float
+    stiffness: float
+    exponent: float
+    damping: float
+
+
+AT = places(PowerNumbers)
+
+
+@inlined
+def by_power(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what Hunt and Crossley's law gives: see `NormalLaw.law`; lambda is increased by `more`."""
+    n, damping = numbers[at + AT.exponent], 0.0 * depth + numbers[at + AT.damping] + more
+    if n == 1.0:
+        power = depth
+    elif n == 1.5:
+        power = depth * np.sqrt(depth)
+    else:
+        power = np.exp(n * np.log(depth))
+    elastic = share * numbers[at + AT.stiffness] * power
+    return elastic * (1.0 + damping * rate), elastic, elastic * depth / (n + 1.0), 0.0 * rate
+
+
+@inlined
+def spring_and_damper(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what Kelvin and Voigt's law gives: see `NormalLaw.law`."""
+    elastic = share * numbers[at + AT.stiffness] * depth
+    return elastic + share * numbers[at + AT.damping] * rate, elastic, 0.5 * elastic * depth, 0.0 * rate
 
 
 @dataclass(frozen=True)
-class NormalLaw:
-    """A force ``F = stiffness d^exponent`` on what is a depth d within a surface, and its damping.
+class PowerLaw(NormalLaw):
+    """A force ``k d^n`` with damping."""
 
-    Attributes
-    ----------
-    stiffness : float
-        N/m^exponent; of all points of a contact together, which share it.
-    damping : float
-        Of Hunt and Crossley's law lambda, s/m; of Kelvin and Voigt's c, N s/m.
-    exponent : float
-    restitution : float or None
-        In place of the damping: see `Restitution`.
-    """
-
+    law = staticmethod(by_power)
     stiffness: float
     damping: float = 0.0
     exponent: float = 1.0
-    restitution: float | None = None
-    kind: ClassVar[float] = HUNT_CROSSLEY
 
     def __post_init__(self) -> None:
         label = f"of {type(self).__name__}"
         positive(self.stiffness, f"stiffness {label}")
-        damping = numbers(self.damping)
-        if damping.shape != () or not np.isfinite(damping) or damping < 0.0:
-            raise ModelError(f"damping {label} must be one number, finite and >= 0, not {self.damping!r}")
+        not_negative(self.damping, f"damping {label}")
         exponent = numbers(self.exponent)
         if exponent.shape != () or not 1.0 <= exponent <= 4.0:
             raise ModelError(f"exponent {label} must be a number of 1 to 4, not {self.exponent!r}")
 
-    def pressed(self, d: float, rate: float, share: float, damping: float) -> Pressed:
-        """Return the force at a depth d > 0 (m) and its rate (m/s) of a point with a share of the stiffness."""
-        elastic = share * self.stiffness * d**self.exponent
-        potential = elastic * d / (self.exponent + 1.0)
-        if self.kind == KELVIN_VOIGT:
-            return Pressed(max(0.0, elastic + share * damping * rate), elastic, potential)
-        return Pressed(elastic * max(0.0, 1.0 + damping * rate), elastic, potential)
+    @property
+    def block(self) -> PowerNumbers:
+        """Its numbers for compiled code."""
+        return PowerNumbers(self.stiffness, self.exponent, self.damping)
 
-    def slope(self, d: float, share: float) -> float:
-        """Return how fast the elastic force of a point grows with the depth d > 0 (m), N/m."""
-        return share * self.stiffness * self.exponent * d ** (self.exponent - 1.0)
+    @property
+    def straight(self) -> float | None:
+        """Its stiffness, N/m, where it is a straight line."""
+        return self.stiffness if self.exponent == 1.0 else None
 
 
 @dataclass(frozen=True)
-class HuntCrossley(NormalLaw):
+class HuntCrossley(PowerLaw):
     """``F = k d^n max(0, 1 + lambda dd/dt)``: damping that grows with the depth, and never pulls (Hunt, Crossley 1975).
 
     Parameters
@@ -89,19 +100,22 @@ class HuntCrossley(NormalLaw):
 
 
 @dataclass(frozen=True)
-class KelvinVoigt(NormalLaw):
-    """``F = max(0, k d + c dd/dt)``: a spring beside a damper, which let go before they pull."""
+class KelvinVoigt(PowerLaw):
+    """``F = max(0, k d + c dd/dt)``: a spring beside a damper, which let go before they pull.
 
+    Parameters
+    ----------
+    stiffness, damping : float
+        k, N/m, and c, N s/m, of all points of a contact together.
+    """
+
+    exponent: float = field(default=1.0, init=False)
     kind = KELVIN_VOIGT
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.exponent != 1.0:
-            raise ModelError("the exponent of KelvinVoigt is 1. Remedy: HuntCrossley for another")
+    law = staticmethod(spring_and_damper)
 
 
 @dataclass(frozen=True)
-class Hertz(NormalLaw):
+class Hertz(HuntCrossley):
     """``F = k d^1.5``: two elastic balls, or a ball on a half space.
 
     `Hertz.of_sphere` has k from radius and moduli.
@@ -160,7 +174,7 @@ LEAST_SPEED = 1e-3
 
 
 @dataclass(frozen=True)
-class Restitution(NormalLaw):
+class Restitution(PowerLaw):
     """``F = k d^n max(0, 1 + lambda dd/dt)``, lambda set at each impact, so that a given share of its speed is left.
 
     Newton's coefficient e, the speed after an impact over that before, follows from ``lambda v`` alone, whatever k, n
@@ -178,7 +192,9 @@ class Restitution(NormalLaw):
         m/s.
     """
 
+    restitution: float = 1.0
     least_speed: float = LEAST_SPEED
+    has_impact = True
 
     def __init__(
         self, stiffness: float, restitution: float, exponent: float = 1.0, least_speed: float = LEAST_SPEED
@@ -186,19 +202,18 @@ class Restitution(NormalLaw):
         e = numbers(restitution)
         if e.shape != () or not 0.0 < e <= 1.0:
             raise ModelError(f"restitution must be a number above 0, at most 1, not {restitution!r}")
-        for name, value in (
-            ("stiffness", stiffness),
-            ("damping", 0.0),
-            ("exponent", exponent),
-            ("restitution", float(e)),
-            ("least_speed", positive(least_speed, "least_speed of Restitution")),
-        ):
-            object.__setattr__(self, name, value)
+        self._set(
+            stiffness=stiffness,
+            damping=0.0,
+            exponent=exponent,
+            restitution=float(e),
+            least_speed=positive(least_speed, "least_speed of Restitution"),
+        )
         self.__post_init__()
 
     def damping_at(self, speed: float) -> float:
         """Return lambda (s/m) for an impact at a speed (m/s)."""
-        return impact_number(self.restitution or 1.0) / max(speed, self.least_speed)
+        return impact_number(self.restitution) / max(speed, self.least_speed)
 
 
 def impact_number(restitution: float) -> float:
